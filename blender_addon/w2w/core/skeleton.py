@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The 24-joint SMPL skeleton: joint names, parents, and the turn from y-up to z-up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+JOINT_NAMES: tuple[str, ...] = (
+    "pelvis",
+    "left_hip",
+    "right_hip",
+    "spine1",
+    "left_knee",
+    "right_knee",
+    "spine2",
+    "left_ankle",
+    "right_ankle",
+    "spine3",
+    "left_foot",
+    "right_foot",
+    "neck",
+    "left_collar",
+    "right_collar",
+    "head",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
+    "right_wrist",
+    "left_hand",
+    "right_hand",
+)
+"""Joint order of SMPL (Loper et al. 2015), named as in the smplx package."""
+
+PARENTS: tuple[int, ...] = (
+    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
+)  # fmt: skip
+"""Parent of each joint; -1 for the root. Parents always come before their children."""
+
+N_JOINTS = len(JOINT_NAMES)
+JOINT_INDEX: dict[str, int] = {name: index for index, name in enumerate(JOINT_NAMES)}
+
+MIRRORED_JOINTS: tuple[int, ...] = tuple(
+    JOINT_INDEX[
+        name.replace("left_", "right_") if name.startswith("left_") else name.replace("right_", "left_")
+    ]
+    for name in JOINT_NAMES
+)
+"""Index of the joint on the other side of the body (a middle joint is its own mirror)."""
+
+Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""Rotation that turns SMPL's y-up axes to Blender's z-up axes: (x, y, z) -> (x, -z, y)."""

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Forward kinematics and linear blend skinning, only for the vertices asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .skeleton import N_JOINTS, PARENTS
+
+if TYPE_CHECKING:
+    from .body import Body
+    from .motion import Motion
+    from .patches import PatchSet
+
+
+def joint_transforms(body: Body, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Forward kinematics: where every joint is and how it is turned.
+
+    Parameters
+    ----------
+    body : Body
+    motion : Motion, T frames
+
+    Returns
+    -------
+    rotations : ndarray, shape (T, 24, 3, 3)
+        World rotation of each joint relative to the rest pose.
+    positions : ndarray, shape (T, 24, 3)
+        World position of each joint, metres.
+    """
+    rotations = np.empty_like(motion.rotations)
+    positions = np.empty((motion.n_frames, N_JOINTS, 3))
+    rotations[:, 0] = motion.rotations[:, 0]
+    positions[:, 0] = motion.pelvis
+    for joint in range(1, N_JOINTS):
+        parent = PARENTS[joint]
+        np.matmul(rotations[:, parent], motion.rotations[:, joint], out=rotations[:, joint])
+        offset = body.joints[joint] - body.joints[parent]
+        positions[:, joint] = positions[:, parent] + rotations[:, parent] @ offset
+    return rotations, positions
+
+
+def skinning_transforms(body: Body, motion: Motion) -> np.ndarray:
+    """Affine maps from rest to posed space, one a joint and frame.
+
+    Returns
+    -------
+    ndarray, shape (T, 24, 3, 4)
+        Rotation and translation; a vertex is posed by their weighted sum.
+    """
+    rotations, positions = joint_transforms(body, motion)
+    transforms = np.empty((motion.n_frames, N_JOINTS, 3, 4))
+    transforms[..., :3] = rotations
+    transforms[..., 3] = positions - np.einsum("tjab,jb->tja", rotations, body.joints)
+    return transforms
+
+
+def skin(body: Body, transforms: np.ndarray, vertices: np.ndarray | slice = slice(None)) -> np.ndarray:
+    """Linear blend skinning of some vertices.
+
+    Parameters
+    ----------
+    body : Body
+    transforms : ndarray, shape (T, 24, 3, 4)
+        From `skinning_transforms`.
+    vertices : ndarray of int, shape (N,), or slice
+        Which vertices; all of them unless told.
+
+    Returns
+    -------
+    ndarray, shape (T, N, 3)
+        World positions, metres.
+    """
+    return _blend(transforms, _skinning_rows(body.weights[vertices], body.vertices[vertices]))
+
+
+def patch_matrices(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
+    """World matrix of every patch in every frame.
+
+    The frame of a patch is that of Blender's three-vertex parent: x along v2 - v1, z the
+    outward normal, y = z cross x, origin at the triangle's centroid. Skinning is linear in
+    the rest position, so the centroid and the two edges of a triangle are skinned as three
+    rows of one matrix product and no vertex is ever posed.
+
+    Parameters
+    ----------
+    body : Body
+    patches : PatchSet, N patches
+    motion : Motion, T frames
+
+    Returns
+    -------
+    ndarray, shape (T, N, 4, 4), float64
+    """
+    rows = _triangle_rows(body, patches.triangles)
+    blended = _blend(skinning_transforms(body, motion), rows)
+    n_patches = len(patches.triangles)
+    centroid, edge_x, edge_b = (blended[:, k * n_patches : (k + 1) * n_patches] for k in range(3))
+    return frames_from_edges(centroid, edge_x, edge_b)
+
+
+def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> np.ndarray:
+    """Right-handed frames from an origin and two edges of a triangle.
+
+    Parameters
+    ----------
+    origin, edge_x, edge_b : ndarray, shape (..., 3)
+        ``edge_x`` = v2 - v1 gives x; ``edge_x`` cross ``edge_b`` (v3 - v1) gives z.
+
+    Returns
+    -------
+    ndarray, shape (..., 4, 4)
+    """
+    x = edge_x / np.linalg.norm(edge_x, axis=-1, keepdims=True)
+    z = np.cross(edge_x, edge_b)
+    z /= np.linalg.norm(z, axis=-1, keepdims=True)
+    matrices = np.zeros((*origin.shape[:-1], 4, 4))
+    matrices[..., :3, 0] = x
+    matrices[..., :3, 1] = np.cross(z, x)
+    matrices[..., :3, 2] = z
+    matrices[..., :3, 3] = origin
+    matrices[..., 3, 3] = 1
+    return matrices
+
+
+def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Rows (N, 24 * 4) that a point's posed position is the product of: w_j * (p, 1)."""
+    homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1)
+    return (weights[:, :, None] * homogeneous[:, None, :]).reshape(len(points), -1)
+
+
+def _triangle_rows(body: Body, triangles: np.ndarray) -> np.ndarray:
+    """Rows for the centroids, then the edges v2 - v1, then the edges v3 - v1."""
+    first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in triangles.T)
+    return np.concatenate([(first + second + third) / 3, second - first, third - first])
+
+
+def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Multiply rows (N, 96) with all frames' transforms at once; shape (T, N, 3)."""
+    n_frames = len(transforms)
+    columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * 3)
+    return (rows @ columns).reshape(len(rows), n_frames, 3).transpose(1, 0, 2)
