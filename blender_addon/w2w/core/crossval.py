@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Split windows into folds that never share a clip, and find clips that are one and the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+ALWAYS_TRAIN = -1
+"""Fold of windows that every fold trains on and none tests."""
+
+
+def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed: int = 0) -> np.ndarray:
+    """Deal groups of windows to folds, each activity spread as evenly as its groups allow.
+
+    An activity with at least two groups stands in at least two folds as long as no group
+    holds several activities, so that whatever is tested has been trained; scikit-learn's
+    StratifiedGroupKFold balances the counts but does not promise that.
+
+    Parameters
+    ----------
+    activity : array_like, shape (W,)
+        Label of each window.
+    group : array_like, shape (W,)
+        What must stay together: the clip, or the set of clips that are one motion.
+    folds : int
+        Number of folds, at least 2.
+    seed : int
+        Decides which groups come together.
+
+    Returns
+    -------
+    ndarray, shape (W,), int
+        Fold of each window, 0 to folds - 1.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two folds or two groups.
+    """
+    if folds < 2:
+        raise ValueError(f"folds must be at least 2, not {folds}")
+    _, activity_index = np.unique(activity, return_inverse=True)
+    _, group_index = np.unique(group, return_inverse=True)
+    windows = np.zeros((group_index.max(initial=-1) + 1, activity_index.max(initial=-1) + 1))
+    np.add.at(windows, (group_index, activity_index), 1.0)
+    if len(windows) < 2:
+        raise ValueError("cross-validation needs at least two clips")
+
+    share = windows / windows.sum(axis=0)
+    size = windows.sum(axis=1)
+    shuffled = np.random.default_rng(seed).permutation(len(windows))
+    biggest_first = shuffled[np.argsort(-share[shuffled].max(axis=1), kind="stable")]
+    filled, load = np.zeros((folds, windows.shape[1])), np.zeros(folds)
+    fold_of_group = np.empty(len(windows), dtype=np.int64)
+    for index in biggest_first:
+        same_activity = filled[:, share[index] > 0].sum(axis=1)
+        fold = np.lexsort((load, same_activity))[0]
+        filled[fold] += share[index]
+        load[fold] += size[index]
+        fold_of_group[index] = fold
+    return fold_of_group[group_index]
+
+
+def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
+    """One fold a subject: leave-one-subject-out.
+
+    Parameters
+    ----------
+    subject : array_like, shape (W,)
+        Person of each window; none may be empty.
+    clip : array_like, shape (W,)
+        Clip of each window, to see that no clip has two subjects.
+
+    Returns
+    -------
+    ndarray, shape (W,), int
+
+    Raises
+    ------
+    ValueError
+        If a window has no subject, all have the same, or a clip has two.
+    """
+    names, fold = np.unique(np.asarray(subject), return_inverse=True)
+    clips, clip_index = np.unique(np.asarray(clip), return_inverse=True)
+    pairs = np.unique(np.stack([clip_index, fold]), axis=1)
+    repeated = pairs[0, 1:][pairs[0, 1:] == pairs[0, :-1]]
+    if len(repeated):
+        raise ValueError(
+            f"clip {clips[repeated[0]]!r} belongs to more than one subject; "
+            "give clips names of their own, or cross-validate by clip"
+        )
+    if "" in names.tolist():
+        raise ValueError("leave-one-subject-out needs a subject for every clip, and some have none")
+    if len(names) < 2:
+        raise ValueError("leave-one-subject-out needs at least two subjects")
+    return fold
+
+
+def untestable(
+    activity: np.ndarray, group: np.ndarray, activities: Sequence[str], fold: np.ndarray | None = None
+) -> dict[str, str]:
+    """Activities that cannot be cross-validated, each with a sentence that says why.
+
+    Parameters
+    ----------
+    activity : array_like, shape (W,)
+        Label of each window.
+    group : array_like, shape (W,)
+        Clip, or set of clips that are one motion.
+    activities : sequence of str
+        The labels asked for.
+    fold : array_like, shape (W,), optional
+        Folds, to find activities that stand in one fold only.
+
+    Returns
+    -------
+    dict of str to str
+    """
+    activity, group = np.asarray(activity), np.asarray(group)
+    reasons = {}
+    for name in activities:
+        is_it = activity == name
+        n_groups = len(np.unique(group[is_it]))
+        if n_groups < 2:
+            found = "no clip" if n_groups == 0 else "only one clip"
+            reasons[name] = f"{name} has {found}; testing on a clip other than those trained on needs two"
+        elif fold is not None and len(np.unique(np.asarray(fold)[is_it])) < 2:
+            reasons[name] = f"all clips of {name} fell into one fold, so it could not be trained when tested"
+    return reasons
+
+
+def same_motion_groups(
+    clips: Sequence[str],
+    keys: Sequence[str] | None = None,
+    signatures: np.ndarray | None = None,
+    tolerance: float = 0.05,
+) -> np.ndarray:
+    """Number the distinct motions among clips: downloads of one motion get one number.
+
+    Two clips are the same when their keys are equal or their signatures nearly are, and
+    sameness is passed on: if a equals b and b equals c, all three are one.
+
+    Parameters
+    ----------
+    clips : sequence of str, length C
+        Name of each clip; clips of equal name are the same.
+    keys : sequence of str, optional
+        Known identity of each clip's motion; an empty key says nothing.
+    signatures : ndarray, shape (C, K), optional
+        Description of each clip's motion, such as `clip_signature` gives.
+    tolerance : float
+        Greatest root mean square difference of two signatures of one motion, in units
+        of each column's standard deviation over the clips.
+
+    Returns
+    -------
+    ndarray, shape (C,), int
+        Groups in order of first appearance.
+    """
+    edges = [_equal_pairs(list(clips))]
+    if keys is not None:
+        edges.append(_equal_pairs([key or None for key in keys]))
+    if signatures is not None:
+        edges.append(_near_pairs(np.asarray(signatures, dtype=np.float64), tolerance))
+    first, second = np.concatenate(edges, axis=1)
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(clips), len(clips)))
+    _, component = connected_components(graph, directed=False)
+    _, appearance, number = np.unique(component, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(appearance))[number]
+
+
+def _equal_pairs(values: list) -> np.ndarray:
+    """Link each value other than None to its first occurrence: indices (2, M)."""
+    first: dict = {}
+    links = [(first.setdefault(value, i), i) for i, value in enumerate(values) if value is not None]
+    return np.array(links, dtype=np.int64).reshape(-1, 2).T
+
+
+def _near_pairs(signatures: np.ndarray, tolerance: float) -> np.ndarray:
+    """Index pairs (2, M) of rows that differ by at most `tolerance`, columns standardised."""
+    deviation = signatures.std(axis=0)
+    used = deviation > 0
+    standard = (signatures[:, used] - signatures[:, used].mean(axis=0)) / deviation[used]
+    reach = tolerance * np.sqrt(max(1, used.sum()))
+    return KDTree(standard).query_pairs(reach, output_type="ndarray").T

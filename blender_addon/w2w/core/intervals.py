@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""F1 from counts, and how sure it is: a bootstrap over clips."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import rankdata
+
+
+@dataclass(frozen=True, eq=False)
+class ClipCounts:
+    """What F1 needs to know of each clip, so that resampling clips is one matrix product.
+
+    Attributes
+    ----------
+    hit : ndarray, shape (C, N)
+        Windows of the clip that sensor n named rightly.
+    named : ndarray, shape (C, N, A)
+        Windows of the clip that sensor n named a, rightly or not.
+    size : ndarray, shape (C,)
+        Windows of the clip.
+    activity : ndarray, shape (C,)
+        Index of its activity.
+    """
+
+    hit: np.ndarray
+    named: np.ndarray
+    size: np.ndarray
+    activity: np.ndarray
+
+    def confusion(self) -> np.ndarray:
+        """Windows by sensor, true and named activity, shape (N, A, A), int32."""
+        n_activities = self.named.shape[2]
+        of = [self.named[self.activity == a].sum(axis=0) for a in range(n_activities)]
+        return np.stack(of, axis=1).astype(np.int32)
+
+
+class Bootstrap(NamedTuple):
+    """Percentile intervals of F1 (N, A), of macro F1 (N,) and of the rank by it (N,; 1 is the
+    best), and the macro F1 of every resample (B, N)."""
+
+    f1_low: np.ndarray
+    f1_high: np.ndarray
+    mean_low: np.ndarray
+    mean_high: np.ndarray
+    rank_low: np.ndarray
+    rank_high: np.ndarray
+    mean_samples: np.ndarray
+
+
+def count_by_clip(
+    truth: np.ndarray, predictions: np.ndarray, clip: np.ndarray, n_activities: int
+) -> ClipCounts:
+    """Count the hits and the names given, clip by clip.
+
+    Parameters
+    ----------
+    truth : ndarray of int, shape (W,)
+    predictions : ndarray of int, shape (W, N)
+    clip : array_like, shape (W,)
+        Windows of one clip and several activities count as several clips.
+    n_activities : int
+
+    Returns
+    -------
+    ClipCounts
+    """
+    _, clip_index = np.unique(np.asarray(clip), return_inverse=True)
+    units, unit = np.unique(clip_index * n_activities + truth, return_inverse=True)
+    n_sensors = predictions.shape[1]
+    named = np.zeros((len(units), n_sensors, n_activities), dtype=np.float32)
+    sensors = np.arange(n_sensors)
+    for row, u in zip(predictions, unit, strict=True):
+        named[u, sensors, row] += 1.0
+    activity = units % n_activities
+    hit = named[np.arange(len(units)), :, activity]
+    size = np.bincount(unit, minlength=len(units)).astype(np.float32)
+    return ClipCounts(hit, named, size, activity)
+
+
+def f1_scores(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
+    """F1 by sensor and activity when each clip counts as often as its weight says.
+
+    Parameters
+    ----------
+    counts : ClipCounts
+    weights : ndarray, shape (B, C)
+
+    Returns
+    -------
+    ndarray, shape (B, N, A), float32
+        2 tp / (2 tp + fp + fn) = 2 tp / (times named + times true); NaN where the
+        activity is neither true nor named.
+    """
+    n_clips, n_sensors, n_activities = counts.named.shape
+    weights = np.asarray(weights, dtype=np.float32)
+    named = (weights @ counts.named.reshape(n_clips, -1)).reshape(-1, n_sensors, n_activities)
+    is_of = counts.activity[:, None] == np.arange(n_activities)
+    true = (weights * counts.size) @ is_of.astype(np.float32)
+    hit = np.stack([weights[:, of] @ counts.hit[of] for of in is_of.T], axis=2)
+    with np.errstate(invalid="ignore"):
+        return 2 * hit / (named + true[:, None, :])
+
+
+def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Generator) -> np.ndarray:
+    """How often each clip is drawn when as many clips as there are of each activity are drawn
+    from them with replacement.
+
+    Parameters
+    ----------
+    activity : ndarray, shape (C,)
+    n_resamples : int
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (n_resamples, C), float32
+    """
+    weights = np.zeros((n_resamples, len(activity)), dtype=np.float32)
+    for label in np.unique(activity):
+        members = np.flatnonzero(activity == label)
+        chances = np.full(len(members), 1 / len(members))
+        weights[:, members] = rng.multinomial(len(members), chances, size=n_resamples)
+    return weights
+
+
+def bootstrap_f1(
+    counts: ClipCounts, n_resamples: int, level: float, rng: np.random.Generator, block: int = 512
+) -> Bootstrap:
+    """Percentile bootstrap over clips, within activities (Efron and Tibshirani 1993, chapter 13).
+
+    The models are not trained again: what varies is which clips are tested, so the
+    intervals say how far the result depends on the clips at hand, not on the draw of
+    the folds. All sensors see the same resamples.
+
+    Parameters
+    ----------
+    counts : ClipCounts
+    n_resamples : int
+    level : float
+        Confidence, between 0 and 1.
+    rng : numpy.random.Generator
+    block : int
+        Sensors at a time, which bounds memory.
+
+    Returns
+    -------
+    Bootstrap
+    """
+    weights = clip_resamples(counts.activity, n_resamples, rng)
+    tail = [(1 - level) / 2, (1 + level) / 2]
+    f1_bounds, means = [], []
+    for first in range(0, counts.hit.shape[1], block):
+        part = slice(first, first + block)
+        some = ClipCounts(counts.hit[:, part], counts.named[:, part], counts.size, counts.activity)
+        scores = f1_scores(some, weights)
+        f1_bounds.append(np.quantile(scores, tail, axis=0).astype(np.float32))
+        means.append(scores.mean(axis=2))
+    means = np.concatenate(means, axis=1)
+    ranks = rankdata(-means, axis=1, method="min")
+    f1_low, f1_high = np.concatenate(f1_bounds, axis=1)
+    mean_low, mean_high = np.quantile(means, tail, axis=0).astype(np.float32)
+    rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
+    return Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, means)

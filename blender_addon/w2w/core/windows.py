@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cut a recording into windows: overlapping ones to train on, separate ones to test on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .recording import ImuRecording
+
+ShortClips = Literal["reflect", "cycle", "refuse"]
+
+
+class TooShortError(ValueError):
+    """A recording is too short to give even one window."""
+
+
+class Windows(NamedTuple):
+    """Windows of one recording.
+
+    Attributes
+    ----------
+    signals : ndarray, shape (W, N, samples, 6), float32, read-only
+        Specific force (m/s2) then angular velocity (rad/s), in the sensor frame.
+        A view into one copy of the recording: overlapping windows cost no memory.
+    is_test : ndarray, shape (W,), bool
+        Windows that do not overlap one another; the others are for training only.
+    """
+
+    signals: np.ndarray
+    is_test: np.ndarray
+
+
+@dataclass(frozen=True)
+class WindowSpec:
+    """How recordings are cut.
+
+    Parameters
+    ----------
+    length_s : float
+        Seconds a window lasts.
+    stride_s : float
+        Seconds from one training window's start to the next. Test windows are the
+        subset of them that do not overlap.
+    short : {"reflect", "cycle", "refuse"}
+        What to do with a recording shorter than one window. ``reflect`` plays it
+        forwards and backwards in turn: specific force is unchanged by the reversal
+        of time and angular velocity changes sign, so what is added is again a motion
+        that a body could do, without the jump that joining the end to the beginning
+        makes. ``cycle`` repeats it, right for clips known to loop without a seam.
+        ``refuse`` raises TooShortError.
+    shortest_s : float
+        Recordings shorter than this are refused whatever `short` says.
+
+    Raises
+    ------
+    ValueError
+        If a length is not positive, the stride exceeds the length, or `short` is unknown.
+    """
+
+    length_s: float = 2.0
+    stride_s: float = 1.0
+    short: ShortClips = "reflect"
+    shortest_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.length_s) and self.length_s > 0):
+            raise ValueError(f"length_s must be a positive number of seconds, not {self.length_s}")
+        if not 0 < self.stride_s <= self.length_s:
+            raise ValueError(f"stride_s must be in (0, length_s = {self.length_s}], not {self.stride_s}")
+        if self.short not in ("reflect", "cycle", "refuse"):
+            raise ValueError(f"short must be 'reflect', 'cycle' or 'refuse', not {self.short!r}")
+        if not self.shortest_s > 0:
+            raise ValueError(f"shortest_s must be a positive number of seconds, not {self.shortest_s}")
+
+    def samples(self, rate: float) -> int:
+        """Samples in a window at `rate` Hz."""
+        return max(2, round(self.length_s * rate))
+
+    def stride(self, rate: float) -> int:
+        """Samples from one window's start to the next at `rate` Hz."""
+        return max(1, round(self.stride_s * rate))
+
+
+def cut_windows(recording: ImuRecording, spec: WindowSpec) -> Windows:
+    """Cut a recording into windows.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+    spec : WindowSpec
+
+    Returns
+    -------
+    Windows
+        At least one window. What is left at the end, less than a stride, is not used.
+
+    Raises
+    ------
+    TooShortError
+        If the recording is shorter than `spec` accepts; the message says by how much.
+    """
+    samples = spec.samples(recording.rate)
+    signals = np.concatenate([recording.acc, recording.gyr], axis=2, dtype=np.float32)
+    if len(signals) < samples:
+        _refuse_too_short(recording, spec)
+        signals = _extend(signals, samples, spec.short)
+    stride = spec.stride(recording.rate)
+    views = np.lib.stride_tricks.sliding_window_view(signals, samples, axis=0)[::stride]
+    every = -(-samples // stride)
+    is_test = np.arange(len(views)) % every == 0
+    return Windows(np.moveaxis(views, 3, 2), is_test)
+
+
+def _refuse_too_short(recording: ImuRecording, spec: WindowSpec) -> None:
+    duration = len(recording.acc) / recording.rate
+    limit = spec.length_s if spec.short == "refuse" else spec.shortest_s
+    if duration < limit:
+        raise TooShortError(
+            f"clip {recording.clip!r} lasts {duration:.2f} s, shorter than the {limit:g} s a window needs"
+        )
+
+
+def _extend(signals: np.ndarray, samples: int, how: ShortClips) -> np.ndarray:
+    """Repeat (T, N, 6) signals, forwards and backwards in turn or as a cycle, to `samples` samples."""
+    n_frames = len(signals)
+    lap, position = np.divmod(np.arange(samples), n_frames)
+    if how == "cycle":
+        return signals[position]
+    backwards = lap % 2 == 1
+    extended = signals[np.where(backwards, n_frames - 1 - position, position)]
+    extended[backwards, :, 3:] *= -1.0
+    return extended
