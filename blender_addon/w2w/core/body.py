@@ -176,7 +176,10 @@ def _check(body: Body) -> None:
     for name in ("vertices", "joints", "weights"):
         if not np.isfinite(getattr(body, name)).all():
             raise ValueError(f"{name} holds values that are not finite")
-    if np.abs(body.weights.sum(axis=1) - 1).max() > WEIGHT_TOLERANCE or body.weights.min() < -WEIGHT_TOLERANCE:
+    if (
+        np.abs(body.weights.sum(axis=1) - 1).max() > WEIGHT_TOLERANCE
+        or body.weights.min() < -WEIGHT_TOLERANCE
+    ):
         raise ValueError("skinning weights must be non-negative and sum to 1 at every vertex")
     if body.mirror is not None and body.mirror.shape != (n_vertices,):
         raise ValueError(f"mirror must have shape ({n_vertices},), not {body.mirror.shape}")

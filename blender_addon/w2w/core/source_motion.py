@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a motion file holds, before retargeting: a named skeleton's rest pose and its frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class SourceMotion:
+    """A named skeleton and its motion, in world space.
+
+    Parameters
+    ----------
+    bones : tuple of str, length B
+        Names as the file has them.
+    parents : ndarray of int, shape (B,)
+        Parent of each bone, -1 for a root; parents come before their children.
+    rest : ndarray, shape (B, 4, 4)
+        World matrix of each bone in the rest pose: z up, in the file's own unit of length.
+    matrices : ndarray, shape (T, B, 4, 4)
+        World matrix of each bone in each frame, same axes and unit.
+    rate : float
+        Frames per second.
+    take : str
+        Name of the take (action) the frames come from.
+    """
+
+    bones: tuple[str, ...]
+    parents: np.ndarray
+    rest: np.ndarray
+    matrices: np.ndarray
+    rate: float
+    take: str = ""
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.matrices)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return (self.n_frames - 1) / self.rate
+
+
+class UnusableMotion(Exception):  # noqa: N818 - named for what it says, it is shown to people
+    """A motion file that cannot be used; the message says why, in a sentence for people."""
+
+
+def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
+    """Rotation part of 4x4 matrices that may also scale.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (..., 4, 4)
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+        Gram-Schmidt on the columns: exact where the scale is uniform, as in FBX and BVH.
+    """
+    y = matrices[..., :3, 1]
+    y = y / np.linalg.norm(y, axis=-1, keepdims=True)
+    x = matrices[..., :3, 0]
+    x = x - y * np.sum(x * y, axis=-1, keepdims=True)
+    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], axis=-1)

@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion files in, through Blender's own importers: a named skeleton and its frames as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.bone_maps import best_match, missing_joints
+from ..core.source_motion import SourceMotion, UnusableMotion
+from .fcurves import action_curves, basis_matrices
+from .motion_files import check_fbx, check_text_motion
+
+Curves = dict[str, dict[tuple[str, int], bpy.types.FCurve]]
+
+PREFERRED_TAKE = "mixamo.com"
+MIN_FRAMES = 4
+"""Fewer frames than a cubic spline needs are a pose, not a motion."""
+
+MIN_TURN = np.radians(0.5)
+MIN_TRAVEL = 0.005
+"""A take moves where a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """One armature under one action."""
+
+    armature: bpy.types.Object
+    action: bpy.types.Action
+    curves: Curves
+
+    @property
+    def frame_range(self) -> tuple[int, int]:
+        """First and last whole frame that the bones' curves cover."""
+        ends = [
+            (curve.keyframe_points[0].co[0], curve.keyframe_points[-1].co[0])
+            for channels in self.curves.values()
+            for curve in channels.values()
+            if len(curve.keyframe_points)
+        ]
+        start, stop = min(end[0] for end in ends), max(end[1] for end in ends)
+        return round(start), round(stop)
+
+
+def read_clip(path: str | Path) -> SourceMotion:
+    """Import a motion file and read the take that moves.
+
+    The file is imported into the open scene, read, and everything that came with it is
+    removed again: nothing else in the scene changes.
+
+    Parameters
+    ----------
+    path : str or Path
+        An FBX or BVH file.
+
+    Returns
+    -------
+    SourceMotion
+
+    Raises
+    ------
+    UnusableMotion
+        If the file holds no motion that can be used; the message says why.
+    """
+    with imported(Path(path)) as objects:
+        return best_take(objects)
+
+
+@contextmanager
+def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
+    """The objects a motion file brings, removed again at the end.
+
+    Raises
+    ------
+    UnusableMotion
+        If Blender cannot import the file.
+    """
+    before = _existing_data()
+    scene = bpy.context.scene
+    settings = (scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end)
+    try:
+        import_file(path)
+        yield [item for item in _new_data(before) if isinstance(item, bpy.types.Object)]
+    finally:
+        scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end = settings
+        bpy.data.batch_remove(_new_data(before))
+
+
+def import_file(path: Path) -> None:
+    """Import an FBX or BVH file with Blender's importer into the open scene.
+
+    Raises
+    ------
+    UnusableMotion
+        If the file is of another kind, damaged, or Blender refuses it.
+    """
+    kind = path.suffix.lower()
+    try:
+        if kind == ".fbx":
+            check_fbx(path)
+            _import_fbx(path)
+        elif kind == ".bvh":
+            check_text_motion(path, b"HIERARCHY", "BVH")
+            bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
+        else:
+            raise UnusableMotion(f"'{kind}' is not a kind of motion file that can be read (.fbx, .bvh, .npz)")
+    except UnusableMotion:
+        raise
+    except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError
+        raise UnusableMotion(f"Blender cannot import it ({_reason(error)}): it seems damaged") from error
+
+
+def best_take(objects: list[bpy.types.Object]) -> SourceMotion:
+    """Read the take that moves most, the one Mixamo names before any other.
+
+    Raises
+    ------
+    UnusableMotion
+        If there is no armature, no animation of it, or none that moves.
+    """
+    armatures = [item for item in objects if item.type == "ARMATURE"]
+    if not armatures:
+        kinds = sorted({item.type.lower() for item in objects})
+        raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
+    armature = min(armatures, key=lambda item: len(_missing(item)))
+    takes = find_takes(armature)
+    if not takes:
+        raise UnusableMotion(
+            f"its armature '{armature.name}' ({len(armature.data.bones)} bones) has no animation"
+        )
+    return _most_moving(takes)
+
+
+def find_takes(armature: bpy.types.Object) -> list[Take]:
+    """Every action that animates bones of this armature."""
+    paths = {
+        f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"]': bone.name for bone in armature.data.bones
+    }
+    takes = []
+    for action in bpy.data.actions:
+        for curves in action_curves(action):
+            by_owner = _curves_by_owner(curves, paths)
+            if len(by_owner.keys() - {""}) * 3 >= len(paths):
+                takes.append(Take(armature, action, by_owner))
+    return takes
+
+
+def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
+    """World matrices of the bones, frame by frame, from the f-curves alone.
+
+    The armature object comes first, as a bone of its own: some rigs animate the object
+    instead of a hip bone.
+
+    Parameters
+    ----------
+    take : Take
+    frames : ndarray, shape (T,), optional
+        Which frames; every whole frame of the take unless told.
+
+    Returns
+    -------
+    SourceMotion
+    """
+    if frames is None:
+        start, stop = take.frame_range
+        frames = np.arange(start, stop + 1, dtype=np.float64)
+    armature, bones = take.armature, _parents_first(take.armature)
+    index = {bone.name: number for number, bone in enumerate(bones, start=1)}
+    parents = np.array([-1] + [index[bone.parent.name] if bone.parent else 0 for bone in bones])
+    rest_local = np.array([np.eye(4)] + [np.array(bone.matrix_local) for bone in bones])
+    world = _object_matrices(armature, take, frames)
+    matrices = np.empty((len(frames), len(bones) + 1, 4, 4))
+    matrices[:, 0] = world
+    for number, bone in enumerate(bones, start=1):
+        basis = basis_matrices(armature.pose.bones[bone.name], take.curves.get(bone.name, {}), frames)
+        offset = np.linalg.solve(rest_local[parents[number]], rest_local[number])
+        matrices[:, number] = matrices[:, parents[number]] @ (offset @ basis)
+    render = bpy.context.scene.render
+    return SourceMotion(
+        bones=(armature.name, *(bone.name for bone in bones)),
+        parents=parents,
+        rest=world[0] @ rest_local,
+        matrices=matrices,
+        rate=render.fps / render.fps_base,
+        take=take.action.name,
+    )
+
+
+def _import_fbx(path: Path) -> None:
+    """Blender's C++ importer (4.5 and later), or the Python one it had before."""
+    if "fbx_import" in dir(bpy.ops.wm):
+        bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
+    else:
+        bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
+
+
+def _most_moving(takes: list[Take]) -> SourceMotion:
+    motions = [read_take(take) for take in takes]
+    moving = [motion for motion in motions if motion.n_frames >= MIN_FRAMES and motion_amount(motion) >= 1]
+    if not moving:
+        longest = max(motions, key=lambda motion: motion.n_frames)
+        raise UnusableMotion(
+            f"it holds a pose, not a motion: nothing moves over the {longest.n_frames} frames of '{longest.take}'"
+        )
+    preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
+    return max(preferred or moving, key=motion_amount)
+
+
+def motion_amount(motion: SourceMotion) -> float:
+    """How much a motion moves: its widest turn or travel in units of the least that counts."""
+    heads = motion.matrices[:, :, :3, 3]
+    size = np.ptp(motion.rest[:, :3, 3], axis=0).max()
+    travel = np.ptp(heads, axis=0).max() / max(size, 1e-12)
+    axes = motion.matrices[:, :, :3, 1]
+    axes = axes / np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
+    turn = np.linalg.norm(np.ptp(axes, axis=0), axis=-1).max()
+    return float(max(travel / MIN_TRAVEL, turn / MIN_TURN))
+
+
+def _missing(armature: bpy.types.Object) -> list[str]:
+    names = [armature.name, *(bone.name for bone in armature.data.bones)]
+    return missing_joints(best_match(names)[1])
+
+
+def _parents_first(armature: bpy.types.Object) -> list[bpy.types.Bone]:
+    """Bones in depth-first order, as Blender keeps them: a parent before its children."""
+    return list(armature.data.bones)
+
+
+def _curves_by_owner(curves: list[bpy.types.FCurve], paths: dict[str, str]) -> Curves:
+    """Curves by bone name, and those of the object itself under the empty name."""
+    by_owner: Curves = {}
+    for curve in curves:
+        owner_path, _, prop = curve.data_path.rpartition(".")
+        owner = paths.get(owner_path) if owner_path else ""
+        if owner is not None:
+            by_owner.setdefault(owner, {})[prop, curve.array_index] = curve
+    return by_owner
+
+
+def _object_matrices(item: bpy.types.Object, take: Take, frames: np.ndarray) -> np.ndarray:
+    """World matrix of an object in each frame, its animated parents included."""
+    curves = take.curves.get("", {}) if item is take.armature else _object_curves(item, take.action)
+    local = basis_matrices(item, curves, frames)
+    if item.parent is None:
+        return local
+    return _object_matrices(item.parent, take, frames) @ np.array(item.matrix_parent_inverse) @ local
+
+
+def _object_curves(item: bpy.types.Object, action: bpy.types.Action) -> dict:
+    """Curves that an action holds for an object other than the armature."""
+    for slot in getattr(action, "slots", ()):
+        if slot.identifier == f"OB{item.name}":
+            for layer in action.layers:
+                for strip in layer.strips:
+                    bag = strip.channelbag(slot)
+                    if bag is not None:
+                        return _curves_by_owner(list(bag.fcurves), {}).get("", {})
+    return {}
+
+
+def _existing_data() -> set[int]:
+    return {item.session_uid for item in _all_data()}
+
+
+def _new_data(before: set[int]) -> list[bpy.types.ID]:
+    return [item for item in _all_data() if item.session_uid not in before]
+
+
+def _all_data() -> Iterator[bpy.types.ID]:
+    data = bpy.data
+    for collection in (
+        data.objects, data.armatures, data.actions, data.meshes, data.materials, data.images,
+        data.textures, data.cameras, data.lights, data.collections, data.shape_keys, data.curves,
+    ):  # fmt: skip
+        yield from collection
+
+
+def _reason(error: Exception) -> str:
+    """The importer's own words, without its prefix and the path."""
+    text = str(error).strip().splitlines()[-1] if str(error).strip() else type(error).__name__
+    return text.split(": ")[-1].strip("'\" ") or type(error).__name__
