@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Low-pass filters and resampling along the last axis of regularly sampled signals."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+from scipy.signal import butter, resample_poly, sosfilt, sosfilt_zi, sosfiltfilt
+
+
+def butterworth(
+    values: np.ndarray, rate: float, cutoff_hz: float, order: int = 2, zero_phase: bool = False
+) -> np.ndarray:
+    """Butterworth low-pass along the last axis.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., T)
+    rate : float
+        Samples per second.
+    cutoff_hz : float
+        Where the gain of the whole operation is -3 dB, Hz; below half the rate.
+    order : int
+        Order of the filter; run forwards and backwards the roll-off is that of twice the order.
+    zero_phase : bool
+        Run forwards and backwards instead of causally; the cut-off is corrected for the second
+        pass (Winter 2009, Biomechanics and Motor Control of Human Movement, 2.2.4.4).
+
+    Returns
+    -------
+    ndarray, shape (..., T), of the dtype of `values`
+
+    Raises
+    ------
+    ValueError
+        If the cut-off is not between 0 and half the rate.
+    """
+    if not 0 < cutoff_hz < rate / 2:
+        raise ValueError(
+            f"the cut-off must lie between 0 and {rate / 2:g} Hz (half the rate), not {cutoff_hz}"
+        )
+    if not zero_phase:
+        sos = butter(order, cutoff_hz, fs=rate, output="sos").astype(values.dtype)
+        at_rest = sosfilt_zi(sos).astype(values.dtype)
+        state = at_rest.reshape(len(sos), *(1,) * (values.ndim - 1), 2) * values[None, ..., :1]
+        return sosfilt(sos, values, axis=-1, zi=state)[0]
+    # The bilinear transform bends the frequency axis, so the correction is made on its tangent.
+    bent = np.tan(np.pi * cutoff_hz / rate) / (np.sqrt(2) - 1) ** (1 / (2 * order))
+    sos = butter(order, np.arctan(bent) * rate / np.pi, fs=rate, output="sos")
+    padding = min(int(3 * rate / cutoff_hz), values.shape[-1] - 1)
+    return sosfiltfilt(sos, values, axis=-1, padlen=padding).astype(values.dtype, copy=False)
+
+
+def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
+    """Resample along the last axis with a linear-phase anti-aliasing filter.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., T)
+    rate, new_rate : float
+        Samples per second before and after.
+
+    Returns
+    -------
+    ndarray, shape (..., T')
+        From the first sample to the last, both included where they meet.
+    """
+    if rate == new_rate:
+        return values
+    ratio = Fraction(new_rate / rate).limit_denominator(1000)
+    if abs(float(ratio) * rate / new_rate - 1) > 1e-6:
+        raise ValueError(
+            f"cannot resample from {rate:g} to {new_rate:g} Hz: their ratio is no small fraction"
+        )
+    new = resample_poly(values, ratio.numerator, ratio.denominator, axis=-1, padtype="edge")
+    return new[..., : count_resampled(values.shape[-1], rate, new_rate)].astype(values.dtype, copy=False)
+
+
+def count_resampled(n_samples: int, rate: float, new_rate: float) -> int:
+    """Samples at the new rate from the first to the last at the old, both included where they meet."""
+    return int(np.floor((n_samples - 1) * new_rate / rate + 1e-6)) + 1

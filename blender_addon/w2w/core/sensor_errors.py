@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The single errors of an inertial sensor, as functions on signals of shape (sensors, axes, samples)."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+from scipy.signal import bilinear, lfilter, lfilter_zi
+from scipy.spatial.transform import Rotation
+
+DRIFT_STEP_S = 0.1
+"""Biases drift slowly: they are drawn ten times a second, whatever the rate, and joined by straight lines."""
+
+FLICKER_FLOOR = np.sqrt(2 * np.log(2) / np.pi)
+"""Allan deviation of flicker noise over its bias instability coefficient, .664 (IEEE Std 952-1997, C.1.3)."""
+
+GAUSS_MARKOV_PEAK = 0.6174
+"""Highest Allan deviation of a first-order Gauss-Markov process over its standard deviation, reached at
+1.89 correlation times (IEEE Std 952-1997, C.1.5)."""
+
+PARTS = (
+    "mounting",
+    "acc axes",
+    "gyr axes",
+    "acc bias",
+    "gyr bias",
+    "g-sensitivity",
+    "acc drift",
+    "gyr drift",
+    "acc walk",
+    "gyr walk",
+    "acc noise",
+    "gyr noise",
+    "jitter",
+    "drops",
+)
+
+
+class SensorStreams:
+    """Random numbers of a range of sensors: one stream a sensor and part, whoever asks and in what order.
+
+    Parameters
+    ----------
+    seed : int
+        At least 0.
+    clip : str
+        Name of the clip.
+    sensors : range
+        Numbers of the sensors.
+    """
+
+    def __init__(self, seed: int, clip: str, sensors: range) -> None:
+        digest = hashlib.sha256(clip.encode("utf-8")).digest()
+        self._entropy = [seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()]
+        self._sensors = sensors
+
+    def generators(self, part: str) -> list[np.random.Generator]:
+        """One generator a sensor for one of `PARTS`."""
+        number = PARTS.index(part)
+        return [
+            np.random.Generator(
+                np.random.SFC64(np.random.SeedSequence(self._entropy, spawn_key=(sensor, number)))
+            )
+            for sensor in self._sensors
+        ]
+
+    def normal(self, part: str, *shape: int) -> np.ndarray:
+        """Standard normal numbers, shape (sensors, *shape), float32."""
+        numbers = np.empty((len(self._sensors), *shape), dtype=np.float32)
+        for generator, row in zip(self.generators(part), numbers, strict=True):
+            generator.standard_normal(out=row, dtype=np.float32)
+        return numbers
+
+
+def mount(
+    acc: np.ndarray, gyr: np.ndarray, rate: float, turns: np.ndarray, shifts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Move rigidly attached sensors: the lever arm's acceleration, then the turn of the axes.
+
+    Parameters
+    ----------
+    acc, gyr : ndarray, shape (n, 3, T), float32
+    rate : float
+    turns : ndarray, shape (n, 3)
+        Rotation vectors from the moved frame to the nominal one, rad.
+    shifts : ndarray, shape (n, 3)
+        Where the moved sensor sits in the nominal frame, m.
+    """
+    if shifts.any():
+        lever = shifts[:, :, None].astype(gyr.dtype)
+        spin_up = (
+            np.gradient(gyr, 1 / rate, axis=-1, edge_order=2) if gyr.shape[-1] > 2 else np.zeros_like(gyr)
+        )
+        acc = acc + cross(spin_up, lever) + cross(gyr, cross(gyr, lever))
+    back = Rotation.from_rotvec(turns).inv().as_matrix().astype(acc.dtype)
+    return back @ acc, back @ gyr
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Vector product along axis 1; b may be constant in time."""
+    return np.stack(
+        [
+            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
+            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
+            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
+        ],
+        axis=1,
+    )
+
+
+def wobble(values: np.ndarray, rate: float, frequency_hz: float, damping: float, gain: float) -> np.ndarray:
+    """Let a sensor ride on a spring and damper: base excitation of a second-order system.
+
+    The transmissibility (2 z w s + w^2) / (s^2 + 2 z w s + w^2) is mixed in with weight `gain`.
+    """
+    omega = 2 * rate * np.tan(np.pi * frequency_hz / rate)
+    b, a = bilinear([2 * damping * omega, omega**2], [1, 2 * damping * omega, omega**2], fs=rate)
+    b, a = b.astype(values.dtype), a.astype(values.dtype)
+    ridden = lfilter(b, a, values, axis=-1, zi=lfilter_zi(b, a).astype(values.dtype) * values[..., :1])[0]
+    return values + values.dtype.type(gain) * (ridden - values)
+
+
+def axes_matrix(scale: np.ndarray, turns: np.ndarray, shears: np.ndarray) -> np.ndarray:
+    """Matrices (n, 3, 3) of triads with scale errors, a common turn and axes that are not square.
+
+    Parameters
+    ----------
+    scale : ndarray, shape (n, 3)
+        Relative errors.
+    turns, shears : ndarray, shape (n, 3)
+        Rotation vectors, and the angles by which y leans towards x, z towards x and z towards y, rad.
+    """
+    lean = np.tile(np.eye(3), (len(shears), 1, 1))
+    lean[:, 1, 0], lean[:, 2, 0], lean[:, 2, 1] = np.sin(shears).T
+    turned = Rotation.from_rotvec(turns).inv().as_matrix()
+    return (1 + scale)[:, :, None] * (lean @ turned)
+
+
+def drift(numbers: np.ndarray, deviation: float, correlation_s: float, times: np.ndarray) -> np.ndarray:
+    """First-order Gauss-Markov process, in its steady state from the start.
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (n, 3, K)
+        Standard normal, one every `DRIFT_STEP_S`.
+    deviation : float
+        Standard deviation.
+    correlation_s : float
+        Seconds after which the correlation has fallen to 1/e.
+    times : ndarray, shape (T,)
+        Where to evaluate, s.
+    """
+    memory = np.exp(-DRIFT_STEP_S / correlation_s)
+    driven = numbers * (deviation * np.sqrt(1 - memory**2))
+    driven[..., 0] = numbers[..., 0] * deviation
+    return join(lfilter([1.0], [1.0, -memory], driven.astype(np.float64), axis=-1), times)
+
+
+def random_walk(numbers: np.ndarray, density: float, times: np.ndarray) -> np.ndarray:
+    """Random walk from zero whose standard deviation grows as density times sqrt(time)."""
+    steps = numbers.astype(np.float64) * (density * np.sqrt(DRIFT_STEP_S))
+    steps[..., 0] = 0
+    return join(np.cumsum(steps, axis=-1), times)
+
+
+def count_drift_steps(times: np.ndarray) -> int:
+    """Numbers that `drift` and `random_walk` need to cover the times."""
+    return int(times[-1] / DRIFT_STEP_S) + 2
+
+
+def join(knots: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Straight lines between values `DRIFT_STEP_S` apart, at some times; float32."""
+    at = times / DRIFT_STEP_S
+    left = at.astype(int)
+    part = (at - left).astype(np.float32)
+    low = knots.astype(np.float32)
+    slope = np.diff(low, axis=-1)
+    return low[..., left] + slope[..., left] * part
+
+
+def noise_deviation(density: float, rate: float, lowpass_hz: float | None, order: int) -> float:
+    """Standard deviation of a sample of white noise.
+
+    Density times the square root of the bandwidth: half the rate, or, where the part's own filter is wider
+    than that, the noise bandwidth of the filter, all of which folds into the samples.
+    """
+    bandwidth = rate / 2
+    if lowpass_hz is not None and lowpass_hz >= bandwidth:
+        bandwidth = lowpass_hz * (np.pi / (2 * order)) / np.sin(np.pi / (2 * order))
+    return density * np.sqrt(bandwidth)
+
+
+def jitter(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Values at instants off by `offsets` sample intervals, shape (n, T), by parabolas through neighbours."""
+    if values.shape[-1] < 3:
+        return values
+    offsets = np.clip(offsets, -0.5, 0.5)[:, None, 1:-1]
+    before, here, after = values[..., :-2], values[..., 1:-1], values[..., 2:]
+    moved = values.copy()
+    moved[..., 1:-1] += offsets * (0.5 * (after - before) + offsets * (0.5 * (after + before) - here))
+    return moved
+
+
+def quantise(values: np.ndarray, limit: float | None, step: float) -> np.ndarray:
+    """Clip to +-limit and round to whole steps, in place."""
+    if limit is not None:
+        np.clip(values, -limit, limit, out=values)
+    if step:
+        values *= values.dtype.type(1 / step)
+        np.rint(values, out=values)
+        values *= values.dtype.type(step)
+    return values
+
+
+def kept_samples(
+    generator: np.random.Generator, n_samples: int, fraction: float, mean_length: float
+) -> np.ndarray:
+    """Which samples arrive, shape (T,), bool: losses come in runs of geometric length (Gilbert 1960,
+    doi:10.1002/j.1538-7305.1960.tb03959.x); the first sample always arrives."""
+    kept = np.ones(n_samples, dtype=bool)
+    mean_between = mean_length * (1 - fraction) / fraction
+    n_runs = int(n_samples / (mean_length + mean_between) * 1.5) + 10
+    position = 0
+    while position < n_samples:
+        good = generator.geometric(min(1.0, 1 / mean_between), n_runs)
+        bad = generator.geometric(min(1.0, 1 / mean_length), n_runs)
+        edges = position + np.cumsum(np.stack([good, bad], axis=1).ravel())
+        for start, stop in edges.reshape(-1, 2):
+            kept[start:stop] = False
+        position = edges[-1]
+    return kept
+
+
+def lose(values: np.ndarray, kept: np.ndarray, dropped: str) -> None:
+    """Hold the last sample that arrived, or write NaN, in place; shape (3, T)."""
+    if dropped == "nan":
+        values[:, ~kept] = np.nan
+    else:
+        values[:] = values[:, np.maximum.accumulate(np.where(kept, np.arange(len(kept)), 0))]

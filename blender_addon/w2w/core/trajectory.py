@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spline trajectories through regular frames, as matrices that act on time.
+
+A spline through regularly spaced frames depends linearly on them, whatever they hold. So its values and
+derivatives at the sample times are matrix products shared by every coordinate of every sensor. A frame's
+influence dies out exponentially with distance, so long clips are cut into overlapping windows whose
+matrices stay small; interior windows share theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+from scipy.linalg import qr, solve_triangular
+
+from .filtering import count_resampled
+
+DEGREE = 5
+"""Quintic: its second derivative, the acceleration, converges with the fourth power of the frame interval."""
+
+MIN_FRAMES = 3
+"""Fewer frames carry no acceleration."""
+
+INTERPOLATION_REACH = 28
+"""Frames after which an interpolating quintic has forgotten one: its slowest pole, 0.43, to this is 6e-11."""
+
+SMOOTHING_REACH = 24.0
+"""Time constants after which a smoothing spline has forgotten a frame: exp(-24) is 4e-11."""
+
+WINDOW_SAMPLES = 128
+"""Samples a window should yield, about; more than its overlap costs, few enough to stay in cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A stretch of samples, the frames that shape it, and the matrices between them.
+
+    Parameters
+    ----------
+    frames, samples : slice
+        Which frames go in and which samples come out.
+    operators : tuple of ndarray, each of shape (samples, frames)
+        Matrices that give the spline's value, first and second derivative with respect to seconds.
+    """
+
+    frames: slice
+    samples: slice
+    operators: tuple[np.ndarray, ...]
+
+
+def spline_windows(
+    n_frames: int, rate: float, sample_rate: float, cutoff_hz: float | None = None
+) -> Iterator[Window]:
+    """Cut a clip into windows and make the spline operators of each.
+
+    Parameters
+    ----------
+    n_frames : int
+        Length of the clip, at least 3. Fewer than 6 frames lower the degree of the spline.
+    rate : float
+        Frames per second.
+    sample_rate : float
+        Samples per second; the first sample stands on the first frame.
+    cutoff_hz : float, optional
+        Band limit: where the smoothing spline's gain falls to 0.71 (-3 dB). None interpolates.
+
+    Yields
+    ------
+    Window
+        In order of time; together they cover every sample once.
+
+    Notes
+    -----
+    The interpolating spline has not-a-knot ends. The smoothing spline of degree 2m - 1 minimises
+    sum (s - y)^2 + lambda integral (d^m s / dt^m)^2, whose gain is 1 / (1 + (f / f0)^2m) with
+    lambda = (2 pi f0)^-2m frame intervals: that of a Butterworth filter of order m run forwards and
+    backwards (Craven and Wahba 1979, doi:10.1007/BF01404567).
+    """
+    if n_frames < MIN_FRAMES:
+        raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
+    degree = min(DEGREE, n_frames - 1)
+    penalty = 0.0 if cutoff_hz is None else _penalty(degree, rate / cutoff_hz)
+    reach = _reach(degree, penalty)
+    n_samples = count_resampled(n_frames, rate, sample_rate)
+    step = Fraction(rate / sample_rate).limit_denominator(10_000)
+    exact = abs(float(step) * sample_rate / rate - 1) < 1e-12
+    block = WINDOW_SAMPLES
+    if exact and step.denominator < 2 * WINDOW_SAMPLES:
+        block = -(-WINDOW_SAMPLES // step.denominator) * step.denominator
+    made: dict[tuple, tuple[np.ndarray, ...]] = {}
+    for start in range(0, n_samples, block):
+        stop = min(start + block, n_samples)
+        at = np.arange(start, stop) * (step.numerator / step.denominator if exact else rate / sample_rate)
+        first = max(0, int(at[0]) - reach)
+        last = min(n_frames, int(np.ceil(at[-1])) + 1 + reach)
+        first = max(0, min(first, last - degree - 1))
+        local = np.clip(np.round(at - first, 9), 0, last - first - 1)
+        key = (last - first, stop - start, local[0])
+        if key not in made:
+            if not exact:
+                made.clear()
+            made[key] = _operators(last - first, degree, penalty, local, rate)
+        yield Window(slice(first, last), slice(start, stop), made[key])
+
+
+def _penalty(degree: int, frames_per_cycle: float) -> float:
+    """Weight of the roughness, in frame intervals, that puts the -3 dB point at the cut-off."""
+    order = 2 * ((degree + 1) // 2)
+    return (frames_per_cycle / (2 * np.pi)) ** order * (np.sqrt(2) - 1)
+
+
+def _reach(degree: int, penalty: float) -> int:
+    """Frames on either side that a sample depends on."""
+    if penalty == 0:
+        return INTERPOLATION_REACH
+    half_order = (degree + 1) // 2
+    time_constant = penalty ** (1 / (2 * half_order)) / np.sin(np.pi / (2 * half_order))
+    return int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
+
+
+def _operators(
+    n_frames: int, degree: int, penalty: float, at: np.ndarray, rate: float
+) -> tuple[np.ndarray, ...]:
+    """Value, first and second derivative at times `at` (in frames) as matrices on the frames."""
+    knots, coefficients = _fit(n_frames, degree, penalty)
+    spline = BSpline(knots, coefficients, degree)
+    return tuple(spline(at, nu=order) * rate**order for order in range(3))
+
+
+@lru_cache(maxsize=16)
+def _fit(n_frames: int, degree: int, penalty: float) -> tuple[np.ndarray, np.ndarray]:
+    """Knots, and the matrix that takes frames to B-spline coefficients."""
+    frames = np.arange(n_frames, dtype=float)
+    spline = make_interp_spline(frames, np.eye(n_frames), k=degree)
+    if penalty == 0:
+        return spline.t, spline.c
+    values = BSpline.design_matrix(frames, spline.t, degree).toarray()
+    system = np.concatenate([values, np.sqrt(penalty) * _roughness(spline.t, degree)])
+    q, r = qr(system, mode="economic")
+    return spline.t, solve_triangular(r, q[:n_frames].T)
+
+
+def _roughness(knots: np.ndarray, degree: int) -> np.ndarray:
+    """Rows whose sum of squares is the integral of the squared m-th derivative, degree = 2m - 1."""
+    edges = np.unique(knots)
+    nodes, weights = np.polynomial.legendre.leggauss((degree + 1) // 2 + 1)
+    half = np.diff(edges)[:, None] / 2
+    at = (edges[:-1, None] + half * (nodes + 1)).ravel()
+    basis = BSpline(knots, np.eye(len(knots) - degree - 1), degree)
+    return basis(at, nu=(degree + 1) // 2) * np.sqrt((half * weights).ravel())[:, None]
