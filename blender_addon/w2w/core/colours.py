@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scores as colours: one perceptual colour map for every heatmap, colour bar and overlay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from cmap import Colormap
+
+COLOUR_MAP = "viridis"
+"""Rises evenly in lightness and stays in order for colour-blind eyes (Smith & van der Walt 2015,
+"A better default colormap for Matplotlib"), and stands out from a white page and a dark viewport."""
+
+NEUTRAL_GREY = (0.76, 0.76, 0.76)
+"""sRGB colour of a place without a score."""
+
+
+def score_colours(
+    scores: np.ndarray, low: float | None = None, high: float | None = None, colour_map: str = COLOUR_MAP
+) -> np.ndarray:
+    """Colours of scores.
+
+    Parameters
+    ----------
+    scores : array_like, shape (...)
+        Scores of any shape; NaN becomes `NEUTRAL_GREY`.
+    low, high : float, optional
+        Scores at the two ends of the colour map; the scores' own range unless told. Scores
+        outside get the colour of the nearer end.
+    colour_map : str
+        A name that the `cmap` package knows.
+
+    Returns
+    -------
+    ndarray, shape (..., 3), float64
+        sRGB, 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If `low` is above `high` or one of them is not finite.
+    """
+    scores = np.asarray(scores, dtype=np.float64)
+    own_low, own_high = score_range(scores)
+    low = own_low if low is None else float(low)
+    high = own_high if high is None else float(high)
+    if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+        raise ValueError(
+            f"the colour range must run from a lower to a higher score, not from {low} to {high}"
+        )
+    # equal ends leave no range to spread over: everything there is takes the middle colour
+    shares = (scores - low) / (high - low) if high > low else np.where(np.isnan(scores), np.nan, 0.5)
+    colours = colour_table(colour_map)[_table_rows(shares)]
+    colours[np.isnan(scores)] = NEUTRAL_GREY
+    return colours
+
+
+def score_range(scores: np.ndarray | Sequence[float]) -> tuple[float, float]:
+    """Lowest and highest finite score; 0 and 1 where there is none."""
+    finite = np.asarray(scores, dtype=np.float64)
+    finite = finite[np.isfinite(finite)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+
+
+def colour_table(colour_map: str = COLOUR_MAP, steps: int = 1024) -> np.ndarray:
+    """A colour map from its low to its high end, sRGB.
+
+    Returns
+    -------
+    ndarray, shape (steps, 3), float64
+    """
+    return np.asarray(Colormap(colour_map)(np.linspace(0, 1, steps)), dtype=np.float64)[:, :3]
+
+
+def _table_rows(shares: np.ndarray, steps: int = 1024) -> np.ndarray:
+    clipped = np.clip(np.nan_to_num(shares, nan=0.0), 0, 1)
+    return np.rint(clipped * (steps - 1)).astype(np.intp)
