@@ -206,7 +206,8 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
     if not moving:
         longest = max(motions, key=lambda motion: motion.n_frames)
         raise UnusableMotion(
-            f"it holds a pose, not a motion: nothing moves over the {longest.n_frames} frames of '{longest.take}'"
+            "it holds a pose, not a motion: "
+            f"nothing moves over the {longest.n_frames} frames of '{longest.take}'"
         )
     preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
     return max(preferred or moving, key=motion_amount)

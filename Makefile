@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# `make demo` runs the main job, `make test` passes the tests; both set up what they need first.
+
+.PHONY: demo test lint setup test-blender-5
+
+setup:
+	@tools/set_up.sh
+
+demo: setup
+	@.venv/bin/w2w demo --out demo_output
+
+test: setup lint
+	.venv/bin/python -m pytest -n 2
+
+lint: setup
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/lint-imports
+
+test-blender-5:
+	@tools/set_up.sh .venv-blender-5 5.0.1
+	.venv-blender-5/bin/python -m pytest -n 2 tests/scene tests/headless

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A folder of motion files: which clips it holds and what each shows."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+MOTION_SUFFIXES = (".fbx", ".bvh", ".npz")
+"""Kinds of motion files, in lower case with the dot."""
+
+UNLABELLED = "labels.csv does not list it"
+
+
+class LibraryError(ValueError):
+    """A library or its labels cannot be understood; the message says what to change."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One motion file and its labels.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    file : str
+        Its path inside the library, with forward slashes.
+    name : str
+        A name for files made from it: safe on every file system and unique in the library.
+    activity : str
+        Label; empty where there is none.
+    subject : str
+        Who moves; empty where unknown.
+    motion_key : str
+        Clips with an equal key show the same recording; empty where unknown.
+    """
+
+    path: Path
+    file: str
+    name: str
+    activity: str
+    subject: str = ""
+    motion_key: str = ""
+
+
+@dataclass(frozen=True)
+class Library:
+    """The clips of a folder and where their labels come from.
+
+    Parameters
+    ----------
+    folder : Path
+    clips : tuple of Clip
+        In the order of their paths.
+    labelled_by : str
+        Where the labels come from, in words.
+    skipped : tuple of (str, str)
+        Files left out, each with the reason.
+    """
+
+    folder: Path
+    clips: tuple[Clip, ...]
+    labelled_by: str
+    skipped: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def activities(self) -> dict[str, int]:
+        """Number of clips by activity, in alphabetical order."""
+        return dict(sorted(Counter(clip.activity for clip in self.clips).items()))
+
+
+def read_library(folder: str | Path, labels: str | Path | None = None) -> Library:
+    """Find the motion files of a folder and label them.
+
+    A label comes from `labels` where given, else from the clip's folder inside the
+    library, else from its file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``).
+
+    Parameters
+    ----------
+    folder : str or Path
+        Searched with all folders below it.
+    labels : str or Path, optional
+        A csv file with columns ``file`` and ``activity``, and if wanted ``subject`` and
+        ``motion_key``; ``file`` is the path inside the library, or a file name that
+        only one clip has.
+
+    Returns
+    -------
+    Library
+
+    Raises
+    ------
+    LibraryError
+        If the folder is missing or holds no motion files, or the csv cannot be understood.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
+    files = sorted(_motion_files(folder), key=lambda path: path.relative_to(folder).as_posix())
+    if not files:
+        kinds = ", ".join(MOTION_SUFFIXES)
+        raise LibraryError(f"{folder} holds no motion files ({kinds}), nor do the folders in it")
+    inside = [path.relative_to(folder).as_posix() for path in files]
+    names = unique_names(inside)
+    if labels is not None:
+        rows = _match_rows(Path(labels), inside)
+        clips, skipped = [], []
+        for path, file, name in zip(files, inside, names, strict=True):
+            row = rows.get(file)
+            if row is None:
+                skipped.append((file, UNLABELLED))
+            else:
+                clips.append(Clip(path, file, name, row["activity"], row["subject"], row["motion_key"]))
+        return Library(folder, tuple(clips), f"the file {labels}", tuple(skipped))
+    clips = [
+        Clip(path, file, name, activity_of(file))
+        for path, file, name in zip(files, inside, names, strict=True)
+    ]
+    by_folder = sum("/" in file for file in inside)
+    sources = [
+        text for text, uses in (("folder names", by_folder), ("file names", len(inside) - by_folder)) if uses
+    ]
+    return Library(folder, tuple(clips), " and ".join(sources))
+
+
+def activity_of(file: str) -> str:
+    """Label of a clip from its folder inside the library, else from its file name.
+
+    Examples
+    --------
+    >>> activity_of("walking/clip 7.fbx")
+    'walking'
+    >>> activity_of("X Bot@Waving (2).fbx")
+    'waving'
+    """
+    path = PurePosixPath(file)
+    text = path.parent.name or re.sub(r"^.*@", "", path.stem)
+    text = re.sub(r"\s*\(\d+\)\s*$", "", text)
+    return re.sub(r"[\s_\-]+", "_", text).strip("_").lower()
+
+
+def unique_names(files: Iterable[str]) -> list[str]:
+    """File-system-safe names, distinct even where case does not count.
+
+    Parameters
+    ----------
+    files : iterable of str
+        Paths inside the library, all different.
+    """
+    files = list(files)
+    plain = [
+        re.sub(r"[^0-9A-Za-z]+", "_", str(PurePosixPath(file).with_suffix(""))).strip("_")[:80]
+        for file in files
+    ]
+    uses = Counter(name.lower() for name in plain)
+    return [
+        name
+        if name and uses[name.lower()] == 1
+        else f"{name}_{hashlib.sha256(file.encode()).hexdigest()[:8]}".strip("_")
+        for name, file in zip(plain, files, strict=True)
+    ]
+
+
+def _motion_files(folder: Path) -> Iterable[Path]:
+    for path in folder.rglob("*"):
+        if path.suffix.lower() in MOTION_SUFFIXES and not path.is_dir():
+            yield path
+
+
+def _match_rows(labels: Path, inside: list[str]) -> dict[str, dict[str, str]]:
+    """Rows of the csv by path inside the library."""
+    by_file_name: dict[str, list[str]] = {}
+    for file in inside:
+        by_file_name.setdefault(PurePosixPath(file).name, []).append(file)
+    known = set(inside)
+    rows: dict[str, dict[str, str]] = {}
+    for number, row in _read_rows(labels):
+        file = PurePosixPath(row["file"].replace("\\", "/")).as_posix()
+        if file not in known:
+            same_name = by_file_name.get(PurePosixPath(file).name, [])
+            candidates = [found for found in same_name if file.endswith(f"/{found}")] or same_name
+            if len(candidates) > 1:
+                raise LibraryError(
+                    f"{labels}, line {number}: '{file}' could be any of {', '.join(candidates[:3])}: "
+                    "write the path inside the library"
+                )
+            if not candidates:
+                continue
+            file = candidates[0]
+        if file in rows and rows[file] != row | {"file": file}:
+            raise LibraryError(f"{labels}, line {number}: '{file}' is listed twice with different labels")
+        rows[file] = row | {"file": file}
+    if not rows:
+        raise LibraryError(f"{labels} lists none of the {len(inside)} motion files in the library")
+    return rows
+
+
+def _read_rows(labels: Path) -> Iterable[tuple[int, dict[str, str]]]:
+    try:
+        with labels.open(newline="", encoding="utf-8-sig") as stream:
+            reader = csv.DictReader(stream)
+            columns = [(name or "").strip().lower() for name in reader.fieldnames or ()]
+            if not {"file", "activity"} <= set(columns):
+                raise LibraryError(
+                    f"{labels} needs the columns 'file' and 'activity' in its first line, "
+                    f"and has: {', '.join(columns) or 'nothing'}"
+                )
+            reader.fieldnames = columns
+            for row in reader:
+                values = {
+                    name: (row.get(name) or "").strip()
+                    for name in ("file", "activity", "subject", "motion_key")
+                }
+                if values["file"] and values["activity"]:
+                    yield reader.line_num, values
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise LibraryError(f"{labels} cannot be read as a csv file: {error}") from error

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A short description of a motion by which two downloads of one motion are known as the same."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .motion import Motion
+from .skeleton import JOINT_INDEX
+
+PHASES = 16
+"""Moments, evenly over the clip, at which the pose is looked at."""
+
+JOINTS = tuple(
+    JOINT_INDEX[name]
+    for name in (
+        "left_hip", "right_hip", "left_knee", "right_knee", "spine2",
+        "left_shoulder", "right_shoulder", "left_elbow", "right_elbow",
+    )
+)  # fmt: skip
+
+
+def motion_signature(motion: Motion) -> np.ndarray:
+    """Poses at even phases of a clip and its length, whoever moves and wherever they face.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    ndarray, shape (K,), float64
+        Two columns of the rotation of each of `JOINTS` at `PHASES` moments, then the
+        logarithm of the duration.
+    """
+    frames = np.linspace(0, motion.n_frames - 1, PHASES).round().astype(int)
+    turns = motion.rotations[np.ix_(frames, JOINTS)][..., :2]
+    return np.append(turns.ravel(), np.log(max(motion.duration, 1e-3)))

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A study's parameters and the order of its steps, from a motion to a recommendation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from .body import Body
+from .crossval import same_motion_groups
+from .features import window_features
+from .imu import Synthesis, synthesize
+from .motion import Motion
+from .patches import DEFAULT_PATCHES, PatchSet, sample_patches
+from .placement import Subset, best_single, greedy_subset
+from .recording import ImuRecording
+from .sensor import SensorModel
+from .sensor_presets import DEFAULT_SENSOR, preset
+from .skinning import patch_matrices
+from .utility import UtilityMap, utility_map
+from .windows import WindowSpec, cut_windows
+
+
+@dataclass(frozen=True)
+class StudyConfig:
+    """Every parameter of a study; the same config and clips give the same bytes.
+
+    Parameters
+    ----------
+    patches : int
+        Places on the body.
+    patch_mode : {"exact", "fast"}
+        Geodesic distances that the places are sampled by (`patches.sample_patches`).
+    synthesis : Synthesis
+        How ideal signals are made; its `rate_hz` is the sensor's rate.
+    sensor : str
+        Name of a sensor preset (`sensor_presets.preset`), or "ideal".
+    windows : WindowSpec
+    classifier : str
+        Name in `utility.CLASSIFIERS`.
+    folds : int
+        Folds of the cross-validation by clip.
+    by_subject : bool
+        Leave one subject out at a time instead.
+    target : float
+        Mean-max F1 the recommended set of places shall reach.
+    max_places : int or None
+        Most places in that set.
+    seed : int
+        Every random draw comes from it.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range; the message names it.
+    """
+
+    patches: int = DEFAULT_PATCHES
+    patch_mode: str = "exact"
+    synthesis: Synthesis = field(default_factory=Synthesis)
+    sensor: str = DEFAULT_SENSOR
+    windows: WindowSpec = field(default_factory=WindowSpec)
+    classifier: str = "ridge"
+    folds: int = 5
+    by_subject: bool = False
+    target: float = 0.90
+    max_places: int | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.target <= 1:
+            raise ValueError(f"target must be an F1 above 0 and at most 1, not {self.target}")
+        if self.folds < 2:
+            raise ValueError(f"folds must be at least 2, not {self.folds}")
+        self.sensor_model()
+
+    def sensor_model(self) -> SensorModel:
+        """The sensor model that `sensor` names."""
+        return SensorModel.ideal() if self.sensor == "ideal" else preset(self.sensor)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every parameter as plain values, the sensor's own ones spelled out."""
+        return {**plain(self), "sensor_model": plain(self.sensor_model())}
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """What a study tells a designer.
+
+    Parameters
+    ----------
+    utility : UtilityMap
+    best : int
+        Patch with the highest macro F1.
+    subset : Subset
+        Greedy set of patches for the target.
+    """
+
+    utility: UtilityMap
+    best: int
+    subset: Subset
+
+
+def plain(value: Any) -> Any:
+    """Dataclasses, tuples and numpy numbers as what JSON knows."""
+    if is_dataclass(value):
+        return {item.name: plain(getattr(value, item.name)) for item in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(item) for item in value]
+    return value
+
+
+def place_patches(body: Body, config: StudyConfig) -> PatchSet:
+    """The study's places on its body."""
+    return sample_patches(body, config.patches, config.seed, mode=config.patch_mode)
+
+
+def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -> ImuRecording:
+    """What sensors on all patches would record of one motion.
+
+    Raises
+    ------
+    ValueError
+        If the motion is too short for the synthesis.
+    """
+    ideal = synthesize(patch_matrices(body, patches, motion), motion.rate, config.synthesis)
+    named = ImuRecording(
+        ideal.acc, ideal.gyr, ideal.rate, patches.names, motion.activity, motion.subject, motion.clip
+    )
+    return config.sensor_model().apply(named, seed=config.seed)
+
+
+def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:
+    """Windows of a recording as features.
+
+    Returns
+    -------
+    features : ndarray, shape (W, N, D), float32
+    is_test : ndarray, shape (W,), bool
+        Windows that do not overlap and may be tested on.
+
+    Raises
+    ------
+    TooShortError
+        If the recording is too short to give one window.
+    """
+    windows = cut_windows(recording, config.windows)
+    return window_features(windows.signals, recording.rate), windows.is_test
+
+
+def same_clips(names: Sequence[str], keys: Sequence[str], signatures: np.ndarray) -> np.ndarray:
+    """Which clips show one motion, by their keys or because they move alike; shape (C,), int."""
+    return same_motion_groups(names, keys=keys, signatures=signatures)
+
+
+def recommend(
+    features: np.ndarray,
+    activity: np.ndarray,
+    group: np.ndarray,
+    subject: np.ndarray,
+    is_test: np.ndarray,
+    config: StudyConfig,
+    progress: Callable[[float], None] | None = None,
+) -> Recommendation:
+    """Rank all places and choose.
+
+    Parameters
+    ----------
+    features : ndarray, shape (W, N, D)
+    activity, group, subject : ndarray of str, shape (W,)
+        Label, motion and person of each window.
+    is_test : ndarray of bool, shape (W,)
+    config : StudyConfig
+    progress : callable, optional
+        Told the fraction done.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two activities can be tested; the message says why.
+    """
+    utility = utility_map(
+        features,
+        activity,
+        group,
+        subject if config.by_subject else None,
+        is_test,
+        sorted(set(activity.tolist())),
+        classifier=config.classifier,
+        folds=config.folds,
+        seed=config.seed,
+        progress=progress,
+    )
+    subset = greedy_subset(utility.f1, config.target, max_size=config.max_places)
+    return Recommendation(utility, best_single(utility), subset)

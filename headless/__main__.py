@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The `w2w` command: ``w2w ...``, ``python -m headless ...`` or inside Blender."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from .demo import demo
+from .demo_library import demo_library
+from .inspect_file import inspect
+from .run import run
+
+APP = typer.Typer(
+    name="w2w",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    help="""**Where to Wear**: find out where on the body a motion sensor (IMU) recognises activities best.
+
+    W2W plays your motion clips on a human body with hundreds of virtual sensors, learns from each
+    sensor's signal alone which activity it sees, and tells you the best spot and the smallest set
+    of spots.
+
+    First steps: `w2w demo` shows it all on a built-in library; `w2w run MY_CLIPS --out RESULTS`
+    does the same with a folder of your own FBX, BVH or npz files; `w2w inspect FILE` tells what
+    one file holds.
+    """,
+)
+APP.command()(run)
+APP.command()(demo)
+APP.command(name="inspect")(inspect)
+APP.command(name="demo-library")(demo_library)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; ends the process with its exit code."""
+    APP(args=arguments, prog_name="w2w")
+
+
+def from_blender(command: str) -> None:
+    """Run one subcommand inside ``blender --background --python FILE -- ARGUMENTS``."""
+    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    main([command, *arguments])
+
+
+if __name__ == "__main__":
+    main()

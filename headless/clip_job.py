@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The work on one clip, from its file to its motion, signals and features on disk."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from blender_addon.w2w.core.amass import read_amass, to_body
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.files import write_json, write_npz
+from blender_addon.w2w.core.library import Clip
+from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.motion_signature import motion_signature
+from blender_addon.w2w.core.patches import PatchSet
+from blender_addon.w2w.core.retarget import retarget
+from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
+from blender_addon.w2w.core.study import StudyConfig, describe, record
+
+WORK = ".w2w"
+"""Folder inside the output folder for what a later run can take up again."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """All that a worker needs to know about one clip.
+
+    Parameters
+    ----------
+    clip : Clip
+    out : Path
+        The study's output folder.
+    config : StudyConfig
+    inputs : str
+        Hash of the body, the patches, the config and the code that the outcome depends on.
+    """
+
+    clip: Clip
+    out: Path
+    config: StudyConfig
+    inputs: str
+
+    @property
+    def motion_file(self) -> Path:
+        """The retargeted motion."""
+        return self.out / "motions" / f"{self.clip.name}.npz"
+
+    @property
+    def signals_file(self) -> Path:
+        """The recording of all patches."""
+        return self.out / "signals" / f"{self.clip.name}.npz"
+
+    @property
+    def features_file(self) -> Path:
+        """Windows as features, for the ranking."""
+        return self.out / WORK / "features" / f"{self.clip.name}.npz"
+
+    @property
+    def record_file(self) -> Path:
+        """What was done, and from what: written last."""
+        return self.out / WORK / "clips" / f"{self.clip.name}.json"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a clip.
+
+    Parameters
+    ----------
+    clip : Clip
+    reason : str
+        Why it was skipped; empty where it is used.
+    details : dict
+        What the summary says of a used clip: take, frames, rate, duration, windows, skeleton.
+    source_sha256 : str
+        Hash of the clip's file.
+    """
+
+    clip: Clip
+    reason: str
+    details: dict[str, Any]
+    source_sha256: str
+
+    @property
+    def used(self) -> bool:
+        """Whether the clip takes part in the ranking."""
+        return not self.reason
+
+
+def do_clip(job: Job) -> Outcome:
+    """Do a clip's work, or take up what an earlier run finished.
+
+    Never raises for what is wrong with a clip: the outcome says it.
+    """
+    try:
+        source = file_sha256(job.clip.path)
+    except OSError as error:
+        return Outcome(job.clip, f"it cannot be read: {error.strerror}", {}, "")
+    key = hashlib.sha256(
+        "\n".join([job.inputs, source, job.clip.activity, job.clip.subject, job.clip.name]).encode()
+    ).hexdigest()
+    done = _finished(job, key)
+    if done is not None:
+        return Outcome(job.clip, done["reason"], done["details"], source)
+    try:
+        details, files, reason = *_make(job), ""
+    except (UnusableMotion, ValueError) as error:  # core says ValueErrors for people: too short, not finite
+        details, files, reason = {}, (), str(error)
+    record_of = {
+        "key": key,
+        "reason": reason,
+        "details": details,
+        "files": {str(path.relative_to(job.out)): file_sha256(path) for path in files},
+    }
+    write_json(job.record_file, record_of)
+    return Outcome(job.clip, reason, details, source)
+
+
+def read_source(path: Path) -> SourceMotion | Motion:
+    """Read a motion file: a named skeleton through Blender, or an AMASS-style npz directly.
+
+    Raises
+    ------
+    UnusableMotion
+        If it cannot be used; the message says why.
+    """
+    if path.suffix.lower() == ".npz":
+        return read_amass(path)
+    from blender_addon.w2w.scene.clips import read_clip
+
+    return read_clip(path)
+
+
+def carry(clip: Clip, source: SourceMotion | Motion, body: Body) -> tuple[Motion, dict[str, Any]]:
+    """Carry what a file holds to the body, under the clip's labels.
+
+    Returns
+    -------
+    motion : Motion
+    details : dict
+        Where it came from: take, skeleton, scale, frames, rate, duration.
+
+    Raises
+    ------
+    UnusableMotion
+        If the skeleton cannot be matched.
+    """
+    if isinstance(source, Motion):
+        motion, take, skeleton, scale = to_body(source, body), "", "SMPL", 1.0
+    else:
+        carried = retarget(source, body)
+        motion, take, skeleton, scale = carried.motion, source.take, carried.bone_map, carried.scale
+    details = {
+        "take": take,
+        "skeleton": skeleton,
+        "frames": motion.n_frames,
+        "frame_rate": motion.rate,
+        "duration_s": round(motion.duration, 4),
+        "scale": scale,
+    }
+    return motion.labelled(clip.activity, clip.subject, clip.name), details
+
+
+@contextlib.contextmanager
+def quiet_output() -> Iterator[None]:
+    """Keep what Blender's importers print from the user's screen."""
+    with Path(os.devnull).open("w") as nowhere:
+        saved = [os.dup(1), os.dup(2)]
+        try:
+            os.dup2(nowhere.fileno(), 1)
+            os.dup2(nowhere.fileno(), 2)
+            yield
+        finally:
+            for number, handle in enumerate(saved, start=1):
+                os.dup2(handle, number)
+                os.close(handle)
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file's bytes, in hexadecimal."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
+    body, patches = _body_and_patches(job.out)
+    with quiet_output():
+        source = read_source(job.clip.path)
+    motion, details = carry(job.clip, source, body)
+    recording = record(body, patches, motion, job.config)
+    features, is_test = describe(recording, job.config)
+    motion.save(job.motion_file)
+    recording.save(job.signals_file)
+    write_npz(
+        job.features_file,
+        {"features": features, "is_test": is_test, "signature": motion_signature(motion)},
+    )
+    details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
+    return details, (job.motion_file, job.signals_file, job.features_file)
+
+
+def _finished(job: Job, key: str) -> dict[str, Any] | None:
+    """The record of an earlier run, if its inputs are the same and its files are whole."""
+    try:
+        done = json.loads(job.record_file.read_text(encoding="utf-8"))
+        if done["key"] != key:
+            return None
+        whole = all(file_sha256(job.out / name) == value for name, value in done["files"].items())
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return done if whole else None
+
+
+@cache
+def _body_and_patches(out: Path) -> tuple[Body, PatchSet]:
+    """The study's body and patches, read once a worker."""
+    return Body.load(out / WORK / "body.npz"), PatchSet.load(out / WORK / "patches.npz")

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w demo`: the whole road on a motion library that W2W makes itself."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/demo.py -- --out OUT
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.__main__ import from_blender
+
+    from_blender("demo")
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from blender_addon.w2w.core.library import read_library
+from blender_addon.w2w.core.study import StudyConfig
+
+from .demo_library import ACTIVITIES, write_demo_library
+from .progress import Progress
+from .run import execute
+
+
+def demo(
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the library and the results.")] = Path(
+        "demo_output"
+    ),
+    clips: Annotated[int, typer.Option(min=2, help="Clips an activity.")] = 12,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the library and of the study.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
+    or 1,
+) -> None:
+    """Make a library of four rehabilitation activities as FBX files and find the best spots for them."""
+    console = Console(highlight=False)
+    library = out / "library"
+    with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
+        write_demo_library(library, clips_per_activity=clips, seed=seed, progress=advance)
+    execute(read_library(library), StudyConfig(seed=seed), out / "results", workers, True, console)

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the process's exit code says."""
+
+NOTHING_TO_DO = 1
+"""There is no result; a sentence on the screen says why."""
+
+USAGE = 2
+"""Wrong arguments, a missing folder, a labels file that cannot be understood."""
+
+SKIPPED = 3
+"""Clips were skipped and ``--strict`` was asked for."""
+
+INTERRUPTED = 130
+"""Stopped by Ctrl-C, as shells count it."""

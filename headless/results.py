@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Write a finished study down: summary, table, configuration."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from blender_addon.w2w.core.files import write_json, write_text
+
+from .pipeline import Study
+
+DIGITS = 6
+"""Decimals of an F1 on file."""
+
+TOP_REGIONS = 10
+
+
+def write_results(study: Study) -> None:
+    """Write `summary.json` and `utility.csv` into the study's folder."""
+    write_text(study.out / "utility.csv", utility_table(study))
+    write_json(study.out / "summary.json", summary(study))
+
+
+def utility_table(study: Study) -> str:
+    """Every patch's F1: patch, region, vertex, one column an activity, mean and its interval."""
+    utility, patches = study.recommendation.utility, study.patches
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["patch", "region", "vertex", *utility.activities, "mean", "mean_low", "mean_high"])
+    for patch, region in enumerate(patches.regions):
+        scores = [*utility.f1[patch], utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]]
+        writer.writerow(
+            [patch, region, patches.vertices[patch], *(f"{score:.{DIGITS}f}" for score in scores)]
+        )
+    return stream.getvalue()
+
+
+def summary(study: Study) -> dict[str, Any]:
+    """What the study found, for people and programs."""
+    utility, subset = study.recommendation.utility, study.recommendation.subset
+    skipped = [{"file": file, "reason": reason} for file, reason in study.library.skipped]
+    skipped += [{"file": o.clip.file, "reason": o.reason} for o in study.outcomes if not o.used]
+    return {
+        "clips": {
+            "found": len(study.outcomes) + len(study.library.skipped),
+            "used": len(study.used),
+            "skipped": len(skipped),
+        },
+        "labelled_by": study.library.labelled_by,
+        "activities": _activities(study),
+        "left_out": utility.left_out,
+        "protocol": utility.protocol,
+        "classifier": utility.classifier,
+        "sensor": study.config.sensor,
+        "best_single_patch": {
+            **place(study, study.recommendation.best),
+            "indistinguishable_patches": int(utility.same_as(study.recommendation.best).sum()) - 1,
+        },
+        "subset": {
+            "target": subset.target,
+            "reached": subset.reached,
+            "sentence": subset.sentence(),
+            "best_reachable": _f1(subset.best_reachable),
+            "places": [
+                {**place(study, patch), "mean_max_f1_so_far": _f1(value)}
+                for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True)
+            ],
+        },
+        "regions": _regions(study),
+        "used": [_used(study, number) for number in range(len(study.used))],
+        "skipped": skipped,
+    }
+
+
+def place(study: Study, patch: int) -> dict[str, Any]:
+    """One patch by number, name and place, with its scores."""
+    utility, patches = study.recommendation.utility, study.patches
+    return {
+        "patch": int(patch),
+        "name": patches.names[patch],
+        "region": patches.regions[patch],
+        "vertex": int(patches.vertices[patch]),
+        "mean_f1": _f1(utility.mean[patch]),
+        "mean_f1_interval": [_f1(utility.mean_low[patch]), _f1(utility.mean_high[patch])],
+        "f1": {name: _f1(value) for name, value in zip(utility.activities, utility.f1[patch], strict=True)},
+    }
+
+
+def top_regions(study: Study, count: int = TOP_REGIONS) -> list[tuple[str, float]]:
+    """Regions by the mean F1 of their best patch, best first."""
+    best: dict[str, float] = {}
+    for region, mean in zip(study.patches.regions, study.recommendation.utility.mean, strict=True):
+        best[region] = max(best.get(region, 0.0), float(mean))
+    return sorted(best.items(), key=lambda item: (-item[1], item[0]))[:count]
+
+
+def _activities(study: Study) -> dict[str, dict[str, int]]:
+    clips = Counter(outcome.clip.activity for outcome in study.used)
+    windows: Counter[str] = Counter()
+    motions: dict[str, set[int]] = {}
+    for outcome, group in zip(study.used, study.groups.tolist(), strict=True):
+        windows[outcome.clip.activity] += outcome.details["windows"]
+        motions.setdefault(outcome.clip.activity, set()).add(group)
+    return {
+        name: {"clips": clips[name], "distinct_motions": len(motions[name]), "windows": windows[name]}
+        for name in sorted(clips)
+    }
+
+
+def _regions(study: Study) -> dict[str, dict[str, Any]]:
+    """Each named region: how many patches it has and how good they are."""
+    mean = study.recommendation.utility.mean
+    regions = np.array(study.patches.regions)
+    return {
+        region: {
+            "patches": int((regions == region).sum()),
+            "best_mean_f1": _f1(mean[regions == region].max()),
+            "average_mean_f1": _f1(mean[regions == region].mean()),
+        }
+        for region in sorted(set(study.patches.regions))
+    }
+
+
+def _used(study: Study, number: int) -> dict[str, Any]:
+    outcome = study.used[number]
+    first = int(np.flatnonzero(study.groups == study.groups[number])[0])
+    entry = {
+        "file": outcome.clip.file,
+        "clip": outcome.clip.name,
+        "activity": outcome.clip.activity,
+        "subject": outcome.clip.subject,
+        **outcome.details,
+    }
+    if first != number:
+        entry["same_motion_as"] = study.used[first].clip.file
+    return entry
+
+
+def _f1(value: float) -> float:
+    return round(float(value), DIGITS)

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w run`: a folder of motion files in, heatmaps and a sensor recommendation out."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/run.py -- LIBRARY --out OUT
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.__main__ import from_blender
+
+    from_blender("run")
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from blender_addon.w2w.core.imu import Synthesis
+from blender_addon.w2w.core.library import Library, LibraryError, read_library
+from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
+from blender_addon.w2w.core.study import StudyConfig
+from blender_addon.w2w.core.windows import WindowSpec
+
+from .exit_codes import INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
+from .pipeline import Study, StudyError, run_study, write_config
+from .progress import Progress
+from .results import top_regions, write_results
+from .views import write_blend, write_pictures
+
+
+def run(
+    library: Annotated[
+        Path, typer.Argument(help="Folder of motion files (FBX, BVH, npz), with its subfolders.")
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
+    labels: Annotated[
+        Path | None,
+        typer.Option(
+            help="csv with columns file, activity[, subject]. Else folder names, else file names label."
+        ),
+    ] = None,
+    patches: Annotated[int, typer.Option(min=2, max=6890, help="Places on the body.")] = 512,
+    rate: Annotated[float, typer.Option(min=5, max=1000, help="Sensor rate, Hz.")] = 50.0,
+    sensor: Annotated[str, typer.Option(help="Sensor preset, or 'ideal' for no errors.")] = DEFAULT_SENSOR,
+    window: Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")] = 2.0,
+    stride: Annotated[float, typer.Option(min=0.05, help="Stride of training windows, seconds.")] = 1.0,
+    target: Annotated[
+        float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
+    ] = 0.90,
+    folds: Annotated[
+        int, typer.Option(min=2, help="Folds of the cross-validation; clips never straddle one.")
+    ] = 5,
+    by_subject: Annotated[
+        bool, typer.Option(help="Leave one subject out at a time instead of folds.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of every random draw.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
+    or 1,
+    pictures: Annotated[bool, typer.Option(help="Draw heatmaps and save study.blend.")] = True,
+    strict: Annotated[bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.")] = False,
+) -> None:
+    """Find the best places for a sensor from a folder of motion files.
+
+    Results in OUT: summary.json, utility.csv, heatmaps/*.png, study.blend, motions/*.npz, signals/*.npz and
+    config.json. Run again with the same OUT to go on where a run was stopped.
+
+    Exit codes: 0 all well, 1 no result (what is wrong is said), 2 wrong use, 3 clips were skipped with
+    --strict, 130 stopped by Ctrl-C.
+    """
+    console = Console(highlight=False)
+    try:
+        config = StudyConfig(
+            patches=patches,
+            synthesis=Synthesis(rate_hz=rate),
+            sensor=sensor,
+            windows=WindowSpec(length_s=window, stride_s=stride),
+            folds=folds,
+            by_subject=by_subject,
+            target=target,
+            seed=seed,
+        )
+        found = read_library(library, labels)
+    except (ValueError, LibraryError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    study = execute(found, config, out, workers, pictures, console)
+    if strict and len(study.used) < len(study.outcomes) + len(found.skipped):
+        console.print("[red]Clips were skipped and --strict was asked for.[/red]")
+        raise typer.Exit(SKIPPED)
+
+
+def execute(
+    library: Library, config: StudyConfig, out: Path, workers: int, pictures: bool, console: Console
+) -> Study:
+    """Run a study with its progress on the console, and write everything down.
+
+    Raises
+    ------
+    typer.Exit
+        With the exit code, when there is no result.
+    """
+    progress = Progress(console)
+    show_labels(library, console)
+    try:
+        study = run_study(library, config, out, workers, progress)
+        write_config(config, library, list(study.outcomes), out)
+        write_results(study)
+        if pictures:
+            write_pictures(study, progress)
+            write_blend(study, progress)
+    except StudyError as error:
+        console.print(f"[red]No result: {error}[/red]")
+        raise typer.Exit(NOTHING_TO_DO) from error
+    except KeyboardInterrupt as error:
+        console.print("\nStopped. What is finished is kept: the same command goes on from here.")
+        raise typer.Exit(INTERRUPTED) from error
+    show_outcome(study, pictures, console)
+    return study
+
+
+def show_labels(library: Library, console: Console) -> None:
+    """Print the labelling that was understood."""
+    table = Table(
+        title=f"{len(library.clips)} clips, labelled by {library.labelled_by}", title_justify="left"
+    )
+    table.add_column("activity")
+    table.add_column("clips", justify="right")
+    table.add_column("for example")
+    for activity, count in library.activities.items():
+        example = next(clip.file for clip in library.clips if clip.activity == activity)
+        table.add_row(activity, str(count), example)
+    console.print(table)
+
+
+def show_outcome(study: Study, pictures: bool, console: Console) -> None:
+    """Print what was found and where it stands."""
+    utility, subset = study.recommendation.utility, study.recommendation.subset
+    skipped = [(o.clip.file, o.reason) for o in study.outcomes if not o.used] + list(study.library.skipped)
+    if skipped:
+        table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
+        table.add_column("file", overflow="fold")
+        table.add_column("why", overflow="fold")
+        for row in skipped:
+            table.add_row(*row)
+        console.print(table)
+    for reason in utility.left_out.values():
+        console.print(f"Left out: {reason}.", style="yellow")
+    table = Table(title="Best regions (F1 of their best spot, mean over activities)", title_justify="left")
+    table.add_column("region")
+    table.add_column("mean F1", justify="right")
+    for region, mean in top_regions(study):
+        table.add_row(region, f"{mean:.3f}")
+    console.print(table)
+    best = study.recommendation.best
+    console.print(
+        f"Best single spot: [bold]{study.patches.names[best]}[/bold], mean F1 {utility.mean[best]:.3f} "
+        f"(95 % interval {utility.mean_low[best]:.3f} to {utility.mean_high[best]:.3f})"
+    )
+    chosen = ", ".join(study.patches.names[patch] for patch in subset.order)
+    console.print(f"Smallest set: [bold]{chosen}[/bold]. {subset.sentence()}.")
+    console.print(f"{len(study.used)} clips used, {len(skipped)} skipped.")
+    console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
+    if pictures:
+        console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")

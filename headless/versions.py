@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which versions of W2W and its libraries made a result."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "pygeodesic", "potpourri3d", "bpy")
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def versions() -> dict[str, str]:
+    """Version of W2W, of Python, of Blender and of each library that results depend on."""
+    found = {"w2w": _version("w2w"), "python": platform.python_version()}
+    for name in LIBRARIES:
+        version = _version(name)
+        if version:
+            found[name] = version
+    return found
+
+
+@cache
+def code_sha256() -> str:
+    """Hash of the code and templates that results depend on."""
+    digest = hashlib.sha256()
+    files = [*ROOT.glob("blender_addon/w2w/core/**/*.py"), *ROOT.glob("blender_addon/w2w/scene/*.py")]
+    files += [*ROOT.glob("assets/templates/bone_maps/*.json"), ROOT / "headless" / "clip_job.py"]
+    for path in sorted(files):
+        digest.update(path.relative_to(ROOT).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
