@@ -8,6 +8,7 @@ are Dijkstra's on a graph that also holds the straight lines across strips of un
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -19,6 +20,9 @@ from scipy.spatial import cKDTree
 
 STRIP_CROSSINGS = 3
 """Edges a straight line of the fast graph may cross: 3 leave 0.6 % of mean error (none: 5 %)."""
+
+CHUNK = 256
+"""Sources solved for at once, to bound memory."""
 
 TIE = 1e-9
 """Distances closer than this (metres) count as equal, so that rounding never decides a pick."""
@@ -137,6 +141,19 @@ class StripGraph:
         With `nearest`, only the distance to the nearest of the sources, shape (V,).
         """
         return dijkstra(self.graph, indices=sources, limit=limit, min_only=nearest)
+
+    def neighbourhoods(self, centres: np.ndarray, reach: float, count: int) -> Iterator[np.ndarray]:
+        """Vertices within `reach` of each centre, nearest first, or the `count` nearest if those are more."""
+        for begin in range(0, len(centres), CHUNK):
+            chunk = centres[begin : begin + CHUNK]
+            for centre, distance in zip(chunk, self.distances(chunk, limit=reach), strict=True):
+                within = int(np.isfinite(distance).sum())
+                found = distance
+                for wider in (4 * reach, np.inf):
+                    if np.isfinite(found).sum() < count:
+                        found = self.distances(centre, limit=wider)
+                near = np.flatnonzero(np.isfinite(found))
+                yield near[np.argsort(found[near], kind="stable")][: max(within, count)]
 
     def closer(self, source: int, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances from `source` up to the largest in `distance`; see `ExactSolver.closer`."""

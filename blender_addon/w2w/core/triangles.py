@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which three vertices carry a patch: a triangle whose frame is steady when the body moves.
 
-A frame on a sliver turns float noise into rotation noise, and a triangle across a joint turns with
-neither bone. So the carrier of a patch is chosen among all triples of vertices near its centre:
-tall enough, near equilateral, facing outward and made of vertices that share their bones.
+A frame on a sliver turns float noise into rotation noise, and where skin folds a small triangle
+turns over. So the carrier of a patch is chosen among triples of vertices around its centre: tall
+enough, near equilateral, facing outward and steady against its bone in a library of poses.
 """
 
 from __future__ import annotations
@@ -14,14 +14,29 @@ import numpy as np
 
 from .body import Body
 from .geodesics import StripGraph
-
-NEIGHBOURS = 14
-"""Vertices nearest to a patch's centre that may carry it: all triples of them are tried."""
+from .motion import Motion
+from .pose_library import random_poses
+from .skeleton import N_JOINTS, PARENTS
+from .skinning import frames_from_edges, joint_transforms, skin, skinning_transforms
 
 MIN_HEIGHT = 0.004
-"""Least height of a carrier triangle, metres."""
+"""Least height of a carrier triangle, metres, where the mesh offers one."""
 
-CHUNK = 256
+NEAREST, SPREAD = 8, 8
+"""Corners are sought among the nearest vertices and among some spread over `REACH`."""
+
+REACH = 0.04
+"""Radius around the centre, metres, within which corners are sought."""
+
+SHORTLIST = 48
+"""Best-shaped triangles of a patch that are tried in the pose library."""
+
+TRIAL_POSES, TRIAL_SEED = 24, 1
+
+COST_DIGITS = 6
+"""Costs are compared after rounding, so that equal ones go to the same triangle on every machine."""
+
+CHUNK = 64
 
 
 def carrier_triangles(body: Body, graph: StripGraph, centres: np.ndarray) -> np.ndarray:
@@ -31,47 +46,114 @@ def carrier_triangles(body: Body, graph: StripGraph, centres: np.ndarray) -> np.
     ----------
     body : Body
     graph : StripGraph
+        Of the same body.
     centres : ndarray of int, shape (N,)
 
     Returns
     -------
     ndarray, shape (N, 3), int32
-        v1, v2, v3 as in Blender's three-vertex parent: x along v2 - v1, z outward.
+        v1, v2, v3 as in Blender's three-vertex parent: z outward, x along v2 - v1, which of
+        the three sides runs most nearly along the bone.
     """
-    triples = np.array(list(combinations(range(NEIGHBOURS), 3)))
-    chosen = np.empty((len(centres), 3), dtype=np.int32)
-    for patch, near in enumerate(nearest_vertices(graph, centres, NEIGHBOURS)):
-        candidates = near[triples]
-        cost, flipped = _cost(body, int(centres[patch]), candidates)
-        best = int(np.argmin(cost))
-        first, second, third = candidates[best]
-        chosen[patch] = (first, third, second) if flipped[best] else (first, second, third)
-    return chosen
-
-
-def nearest_vertices(graph: StripGraph, centres: np.ndarray, count: int) -> np.ndarray:
-    """The vertices nearest to each centre along the surface, itself first, shape (N, count)."""
-    near = np.empty((len(centres), count), dtype=np.int64)
+    poses = random_poses(TRIAL_POSES, TRIAL_SEED)
+    chosen = []
     for begin in range(0, len(centres), CHUNK):
-        distance = graph.distances(centres[begin : begin + CHUNK])
-        near[begin : begin + CHUNK] = np.argsort(distance, axis=1, kind="stable")[:, :count]
-    return near
+        chunk = centres[begin : begin + CHUNK]
+        corners = _corners_to_try(graph, chunk)
+        triangles, shape_cost = _shortlist(body, chunk, corners)
+        turn = triangle_rotation_error(body, triangles.reshape(-1, 3), poses).reshape(shape_cost.shape)
+        best = np.argmin(np.round(shape_cost + turn / np.radians(60), COST_DIGITS), axis=1)
+        chosen.append(triangles[np.arange(len(chunk)), best])
+    return _along_bone(body, np.concatenate(chosen)).astype(np.int32)
 
 
-def _cost(body: Body, centre: int, candidates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How bad each triple is as a carrier, and whether its order must be turned to face outward."""
-    corners = body.vertices[candidates]
-    edges = np.roll(corners, -1, axis=1) - corners
-    lengths = np.linalg.norm(edges, axis=2)
-    normal = np.cross(edges[:, 0], -edges[:, 2])
-    double_area = np.linalg.norm(normal, axis=1)
-    height = double_area / lengths.max(axis=1)
-    outward = normal @ body.vertex_normals[centre] / np.maximum(double_area, np.finfo(float).tiny)
-    shape = 2 * np.sqrt(3) * double_area / (lengths**2).sum(axis=1)
-    size = lengths.mean(axis=1)
-    offset = np.linalg.norm(corners.mean(axis=1) - body.vertices[centre], axis=1)
-    weights = body.weights[candidates]
-    spread = np.abs(weights - weights.mean(axis=1, keepdims=True)).sum(axis=2).max(axis=1)
-    steepness = spread / size * MIN_HEIGHT * 5
-    cost = 2 * (1 - shape) + 2 * (1 - np.abs(outward)) + 30 * offset + 4 * steepness
-    return cost + 100 * (height < MIN_HEIGHT) * (1 - height / MIN_HEIGHT), outward < 0
+def triangle_rotation_error(body: Body, triangles: np.ndarray, poses: Motion) -> np.ndarray:
+    """Worst rotation of triangles against the bone that moves them most, over some poses.
+
+    Parameters
+    ----------
+    body : Body
+    triangles : ndarray of int, shape (N, 3)
+    poses : Motion
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Radians; 0 for a triangle that moves rigidly with its bone.
+    """
+    bone = body.weights[triangles].mean(axis=1).argmax(axis=1)
+    turned = joint_transforms(body, poses)[0][:, bone]
+    rest = _frames(body.vertices[None], triangles)[0]
+    used, corners = np.unique(triangles, return_inverse=True)
+    posed = skin(body, skinning_transforms(body, poses), used)
+    frames = _frames(posed, corners.reshape(triangles.shape))
+    # trace(bone^T frame rest^T) is the sum of the products of frame with bone @ rest
+    cosine = (np.einsum("tnab,tnab->tn", frames, turned @ rest) - 1) / 2
+    return np.arccos(np.clip(cosine.min(axis=0), -1, 1))
+
+
+def _frames(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Rotations (T, N, 3, 3) of triangles' frames on vertices (T, V, 3)."""
+    first = vertices[:, triangles[:, 0]]
+    edge_x, edge_b = vertices[:, triangles[:, 1]] - first, vertices[:, triangles[:, 2]] - first
+    return frames_from_edges(first, edge_x, edge_b)[..., :3, :3]
+
+
+def _corners_to_try(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
+    """The nearest vertices of each centre and more, evenly by rank, out to `REACH` where that is enough."""
+    count = NEAREST + SPREAD
+    corners = np.empty((len(centres), count), dtype=np.int64)
+    for row, near in enumerate(graph.neighbourhoods(centres, REACH, count)):
+        corners[row, :NEAREST] = near[:NEAREST]
+        corners[row, NEAREST:] = near[np.linspace(NEAREST, len(near) - 1, SPREAD).round().astype(int)]
+    return corners
+
+
+def _shortlist(body: Body, centres: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The best-shaped triangles of each patch, facing outward, and the cost of their shape.
+
+    Returns
+    -------
+    triangles : ndarray, shape (N, SHORTLIST, 3)
+    cost : ndarray, shape (N, SHORTLIST)
+    """
+    triples = np.array(list(combinations(range(corners.shape[1]), 3)))
+    points = body.vertices[corners] - body.vertices[centres][:, None]
+    sides = np.linalg.norm(points[:, :, None] - points[:, None], axis=-1)
+    first, second, third = triples.T
+    lengths = np.stack([sides[:, first, second], sides[:, second, third], sides[:, third, first]])
+    normal = np.cross(points[:, second] - points[:, first], points[:, third] - points[:, first])
+    double_area = np.maximum(np.linalg.norm(normal, axis=-1), np.finfo(float).tiny)
+    height = double_area / lengths.max(axis=0)
+    equilateral = 2 * np.sqrt(3) * double_area / (lengths**2).sum(axis=0)
+    outward = np.einsum("ntk,nk->nt", normal, body.vertex_normals[centres]) / double_area
+    offset = np.linalg.norm((points[:, first] + points[:, second] + points[:, third]) / 3, axis=-1)
+    spacing = np.maximum(sides[:, 0, 1 : NEAREST - 1].mean(axis=1, keepdims=True), MIN_HEIGHT)
+    too_low = np.maximum(1 - height / MIN_HEIGHT, 0)
+    cost = 2 * (1 - equilateral) + 3 * (1 - np.abs(outward)) + 0.5 * offset / spacing + 10 * too_low
+    best = np.argsort(np.round(cost, COST_DIGITS), axis=1, kind="stable")[:, :SHORTLIST]
+    triangles = np.take_along_axis(corners[:, None], triples[best], axis=2)
+    inward = np.take_along_axis(outward, best, axis=1) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return triangles, np.take_along_axis(cost, best, axis=1)
+
+
+def _along_bone(body: Body, triangles: np.ndarray) -> np.ndarray:
+    """Turn the corners' order so that x runs along the bone as nearly as the triangle allows."""
+    bone = body.weights[triangles].mean(axis=1).argmax(axis=1)
+    direction = _bone_directions(body)[bone]
+    corners = body.vertices[triangles]
+    sides = np.roll(corners, -1, axis=1) - corners
+    along = np.einsum("nka,na->nk", sides, direction) / np.linalg.norm(sides, axis=2)
+    start = np.argmax(np.round(along, COST_DIGITS), axis=1)
+    return np.take_along_axis(triangles, (start[:, None] + np.arange(3)) % 3, axis=1)
+
+
+def _bone_directions(body: Body) -> np.ndarray:
+    """Direction in which each joint's bone runs, to its children's mean or on from its parent."""
+    directions = np.empty((N_JOINTS, 3))
+    for joint in range(N_JOINTS):
+        children = [child for child in range(N_JOINTS) if PARENTS[child] == joint]
+        end = body.joints[children].mean(axis=0) if children else body.joints[joint]
+        directions[joint] = end - body.joints[joint if children else PARENTS[joint]]
+    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
