@@ -4,9 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from cmap import Colormap
+
+if TYPE_CHECKING:
+    from .patches import PatchSet
 
 COLOUR_MAP = "viridis"
 """Rises evenly in lightness and stays in order for colour-blind eyes (Smith & van der Walt 2015,
@@ -54,6 +58,40 @@ def score_colours(
     colours = colour_table(colour_map)[_table_rows(shares)]
     colours[np.isnan(scores)] = NEUTRAL_GREY
     return colours
+
+
+def patch_colours(
+    patches: PatchSet,
+    scores: np.ndarray,
+    low: float | None = None,
+    high: float | None = None,
+    colour_map: str = COLOUR_MAP,
+) -> np.ndarray:
+    """Colours of a body's vertices from the scores of its patches, spread smoothly between them.
+
+    Parameters
+    ----------
+    patches : PatchSet, N patches on V vertices
+    scores : ndarray, shape (N,)
+        NaN where a patch has none: vertices nearer to such patches than to others are grey.
+    low, high, colour_map
+        As in `score_colours`; `low` and `high` are the scores' own range unless told.
+
+    Returns
+    -------
+    ndarray, shape (V, 3), float64
+        sRGB, 0 to 1.
+    """
+    scores = np.asarray(scores, dtype=np.float64)
+    own_low, own_high = score_range(scores)
+    known = np.isfinite(scores)
+    spread = patches.to_vertices(np.where(known, scores, 0.0))
+    share = patches.to_vertices(known.astype(np.float64))
+    values = np.full(len(spread), np.nan)
+    np.divide(spread, share, out=values, where=share >= 0.5)
+    return score_colours(
+        values, own_low if low is None else low, own_high if high is None else high, colour_map
+    )
 
 
 def score_range(scores: np.ndarray | Sequence[float]) -> tuple[float, float]:

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A motion as an action of a body's armature, and an action of it back as a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import bpy
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.motion import Motion
+from ..core.skeleton import JOINT_NAMES
+from .body import body_space, matrix
+from .fcurves import LINEAR, action_curves, basis_matrices
+
+FIRST_FRAME = 1.0
+LABELS = ("activity", "subject", "clip")
+"""Custom properties of an action that keep the motion's labels."""
+
+CONSTANT = 1e-7
+"""Channels that change less than float32 resolves are keyed once."""
+
+STRAY = 1e-6
+"""How far a bone may be moved or scaled before a `Motion` can no longer tell, metres or 1."""
+
+SPACING_TOLERANCE = 1e-3
+"""How unevenly keys may be spaced, in frames, and still be the frames of a motion."""
+
+RATE = "rate"
+"""Custom property of the actions written here: each of their keys is a frame of a motion."""
+
+BoneCurves = dict[str, dict[tuple[str, int], bpy.types.FCurve]]
+
+
+class InexpressibleActionError(ValueError):
+    """An action that moves bones in a way that a `Motion` cannot tell: off their joints, or scaled."""
+
+
+def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> bpy.types.Action:
+    """Write a motion as an action of a body's armature.
+
+    Every frame of the motion is a key at its own time, straight lines between, so that a
+    motion at another rate than the scene's keeps its speed and all of its frames. The action
+    is not made active (see `show_action`) and is kept when the file is saved.
+
+    Parameters
+    ----------
+    armature : Object
+        An armature that `body.add_body` made.
+    motion : Motion
+    name : str
+        Name of the action; the clip's or activity's unless told.
+
+    Returns
+    -------
+    Action
+    """
+    action = bpy.data.actions.new(name or motion.clip or motion.activity or "motion")
+    action.use_fake_user = True
+    for label in LABELS:
+        action[label] = getattr(motion, label)
+    action[RATE] = motion.rate
+    times = FIRST_FRAME + np.arange(motion.n_frames) * (scene_rate() / motion.rate)
+    add_curve = _curve_maker(action, armature)
+    for bone, prop, index, values in _channels(armature, motion):
+        _write_curve(add_curve(f'pose.bones["{bone}"].{prop}', index, bone), times, values)
+    return action
+
+
+def show_action(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Make an action the one that the armature plays."""
+    data = armature.animation_data or armature.animation_data_create()
+    data.action = action
+    if hasattr(data, "action_slot") and data.action_slot is None and len(action.slots):
+        data.action_slot = action.slots[0]
+
+
+def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
+    """Read an action of a body's armature back as a motion.
+
+    Where the keys are evenly spaced, as those of `write_action`, each is a frame; else every
+    whole frame of the scene is.
+
+    Parameters
+    ----------
+    armature : Object
+        The armature that the action is for; its place in the world is left out.
+    action : Action
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    InexpressibleActionError
+        If the action moves a bone other than the pelvis off its joint, or scales one.
+    ValueError
+        If the action moves no bone of the armature.
+    """
+    curves = bone_curves(armature, action)
+    if not curves:
+        raise ValueError(f"the action '{action.name}' moves no bone of '{armature.name}'")
+    frames, rate = _frames(action, curves)
+    rotations = np.empty((len(frames), len(JOINT_NAMES), 3, 3))
+    for joint, name in enumerate(JOINT_NAMES):
+        basis = basis_matrices(armature.pose.bones[name], curves.get(name, {}), frames)
+        _check_basis(basis, name, action)
+        rest = matrix(armature.data.bones[name].matrix_local)[:3, :3]
+        rotations[:, joint] = rest @ basis[:, :3, :3] @ rest.T
+        if joint == 0:
+            head = np.array(armature.data.bones[name].head_local, dtype=np.float64)
+            pelvis = (head + basis[:, :3, 3] @ rest.T) @ body_space(armature)[:3, :3].T
+    labels = {label: str(action.get(label, "")) for label in LABELS}
+    return Motion(rotations, pelvis, rate, **labels)
+
+
+def bone_curves(armature: bpy.types.Object, action: bpy.types.Action) -> BoneCurves:
+    """F-curves of an action by bone name, then by property and index.
+
+    Of an action with several slots, the one that moves most bones of this armature counts.
+    """
+    bone_names = [bone.name for bone in armature.data.bones]
+    names = {f'pose.bones["{bpy.utils.escape_identifier(name)}"]': name for name in bone_names}
+    best: BoneCurves = {}
+    for curves in action_curves(action):
+        found: BoneCurves = {}
+        for curve in curves:
+            path, _, prop = curve.data_path.rpartition(".")
+            if path in names and not curve.mute:
+                found.setdefault(names[path], {})[prop, curve.array_index] = curve
+        if len(found) > len(best):
+            best = found
+    return best
+
+
+def scene_rate() -> float:
+    """Frames per second of the open scene."""
+    render = bpy.context.scene.render
+    return render.fps / render.fps_base
+
+
+def _channels(armature: bpy.types.Object, motion: Motion) -> Iterator[tuple[str, str, int, np.ndarray]]:
+    """Bone, property, index and values (T,) of every curve that the motion needs."""
+    for joint, name in enumerate(JOINT_NAMES):
+        bone = armature.data.bones[name]
+        rest = matrix(bone.matrix_local)[:3, :3]
+        turns = Rotation.from_matrix(rest.T @ motion.rotations[:, joint] @ rest)
+        quaternions = _unbroken(turns.as_quat(scalar_first=True))
+        if joint == 0:
+            pelvis = motion.pelvis / np.diag(body_space(armature))[:3]
+            offsets = (pelvis - np.array(bone.head_local, dtype=np.float64)) @ rest
+            yield from ((name, "location", index, offsets[:, index]) for index in range(3))
+        yield from ((name, "rotation_quaternion", index, quaternions[:, index]) for index in range(4))
+
+
+def _unbroken(quaternions: np.ndarray) -> np.ndarray:
+    """The same rotations without jumps in sign, which straight lines between keys would cross."""
+    jumps = (quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0
+    signs = np.cumprod(np.concatenate([[1.0], np.where(jumps, -1.0, 1.0)]))
+    return quaternions * signs[:, None]
+
+
+def _curve_maker(
+    action: bpy.types.Action, armature: bpy.types.Object
+) -> Callable[[str, int, str], bpy.types.FCurve]:
+    """What makes a curve of an action: the curves moved into channelbags with Blender 4.4."""
+    if not hasattr(action, "layers"):
+        return lambda path, index, group: action.fcurves.new(path, index=index, action_group=group)
+    slot = action.slots.new("OBJECT", armature.name)
+    strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
+    bag = strip.channelbag(slot, ensure=True)
+
+    def new_curve(path: str, index: int, group: str) -> bpy.types.FCurve:
+        curve = bag.fcurves.new(path, index=index)
+        curve.group = bag.groups.get(group) or bag.groups.new(group)
+        return curve
+
+    return new_curve
+
+
+def _write_curve(curve: bpy.types.FCurve, times: np.ndarray, values: np.ndarray) -> None:
+    if np.ptp(values) < CONSTANT:
+        times, values = times[:1], values[:1]
+    points = curve.keyframe_points
+    points.add(len(times))
+    points.foreach_set("co", np.stack([times, values], axis=1).astype(np.float32).ravel())
+    points.foreach_set("interpolation", np.full(len(times), LINEAR, dtype=np.int32))
+    curve.update()
+
+
+def _frames(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray, float]:
+    """The frames of an action, in the scene's time, and how many there are a second."""
+    channels = [curve for bone in curves.values() for curve in bone.values() if len(curve.keyframe_points)]
+    densest = max(channels, key=lambda curve: len(curve.keyframe_points))
+    keys = np.empty(len(densest.keyframe_points) * 2, dtype=np.float32)
+    densest.keyframe_points.foreach_get("co", keys)
+    times = keys[::2].astype(np.float64)
+    spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
+    even = len(times) > 1 and np.abs(np.diff(times) - spacing).max() < SPACING_TOLERANCE
+    # wider keys that somebody set by hand are poses to go between, not the frames of a motion
+    if even and (RATE in action or spacing < 1 - SPACING_TOLERANCE):
+        return times[0] + spacing * np.arange(len(times)), scene_rate() / spacing
+    start = min(curve.keyframe_points[0].co[0] for curve in channels)
+    stop = max(curve.keyframe_points[-1].co[0] for curve in channels)
+    return np.arange(round(start), round(stop) + 1, dtype=np.float64), scene_rate()
+
+
+def _check_basis(basis: np.ndarray, bone: str, action: bpy.types.Action) -> None:
+    scales = np.linalg.norm(basis[:, :3, :3], axis=1)
+    if np.abs(scales - 1).max() > STRAY:
+        raise InexpressibleActionError(f"the action '{action.name}' scales the bone '{bone}'")
+    if bone != JOINT_NAMES[0] and np.abs(basis[:, :3, 3]).max() > STRAY:
+        raise InexpressibleActionError(f"the action '{action.name}' moves the bone '{bone}' off its joint")

@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A body in the scene: its mesh, its armature of 24 SMPL-named bones, and back again."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from ..core.body import Body
+from ..core.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
+
+MIRROR_ATTRIBUTE = "mirror vertex"
+"""Integer attribute with each vertex's mirror image, on meshes that know it."""
+
+LEAF_LENGTH = 0.6
+"""Length of a bone that ends in no joint, in lengths of its parent."""
+
+AIMS = {
+    "pelvis": "spine1", "left_hip": "left_knee", "right_hip": "right_knee", "spine1": "spine2",
+    "left_knee": "left_ankle", "right_knee": "right_ankle", "spine2": "spine3", "left_ankle": "left_foot",
+    "right_ankle": "right_foot", "spine3": "neck", "neck": "head", "left_collar": "left_shoulder",
+    "right_collar": "right_shoulder", "left_shoulder": "left_elbow", "right_shoulder": "right_elbow",
+    "left_elbow": "left_wrist", "right_elbow": "right_wrist", "left_wrist": "left_hand",
+    "right_wrist": "right_hand",
+}  # fmt: skip
+"""Joint that each bone points at; the others go on in the direction of their parent."""
+
+
+class BodyObjects(NamedTuple):
+    """A body in the scene."""
+
+    mesh: bpy.types.Object
+    armature: bpy.types.Object
+
+
+def add_body(body: Body, collection: bpy.types.Collection | None = None) -> BodyObjects:
+    """Add a body's mesh and armature to the scene.
+
+    The bones point from joint to joint, so that the armature can be posed by hand; the mesh
+    follows by vertex groups and an armature modifier alone, as Blender skins: linearly.
+
+    Parameters
+    ----------
+    body : Body
+    collection : Collection, optional
+        Where to link the objects; the scene's own collection unless told.
+
+    Returns
+    -------
+    BodyObjects
+    """
+    collection = collection or bpy.context.scene.collection
+    armature = _add_armature(body, collection)
+    mesh = bpy.data.objects.new(body.name, _new_mesh(body))
+    collection.objects.link(mesh)
+    _add_weights(mesh, body.weights)
+    mesh.parent = armature
+    modifier = mesh.modifiers.new("Armature", "ARMATURE")
+    modifier.object = armature
+    return BodyObjects(mesh, armature)
+
+
+def body_of(mesh: bpy.types.Object) -> Body:
+    """Read a body back from a mesh that 24 SMPL-named bones skin.
+
+    The body is in the armature's space, in metres: where the armature stands, and how it is
+    turned, is no property of the body. Vertices that no bone weighs on are refused.
+
+    Parameters
+    ----------
+    mesh : Object
+        A mesh with an armature modifier.
+
+    Returns
+    -------
+    Body
+
+    Raises
+    ------
+    ValueError
+        If it is no mesh, has no armature with all 24 bones, or vertices without weights.
+    """
+    armature = armature_of(mesh)
+    to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(mesh.matrix_world)
+    heads = np.array([armature.data.bones[name].head_local for name in JOINT_NAMES], dtype=np.float64)
+    vertices = rest_vertices(mesh)
+    mirror = mesh.data.attributes.get(MIRROR_ATTRIBUTE)
+    return Body(
+        vertices=vertices @ to_body[:3, :3].T + to_body[:3, 3],
+        faces=_triangles(mesh.data),
+        joints=heads @ body_space(armature)[:3, :3].T,
+        weights=_read_weights(mesh),
+        name=mesh.name,
+        mirror=None if mirror is None else _read(mirror.data, "value", len(vertices), np.int32),
+    )
+
+
+def armature_of(mesh: bpy.types.Object) -> bpy.types.Object:
+    """The armature that skins a body's mesh.
+
+    Raises
+    ------
+    ValueError
+        If the object is no mesh or no armature with all 24 SMPL-named bones skins it.
+    """
+    if mesh.type != "MESH":
+        raise ValueError(f"'{mesh.name}' is a {mesh.type.lower()}: choose the mesh of a body")
+    armatures = [m.object for m in mesh.modifiers if m.type == "ARMATURE" and m.object is not None]
+    if not armatures:
+        raise ValueError(f"'{mesh.name}' has no armature modifier: choose a mesh that an armature moves")
+    complete = [a for a in armatures if not set(JOINT_NAMES) - set(a.data.bones.keys())]
+    if not complete:
+        missing = [name for name in JOINT_NAMES if name not in armatures[0].data.bones]
+        raise ValueError(f"the armature '{armatures[0].name}' lacks the bones {', '.join(missing)}")
+    return complete[0]
+
+
+def body_space(armature: bpy.types.Object) -> np.ndarray:
+    """Matrix from the armature's space to the body's: its scale alone, shape (4, 4)."""
+    scale = np.linalg.norm(matrix(armature.matrix_world)[:3, :3], axis=0)
+    return np.diag([*scale, 1.0])
+
+
+def rest_vertices(mesh: bpy.types.Object) -> np.ndarray:
+    """Undeformed vertex positions in the mesh's own space, shape (V, 3)."""
+    return (
+        _read(mesh.data.vertices, "co", len(mesh.data.vertices) * 3, np.float32).reshape(-1, 3).astype(float)
+    )
+
+
+def matrix(value: bpy.types.bpy_struct) -> np.ndarray:
+    """A Blender matrix as float64."""
+    return np.array(value, dtype=np.float64)
+
+
+def _add_armature(body: Body, collection: bpy.types.Collection) -> bpy.types.Object:
+    """Bones can be made in edit mode only, and that needs an active object in the view layer."""
+    armature = bpy.data.objects.new(f"{body.name} armature", bpy.data.armatures.new(f"{body.name} armature"))
+    collection.objects.link(armature)
+    view_layer = bpy.context.view_layer
+    active, selected = view_layer.objects.active, list(bpy.context.selected_objects)
+    view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    tails = _bone_tails(body.joints)
+    for joint, name in enumerate(JOINT_NAMES):
+        bone = armature.data.edit_bones.new(name)
+        bone.head, bone.tail = body.joints[joint], tails[joint]
+        bone.align_roll((0.0, -1.0, 0.0))
+        if PARENTS[joint] >= 0:
+            bone.parent = armature.data.edit_bones[JOINT_NAMES[PARENTS[joint]]]
+    bpy.ops.object.mode_set(mode="OBJECT")
+    view_layer.objects.active = active
+    for item in selected:
+        item.select_set(True)
+    armature.show_in_front = True
+    armature.data.display_type = "STICK"
+    return armature
+
+
+def _bone_tails(joints: np.ndarray) -> np.ndarray:
+    tails = np.empty_like(joints)
+    for joint, name in enumerate(JOINT_NAMES):
+        if name in AIMS:
+            tails[joint] = joints[JOINT_INDEX[AIMS[name]]]
+        else:
+            parent = PARENTS[joint]
+            tails[joint] = joints[joint] + LEAF_LENGTH * (joints[joint] - joints[parent])
+    return tails
+
+
+def _new_mesh(body: Body) -> bpy.types.Mesh:
+    mesh = bpy.data.meshes.new(body.name)
+    mesh.from_pydata(body.vertices, [], body.faces)
+    mesh.shade_smooth()
+    if body.mirror is not None:
+        attribute = mesh.attributes.new(MIRROR_ATTRIBUTE, "INT", "POINT")
+        attribute.data.foreach_set("value", body.mirror)
+    return mesh
+
+
+def _add_weights(mesh: bpy.types.Object, weights: np.ndarray) -> None:
+    for joint, name in enumerate(JOINT_NAMES):
+        group = mesh.vertex_groups.new(name=name)
+        for vertex in np.flatnonzero(weights[:, joint]).tolist():
+            group.add((vertex,), weights[vertex, joint], "REPLACE")
+
+
+def _read_weights(mesh: bpy.types.Object) -> np.ndarray:
+    """Weights of the 24 bones, shape (V, 24), summing to 1: Blender normalises when it skins."""
+    joints = {group.index: JOINT_INDEX.get(group.name) for group in mesh.vertex_groups}
+    weights = np.zeros((len(mesh.data.vertices), len(JOINT_NAMES)))
+    for vertex in mesh.data.vertices:
+        for element in vertex.groups:
+            joint = joints.get(element.group)
+            if joint is not None:
+                weights[vertex.index, joint] = element.weight
+    sums = weights.sum(axis=1)
+    if (sums <= 0).any():
+        raise ValueError(f"{(sums <= 0).sum()} vertices of '{mesh.name}' follow none of the 24 bones")
+    return weights / sums[:, None]
+
+
+def _triangles(mesh: bpy.types.Mesh) -> np.ndarray:
+    mesh.calc_loop_triangles()
+    return _read(mesh.loop_triangles, "vertices", len(mesh.loop_triangles) * 3, np.int32).reshape(-1, 3)
+
+
+def _read(items: bpy.types.bpy_prop_collection, name: str, size: int, dtype: type) -> np.ndarray:
+    values = np.empty(size, dtype=dtype)
+    items.foreach_get(name, values)
+    return values

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Utility as colour attributes of a body's mesh, one an activity and one for the mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ..core.colours import COLOUR_MAP, patch_colours
+from ..core.patches import PatchSet
+
+MEAN = "Mean F1"
+PREFIX = "F1: "
+MAX_NAME_BYTES = 63
+"""Longer names of attributes are cut by Blender at different lengths in different versions."""
+
+
+def add_heatmaps(
+    mesh: bpy.types.Object,
+    patches: PatchSet,
+    utility_f1: np.ndarray,
+    activities: Sequence[str],
+    mean: np.ndarray,
+    low: float | None = None,
+    high: float | None = None,
+    colour_map: str = COLOUR_MAP,
+) -> list[str]:
+    """Paint a colour attribute on the mesh for each activity and for the mean, and show the mean.
+
+    Heatmaps that an earlier call left are replaced.
+
+    Parameters
+    ----------
+    mesh : Object
+    patches : PatchSet, N patches
+    utility_f1 : ndarray, shape (N, A)
+        Score of each patch and activity; NaN where there is none.
+    activities : sequence of str, length A
+    mean : ndarray, shape (N,)
+        Score of each patch over all activities.
+    low, high : float, optional
+        Scores at the ends of the colour map, for all heatmaps alike; each heatmap's own
+        range unless told.
+    colour_map : str
+        A name that the `cmap` package knows.
+
+    Returns
+    -------
+    list of str
+        Names of the colour attributes: the mean, then the activities.
+
+    Raises
+    ------
+    ValueError
+        If the scores do not fit the patches, or the patches the mesh.
+    """
+    utility_f1 = np.asarray(utility_f1, dtype=np.float64)
+    if utility_f1.shape != (len(patches), len(activities)):
+        raise ValueError(
+            f"utility_f1 must have shape {(len(patches), len(activities))}, not {utility_f1.shape}"
+        )
+    if len(patches.labels) != len(mesh.data.vertices):
+        raise ValueError(
+            f"the patches are not of this body: they cover {len(patches.labels)} vertices, "
+            f"but '{mesh.name}' has {len(mesh.data.vertices)}"
+        )
+    remove_heatmaps(mesh)
+    names = _attribute_names(activities)
+    for name, scores in zip(names, np.column_stack([mean, utility_f1]).T, strict=True):
+        _paint(mesh.data, name, patch_colours(patches, scores, low, high, colour_map))
+    show_heatmap(mesh, names[0])
+    return names
+
+
+def show_heatmap(mesh: bpy.types.Object, name: str) -> None:
+    """Make a colour attribute the one that the viewport, materials and renders show.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no colour attribute of that name.
+    """
+    attributes = mesh.data.color_attributes
+    index = attributes.find(name)
+    if index < 0:
+        raise ValueError(
+            f"'{mesh.name}' has no heatmap '{name}', only: {', '.join(attributes.keys()) or 'none'}"
+        )
+    attributes.active_color_index = attributes.render_color_index = index
+
+
+def heatmap_names(mesh: bpy.types.Object) -> list[str]:
+    """Names of a mesh's heatmaps, the mean first."""
+    names = mesh.data.color_attributes.keys()
+    return [name for name in names if name == MEAN] + [name for name in names if name.startswith(PREFIX)]
+
+
+def remove_heatmaps(mesh: bpy.types.Object) -> None:
+    """Remove all heatmaps of a mesh, and no other attribute."""
+    for name in heatmap_names(mesh):
+        mesh.data.color_attributes.remove(mesh.data.color_attributes[name])
+
+
+def heatmap_material(name: str = "Heatmap") -> bpy.types.Material:
+    """A matt material that shows the heatmap chosen with `show_heatmap`, in every renderer."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    surface = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
+    colour = nodes.new("ShaderNodeVertexColor")
+    colour.location = (surface.location.x - 300, surface.location.y)
+    surface.inputs["Roughness"].default_value = 0.7
+    material.node_tree.links.new(colour.outputs["Color"], surface.inputs["Base Color"])
+    return material
+
+
+def _attribute_names(activities: Sequence[str]) -> list[str]:
+    """A name for the mean and each activity, cut and numbered so that Blender keeps them all as they are."""
+    names = [MEAN]
+    for activity in activities:
+        name, copy = _cut(PREFIX + activity, MAX_NAME_BYTES), 1
+        while name in names:
+            copy += 1
+            name = f"{_cut(PREFIX + activity, MAX_NAME_BYTES - 4)} {copy:03d}"
+        names.append(name)
+    return names
+
+
+def _cut(name: str, n_bytes: int) -> str:
+    return name.encode()[:n_bytes].decode(errors="ignore").strip()
+
+
+def _paint(mesh: bpy.types.Mesh, name: str, colours: np.ndarray) -> None:
+    attribute = mesh.color_attributes.new(name, "BYTE_COLOR", "POINT")
+    values = np.ones((len(colours), 4), dtype=np.float32)
+    values[:, :3] = colours
+    attribute.data.foreach_set("color_srgb", values.ravel())

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A finished study as a .blend file that opens complete in any Blender, with or without W2W."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.body import Body
+from ..core.motion import Motion
+from ..core.patches import PatchSet
+from . import heatmap
+from .actions import show_action, write_action
+from .body import BodyObjects, add_body
+from .patches import EMPTY_SIZE, patch_empties, place_patches
+
+CHOSEN_SIZE = 3 * EMPTY_SIZE
+
+
+def write_study(
+    path: str | Path,
+    body: Body,
+    patches: PatchSet,
+    motions: Iterable[Motion],
+    utility_f1: np.ndarray,
+    activities: Sequence[str],
+    mean: np.ndarray,
+    chosen: Sequence[int],
+    low: float | None = None,
+    high: float | None = None,
+) -> None:
+    """Write a study to a .blend file, whole or not at all.
+
+    It holds the body, its armature with an action a motion, an empty on each patch with its
+    scores as custom properties, the chosen patches in a collection of their own, and a colour
+    attribute an activity and for the mean. The file is built in a fresh Blender session:
+    whatever is open is closed.
+
+    Parameters
+    ----------
+    path : str or Path
+    body : Body
+    patches : PatchSet, N patches
+    motions : iterable of Motion
+        The scene takes the rate of the first.
+    utility_f1 : ndarray, shape (N, A)
+        F1 of each patch and activity.
+    activities : sequence of str, length A
+    mean : ndarray, shape (N,)
+        Mean F1 of each patch.
+    chosen : sequence of int
+        Chosen patches in order of choice.
+    low, high : float, optional
+        F1 at the ends of the colour map; each heatmap's own range unless told.
+
+    Raises
+    ------
+    RuntimeError
+        If Blender runs with a window, where closing the open file would lose work.
+    """
+    if not bpy.app.background:
+        raise RuntimeError(
+            "a study file is built in a fresh session: in a Blender window, save the open file instead"
+        )
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    _clear()
+    objects = add_body(body)
+    objects.mesh.data.materials.append(heatmap.heatmap_material())
+    heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high)
+    _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
+    _add_actions(objects, motions)
+    _set_up_view(objects, body)
+    _save(Path(path))
+
+
+def _clear() -> None:
+    """Empty Blender's own start-up file, but keep its window."""
+    bpy.data.batch_remove([*bpy.data.objects, *bpy.data.collections, *bpy.data.materials])
+    bpy.data.orphans_purge(do_recursive=True)
+    bpy.context.scene.name = "W2W Study"
+
+
+def _add_empties(
+    mesh: bpy.types.Object,
+    patches: PatchSet,
+    utility_f1: np.ndarray,
+    activities: Sequence[str],
+    mean: np.ndarray,
+    chosen: Sequence[int],
+) -> None:
+    empties = patch_empties(place_patches(mesh, patches))
+    for number, empty in enumerate(empties):
+        empty[heatmap.MEAN] = float(mean[number])
+        for activity, score in zip(activities, utility_f1[number], strict=True):
+            empty[_property_name(activity)] = float(score)
+    collection = bpy.data.collections.new("Chosen patches")
+    collection.color_tag = "COLOR_01"
+    bpy.context.scene.collection.children.link(collection)
+    for rank, number in enumerate(chosen, start=1):
+        empty = empties[number]
+        empty["order of choice"] = rank
+        empty.empty_display_type = "SPHERE"
+        empty.empty_display_size = CHOSEN_SIZE / 2
+        empty.show_name = empty.show_in_front = True
+        collection.objects.link(empty)
+
+
+def _property_name(activity: str) -> str:
+    return (heatmap.PREFIX + activity).encode()[:63].decode(errors="ignore")
+
+
+def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> None:
+    """Write the motions at the first one's rate and show that one."""
+    scene = bpy.context.scene
+    first = None
+    for motion in motions:
+        if first is None:
+            _set_rate(scene, motion.rate)
+        action = write_action(objects.armature, motion, _action_name(motion))
+        if first is None:
+            first = action
+            scene.frame_start, scene.frame_end = 1, motion.n_frames
+    if first is not None:
+        show_action(objects.armature, first)
+    scene.frame_set(1)
+
+
+def _set_rate(scene: bpy.types.Scene, rate: float) -> None:
+    """Blender keeps a whole number of frames a second and a divisor."""
+    scene.render.fps = max(round(rate), 1)
+    scene.render.fps_base = scene.render.fps / rate
+
+
+def _action_name(motion: Motion) -> str:
+    return " ".join(dict.fromkeys(part for part in (motion.activity, motion.subject, motion.clip) if part))
+
+
+def _set_up_view(objects: BodyObjects, body: Body) -> None:
+    """Show the heatmap and the whole body in every 3D view of the file's window."""
+    bpy.context.view_layer.objects.active = objects.mesh
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            if area.type == "VIEW_3D":
+                _set_up_space(area.spaces.active, body.height)
+
+
+def _set_up_space(space: bpy.types.SpaceView3D, height: float) -> None:
+    space.shading.type = "SOLID"
+    space.shading.color_type = "VERTEX"
+    space.region_3d.view_perspective = "PERSP"
+    space.region_3d.view_location = (0.0, 0.0, height / 2)
+    space.region_3d.view_rotation = (0.7071, 0.7071, 0.0, 0.0)
+    space.region_3d.view_distance = 2.2 * height
+
+
+def _save(path: Path) -> None:
+    """Save beside the file and rename, so that no half-written file ever stands under its name."""
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.") as folder:
+        temporary = Path(folder) / "study.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(temporary), compress=True, copy=True)
+        temporary.replace(path)
