@@ -1,9 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fixtures every test may use: where the real data stands."""
+"""Fixtures every test may use: the real data, the bundled body, a small skeleton motion."""
+
+from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.skeleton import N_JOINTS
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -14,3 +22,22 @@ def shared_data() -> Path:
     if not SHARED_DATA.is_dir():
         pytest.skip("the real data folder ../shared/data is not here")
     return SHARED_DATA
+
+
+@pytest.fixture(scope="session")
+def bundled_body() -> Body:
+    """The body that comes with W2W."""
+    return Body.bundled()
+
+
+@pytest.fixture
+def waving() -> Motion:
+    """Two seconds at 30 Hz in which every joint turns smoothly and the pelvis travels."""
+    time = np.arange(60) / 30
+    generator = np.random.default_rng(7)
+    axes = generator.normal(size=(N_JOINTS, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    angles = 0.4 * np.sin(2 * np.pi * time[:, None] * generator.uniform(0.3, 1, N_JOINTS))
+    rotations = Rotation.from_rotvec((angles[..., None] * axes).reshape(-1, 3)).as_matrix()
+    pelvis = np.stack([time, 0.2 * np.sin(time), 1 + 0.1 * np.cos(3 * time)], axis=1)
+    return Motion(rotations.reshape(60, N_JOINTS, 3, 3), pelvis, 30.0, "waving", "one", "clip")

@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 from .body import Body
 from .motion import SMPL_PELVIS, Motion
 from .retarget import on_the_ground
-from .skeleton import N_JOINTS, Y_UP_TO_Z_UP
+from .skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from .source_motion import UnusableMotion
 
 RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps")
 
-BODY_JOINTS = 22
+BODY_JOINTS = min(BODY_HANDS)
 """Joints before the hands: the same in SMPL, SMPL-H and SMPL-X (Pavlakos et al. 2019)."""
 
 POSE_WIDTHS = {72: "SMPL", 156: "SMPL-H", 165: "SMPL-X", 66: "SMPL body"}

@@ -81,8 +81,9 @@ class BoneMap:
     def match(self, bones: Sequence[str]) -> dict[int, int]:
         """Joint index -> bone index, for the joints whose bone is there."""
         position: dict[str, int] = {}
-        for index, name in enumerate(stripped_names(bones)):
-            position.setdefault(name, index)
+        for names in (stripped_names(bones), map(plain_name, bones)):
+            for index, name in enumerate(names):
+                position.setdefault(name, index)
         matched = {}
         for joint, names in self.joints.items():
             found = next((position[name] for name in names if name in position), None)

@@ -39,6 +39,9 @@ PARENTS: tuple[int, ...] = (
 """Parent of each joint; -1 for the root. Parents always come before their children."""
 
 N_JOINTS = len(JOINT_NAMES)
+BODY_HANDS = (22, 23)
+"""SMPL's hand joints, which SMPL-H and SMPL-X replace by fingers."""
+
 JOINT_INDEX: dict[str, int] = {name: index for index, name in enumerate(JOINT_NAMES)}
 
 MIRRORED_JOINTS: tuple[int, ...] = tuple(

@@ -23,6 +23,10 @@ from .skinning import patch_matrices
 from .utility import UtilityMap, utility_map
 from .windows import WindowSpec, cut_windows
 
+SAME_MOTION = 0.1
+"""Signatures nearer than this show one motion: on real Mixamo downloads it joins the same clip
+at 30 and 60 frames a second and in place or travelling, and no two different motions."""
+
 
 @dataclass(frozen=True)
 class StudyConfig:
@@ -157,7 +161,7 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
 
 def same_clips(names: Sequence[str], keys: Sequence[str], signatures: np.ndarray) -> np.ndarray:
     """Which clips show one motion, by their keys or because they move alike; shape (C,), int."""
-    return same_motion_groups(names, keys=keys, signatures=signatures)
+    return same_motion_groups(names, keys=keys, signatures=signatures, tolerance=SAME_MOTION)
 
 
 def recommend(

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A body refuses what is not one, and comes back from its file unchanged."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.body import Body
+
+
+def test_round_trip(bundled_body, tmp_path):
+    bundled_body.save(tmp_path / "body.npz")
+    read = Body.load(tmp_path / "body.npz")
+    np.testing.assert_array_equal(read.vertices, bundled_body.vertices)
+    np.testing.assert_array_equal(read.faces, bundled_body.faces)
+    np.testing.assert_allclose(read.weights, bundled_body.weights, atol=1e-6)
+    assert read.name == bundled_body.name
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("vertices", np.zeros((5, 2)), "vertices must have shape"),
+        ("faces", np.array([[0, 1, 99999]]), "outside"),
+        ("joints", np.zeros((23, 3)), "joints must have shape"),
+        ("weights", np.ones((3, 24)), "weights must have shape"),
+    ],
+)
+def test_wrong_shapes_are_named(bundled_body, field, value, message):
+    with pytest.raises(ValueError, match=message):
+        replace(bundled_body, **{field: value})
+
+
+def test_weights_must_sum_to_one(bundled_body):
+    with pytest.raises(ValueError, match="sum to 1"):
+        replace(bundled_body, weights=bundled_body.weights * 0.9)
+
+
+def test_a_foreign_npz_is_refused(tmp_path):
+    np.savez(tmp_path / "other.npz", something=np.zeros(3))
+    with pytest.raises(ValueError, match="lacks"):
+        Body.load(tmp_path / "other.npz")
+
+
+def test_arrays_cannot_be_changed_by_accident(bundled_body):
+    with pytest.raises(ValueError, match="read-only"):
+        bundled_body.vertices[0] = 0

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files are written whole or not at all, and the same content gives the same bytes."""
+
+import json
+import time
+
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.files import atomic_write, write_json, write_npz
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
+    path = tmp_path / "result.bin"
+    path.write_bytes(b"old")
+
+    def fail():
+        with atomic_write(path) as stream:
+            stream.write(b"half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert path.read_bytes() == b"old"
+    assert [item.name for item in tmp_path.iterdir()] == ["result.bin"]
+
+
+@pytest.mark.parametrize("compress", [False, True])
+def test_npz_bytes_do_not_depend_on_the_time(tmp_path, compress):
+    arrays = {"a": np.arange(5), "name": np.array("walk")}
+    write_npz(tmp_path / "1.npz", arrays, compress=compress)
+    time.sleep(2.1)  # zip time stamps have a resolution of two seconds
+    write_npz(tmp_path / "2.npz", arrays, compress=compress)
+    assert (tmp_path / "1.npz").read_bytes() == (tmp_path / "2.npz").read_bytes()
+    with np.load(tmp_path / "1.npz", allow_pickle=False) as data:
+        np.testing.assert_array_equal(data["a"], arrays["a"])
+
+
+def test_object_arrays_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="Object arrays"):
+        write_npz(tmp_path / "bad.npz", {"a": np.array([{}], dtype=object)})
+    assert not list(tmp_path.iterdir())
+
+
+def test_json_refuses_nan(tmp_path):
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(tmp_path / "bad.json", {"a": float("nan")})
+    write_json(tmp_path / "good.json", {"ü": 1})
+    assert json.loads((tmp_path / "good.json").read_text(encoding="utf-8")) == {"ü": 1}

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A motion carried over another skeleton and back is the same motion, whatever the rest pose."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.retarget import retarget, smallest_rotation
+from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from blender_addon.w2w.core.skinning import joint_transforms
+from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
+
+MIXAMO_NAMES = (
+    "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase "
+    "RightToeBase Neck LeftShoulder RightShoulder Head LeftArm RightArm LeftForeArm RightForeArm LeftHand RightHand "
+    "LeftHandMiddle1 RightHandMiddle1"
+).split()
+
+TURN = Rotation.from_euler
+
+
+def arms_at(degrees):
+    """A rest pose with both arms lowered from the T by so much."""
+    rotations = np.tile(np.eye(3), (1, N_JOINTS, 1, 1))
+    rotations[0, JOINT_INDEX["left_shoulder"]] = TURN("y", degrees, degrees=True).as_matrix()
+    rotations[0, JOINT_INDEX["right_shoulder"]] = TURN("y", -degrees, degrees=True).as_matrix()
+    return rotations
+
+
+def as_source(body, motion, rest_rotations, scale=1.0, yaw=0.0, roll_seed=0):
+    """The same motion as a Mixamo-named rig would hold it: another rest pose, unit, roll and heading."""
+    rolls = Rotation.random(N_JOINTS, random_state=roll_seed).as_matrix()
+    heading = TURN("z", yaw, degrees=True).as_matrix()
+    rest_turns, rest_heads = joint_transforms(body, Motion(rest_rotations, body.joints[:1], 1.0))
+    turns, heads = joint_transforms(body, motion)
+
+    def matrices(rotations, positions):
+        result = np.zeros((*positions.shape[:-1], 4, 4))
+        result[..., :3, :3] = scale * (heading @ rotations @ rolls)
+        result[..., :3, 3] = scale * (positions @ heading.T)
+        result[..., 3, 3] = 1
+        return result
+
+    return SourceMotion(
+        tuple(MIXAMO_NAMES),
+        np.array(PARENTS),
+        matrices(rest_turns, rest_heads)[0],
+        matrices(turns, heads),
+        motion.rate,
+    )
+
+
+@pytest.mark.parametrize("lowered", [0, 45, 80])
+@pytest.mark.parametrize(("scale", "yaw"), [(1.0, 0.0), (0.013, 90.0), (120.0, -137.0)])
+def test_the_motion_comes_back_whatever_the_rest_pose_unit_roll_and_heading(
+    bundled_body, waving, lowered, scale, yaw
+):
+    result = retarget(
+        as_source(bundled_body, waving, arms_at(lowered), scale, yaw, roll_seed=3), bundled_body
+    )
+    expected = waving.rotations.copy()
+    expected[:, 0] = TURN("z", yaw, degrees=True).as_matrix() @ expected[:, 0]
+    np.testing.assert_allclose(result.motion.rotations, expected, atol=1e-9)
+    assert result.scale == pytest.approx(1 / scale)
+
+
+def test_the_path_is_kept_up_to_one_lift(bundled_body, waving):
+    motion = retarget(as_source(bundled_body, waving, arms_at(30), 0.01), bundled_body).motion
+    lift = motion.pelvis - waving.pelvis
+    np.testing.assert_allclose(lift, np.broadcast_to(lift[0], lift.shape), atol=1e-9)
+    np.testing.assert_allclose(lift[0, :2], 0, atol=1e-9)
+
+
+def test_a_body_of_other_proportions_keeps_the_directions_of_its_limbs(bundled_body, waving):
+    joints = bundled_body.joints * [1.2, 1.0, 0.9]
+    joints[:, 1] += 0.02 * np.arange(N_JOINTS) / N_JOINTS
+    other = replace(bundled_body, joints=joints)
+    result = retarget(as_source(bundled_body, waving, arms_at(0)), other)
+    _, positions = joint_transforms(other, result.motion)
+    _, expected = joint_transforms(bundled_body, waving)
+    for start, end in (
+        ("left_shoulder", "left_elbow"),
+        ("right_elbow", "right_wrist"),
+        ("left_hip", "left_knee"),
+    ):
+        a, b = JOINT_INDEX[start], JOINT_INDEX[end]
+        ours, theirs = positions[:, b] - positions[:, a], expected[:, b] - expected[:, a]
+        cosine = np.sum(ours * theirs, 1) / np.linalg.norm(ours, axis=1) / np.linalg.norm(theirs, axis=1)
+        np.testing.assert_allclose(cosine, 1, atol=1e-9)
+
+
+def test_fingers_toes_and_spine_bones_may_be_missing(bundled_body, waving):
+    source = as_source(bundled_body, waving, arms_at(0))
+    kept = [
+        i
+        for i, name in enumerate(MIXAMO_NAMES)
+        if name not in ("Spine1", "Neck", "LeftToeBase", "LeftHandMiddle1")
+    ]
+    parents = [source.parents[i] for i in kept]
+    reduced = SourceMotion(
+        tuple(source.bones[i] for i in kept),
+        np.array(parents),
+        source.rest[kept],
+        source.matrices[:, kept],
+        30.0,
+    )
+    result = retarget(reduced, bundled_body)
+    assert "spine2" not in result.bones
+    np.testing.assert_allclose(result.motion.rotations[:, 16:20], waving.rotations[:, 16:20], atol=1e-9)
+
+
+def test_travel_in_centimetres_on_a_rig_in_metres_is_seen(bundled_body, waving):
+    source = as_source(bundled_body, waving, arms_at(0))
+    matrices = source.matrices.copy()
+    bob = np.linspace(0, 0.08, waving.n_frames)
+    matrices[..., 2, 3] += 100 * bob[:, None]
+    travelling = SourceMotion(source.bones, source.parents, source.rest, matrices, source.rate)
+    assert np.ptp(retarget(travelling, bundled_body).motion.pelvis[:, 2]) < 1
+
+
+def test_an_unknown_rig_is_refused_with_its_bones_named(bundled_body, waving):
+    source = as_source(bundled_body, waving, arms_at(0))
+    odd = SourceMotion(
+        tuple(f"joint{i}" for i in range(24)), source.parents, source.rest, source.matrices, source.rate
+    )
+    with pytest.raises(UnusableMotion, match="joint1"):
+        retarget(odd, bundled_body)
+
+
+vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 1e-3)
+
+
+@settings(max_examples=200)
+@given(vectors, vectors)
+def test_the_smallest_rotation_turns_one_direction_to_the_other(a, b):
+    rotation = smallest_rotation(a, b)
+    np.testing.assert_allclose(rotation @ (a / np.linalg.norm(a)), b / np.linalg.norm(b), atol=1e-6)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
+    assert np.linalg.det(rotation) == pytest.approx(1, abs=1e-6)
+
+
+def test_opposite_directions_have_a_rotation_too():
+    np.testing.assert_allclose(
+        smallest_rotation(np.array([0, 0, 1.0]), np.array([0, 0, -2.0])) @ [0, 0, 1], [0, 0, -1], atol=1e-12
+    )
