@@ -12,8 +12,10 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from .body import Body
+from .farthest_points import Sampling, farthest_points, mirrored_farthest_points
 from .files import write_npz
-from .geodesics import ExactSolver, Sampling, StripGraph, farthest_points, mirrored_farthest_points
+from .geodesics import ExactSolver
+from .strip_graph import StripGraph
 from .surface_interpolation import interpolation_weights
 from .triangles import carrier_triangles
 
@@ -80,11 +82,13 @@ class PatchSet:
         Raises
         ------
         ValueError
-            If there is not one score a patch.
+            If there is not one finite score a patch.
         """
         scores = np.asarray(scores)
         if scores.ndim not in (1, 2) or len(scores) != len(self):
             raise ValueError(f"scores must have one row a patch ({len(self)}), not shape {scores.shape}")
+        if not np.isfinite(scores).all():
+            raise ValueError("scores must be finite; leave out the activities that were not scored")
         spread = self.interpolation @ scores
         # rows sum to 1 up to rounding only
         return np.clip(spread, scores.min(axis=0), scores.max(axis=0))
@@ -145,7 +149,8 @@ def sample_patches(
     n : int
         How many patches.
     seed : int
-        Chooses the random vertex that sampling starts at, as in the paper.
+        Chooses the random vertex that sampling starts at, as in the paper (on the mirror plane
+        for a symmetric sampling).
     mode : {"exact", "fast"}
         "exact" measures exact polyhedral distances, "fast" those of a `StripGraph`, which err
         by 0.6 % on average and need no compiled geodesics package.
@@ -155,17 +160,20 @@ def sample_patches(
     Raises
     ------
     ValueError
-        If `n` is not between 1 and the number of vertices, the mode is unknown, a vertex
-        belongs to no face, or a symmetric sampling is asked of a body without mirror map.
+        If `n` is more than the number of vertices or less than that of the mesh's separate
+        pieces, a vertex belongs to no face, the mode is unknown, or a symmetric sampling is
+        asked of a body without mirror map.
     """
     _check(body, n, mode, symmetric)
     graph = StripGraph.of(body.vertices, body.faces)
+    if n < graph.n_pieces:
+        raise ValueError(f"n must reach every one of the mesh's {graph.n_pieces} separate pieces, not {n}")
     solver = ExactSolver(body.vertices, body.faces) if mode == "exact" else graph
-    start = int(np.random.default_rng(seed).integers(len(body.vertices)))
+    rng = np.random.default_rng(seed)
     if symmetric:
-        sampling = _sample_pairs(body, solver, graph, n, start)
+        sampling = _sample_pairs(body, solver, graph, n, rng)
     else:
-        sampling = farthest_points(solver, n, start, len(body.vertices))
+        sampling = farthest_points(solver, n, int(rng.integers(len(body.vertices))), len(body.vertices))
     centres = np.array(sampling.picks, dtype=np.int32)
     codes, region_names = body.regions
     return PatchSet(
@@ -179,13 +187,14 @@ def sample_patches(
 
 
 def _sample_pairs(
-    body: Body, solver: ExactSolver | StripGraph, graph: StripGraph, n: int, start: int
+    body: Body, solver: ExactSolver | StripGraph, graph: StripGraph, n: int, rng: np.random.Generator
 ) -> Sampling:
-    """Sample mirror pairs; the way from a vertex to its image is twice that to the mirror plane."""
-    on_plane = body.mirror == np.arange(len(body.mirror))
-    pair_gap = 2 * graph.distances(np.flatnonzero(on_plane), nearest=True)
+    """Sample mirror pairs from a start on the mirror plane, so that no pair is nearer than others are."""
+    on_plane = np.flatnonzero(body.mirror == np.arange(len(body.mirror)))
+    # a shortest way to the image crosses the plane halfway
+    pair_gap = 2 * graph.distances(on_plane, nearest=True)
     pair_gap[on_plane] = np.inf
-    return mirrored_farthest_points(solver, n, start, body.mirror, pair_gap)
+    return mirrored_farthest_points(solver, n, int(rng.choice(on_plane)), body.mirror, pair_gap)
 
 
 def _check(body: Body, n: int, mode: str, symmetric: bool) -> None:
@@ -194,7 +203,7 @@ def _check(body: Body, n: int, mode: str, symmetric: bool) -> None:
         raise ValueError(f"n must be between 1 and the body's {n_vertices} vertices, not {n}")
     if mode not in ("exact", "fast"):
         raise ValueError(f'mode must be "exact" or "fast", not "{mode}"')
-    if symmetric and body.mirror is None:
+    if symmetric and (body.mirror is None or not (body.mirror == np.arange(n_vertices)).any()):
         raise ValueError(f'body "{body.name}" has no mirror map, so its patches cannot be symmetric')
     loose = np.setdiff1d(np.arange(n_vertices), body.faces)
     if len(loose):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from .geodesics import StripGraph
+from .strip_graph import StripGraph
 
 REACH = 2.0
 """Support of a patch's kernel, in units of the largest distance of a vertex from its patch."""

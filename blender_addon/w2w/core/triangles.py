@@ -13,11 +13,11 @@ from itertools import combinations
 import numpy as np
 
 from .body import Body
-from .geodesics import StripGraph
 from .motion import Motion
 from .pose_library import random_poses
 from .skeleton import N_JOINTS, PARENTS
 from .skinning import frames_from_edges, joint_transforms, skin, skinning_transforms
+from .strip_graph import StripGraph
 
 MIN_HEIGHT = 0.004
 """Least height of a carrier triangle, metres, where the mesh offers one."""
@@ -103,7 +103,9 @@ def _corners_to_try(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
     """The nearest vertices of each centre and more, evenly by rank, out to `REACH` where that is enough."""
     count = NEAREST + SPREAD
     corners = np.empty((len(centres), count), dtype=np.int64)
-    for row, near in enumerate(graph.neighbourhoods(centres, REACH, count)):
+    for row, found in enumerate(graph.neighbourhoods(centres, REACH, count)):
+        # a tiny mesh has fewer; triangles with a corner twice have no area and are never chosen
+        near = np.resize(found, max(len(found), count))
         corners[row, :NEAREST] = near[:NEAREST]
         corners[row, NEAREST:] = near[np.linspace(NEAREST, len(near) - 1, SPREAD).round().astype(int)]
     return corners

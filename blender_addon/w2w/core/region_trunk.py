@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Names of the regions of trunk, neck and head, from height and the way round."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .body import Body
+from .skeleton import JOINT_INDEX
+
+TRUNK_BANDS: dict[str, tuple[tuple[float, str], ...]] = {
+    "centre front": (
+        (0.06, "groin"),
+        (0.25, "lower abdomen"),
+        (0.43, "navel"),
+        (0.62, "upper abdomen"),
+        (np.inf, "sternum"),
+    ),
+    "front": (
+        (0.22, "* front hip"),
+        (0.5, "* abdomen"),
+        (0.63, "* front ribs"),
+        (0.92, "* chest"),
+        (np.inf, "* collarbone"),
+    ),
+    "side": (
+        (0.22, "* hip"),
+        (0.5, "* lateral oblique"),
+        (0.75, "* side ribs"),
+        (np.inf, "* armpit"),
+    ),
+    "back": (
+        (0.2, "* buttock"),
+        (0.45, "* lower back"),
+        (0.62, "* middle back"),
+        (1.0, "* posterior scapula"),
+        (np.inf, "* shoulder top"),
+    ),
+    "centre back": (
+        (0.2, "sacrum"),
+        (0.45, "lower spine"),
+        (0.65, "middle spine"),
+        (np.inf, "upper spine"),
+    ),
+}
+"""Regions of the trunk by side and height, 0 at the hip joints and 1 at the shoulder joints.
+
+Each band ends at its number; "*" stands for left or right.
+"""
+
+SECTOR_ENDS = (18.0, 58.0, 118.0, 162.0)
+"""Degrees from the front at which the sides of `TRUNK_BANDS` end."""
+
+SHOULDER_TOP = (0.93, 35.0, 150.0, 0.55)
+"""The top of the shoulder: least height, least and largest azimuth, least upward part of the normal."""
+
+
+def across(body: Body) -> np.ndarray:
+    """How far each vertex lies to the left of the midline, metres, shape (V,)."""
+    return body.vertices[:, 0] - body.joints[:, 0].mean()
+
+
+def groin_height(body: Body, lower: np.ndarray) -> np.ndarray:
+    """Height at which the legs begin, by vertex, shape (V,), metres.
+
+    At the back it is the crotch's; in front it rises along the groin to the hip joint.
+
+    Parameters
+    ----------
+    body : Body
+    lower : ndarray of bool, shape (V,)
+        Vertices of trunk and legs: only there may an edge across the midline be the crotch.
+    """
+    x = across(body)
+    edges = body.faces[lower[body.faces].all(axis=1)][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    crossing = edges[(x[edges[:, 0]] <= 0) & (x[edges[:, 1]] >= 0)]
+    left, right = _joint(body, "left_hip"), _joint(body, "right_hip")
+    hip = (left + right) / 2
+    crotch = body.vertices[crossing, 2].min() if len(crossing) else hip[2]
+    out = np.abs(x) / abs(left[0] - right[0]) * 2
+    rise = np.clip((out - 0.3) / 1.2, 0, 1) * (hip[2] - crotch)
+    behind = body.vertices[:, 1] > hip[1] + 0.02 * body.height
+    return np.where(behind, crotch, crotch + rise)
+
+
+def trunk_names(body: Body, vertices: np.ndarray) -> np.ndarray:
+    """Names of the regions of vertices of the trunk, shape (K,) of str."""
+    hips, shoulders = (
+        (_joint(body, f"left_{joint}")[2] + _joint(body, f"right_{joint}")[2]) / 2
+        for joint in ("hip", "shoulder")
+    )
+    level = (body.vertices[vertices, 2] - hips) / (shoulders - hips)
+    azimuth = _trunk_azimuth(body, vertices, level)
+    sector = np.searchsorted(SECTOR_ENDS, azimuth)
+    names = np.empty(len(vertices), dtype="U40")
+    for code, bands in enumerate(TRUNK_BANDS.values()):
+        ends, band_names = zip(*bands, strict=True)
+        here = sector == code
+        names[here] = np.array(band_names)[np.searchsorted(ends, level[here])]
+    lowest, least, largest, upward = SHOULDER_TOP
+    top = (level > lowest) & (azimuth > least) & (azimuth < largest)
+    names[top & (body.vertex_normals[vertices, 2] > upward)] = "* shoulder top"
+    return _with_side(body, vertices, names)
+
+
+def neck_names(body: Body, vertices: np.ndarray) -> np.ndarray:
+    """Names of the regions of vertices of the neck, shape (K,) of str."""
+    azimuth = _azimuth_about(body, vertices, body.vertices[vertices, 1].mean())
+    names = np.select([azimuth < 40, azimuth > 140], ["throat", "nape"], "* neck")
+    return _with_side(body, vertices, names)
+
+
+def head_names(body: Body, vertices: np.ndarray) -> np.ndarray:
+    """Names of the regions of vertices of the head, shape (K,) of str.
+
+    Heights are measured from the tip of the nose, 0, to the crown, 1.
+    """
+    points = body.vertices[vertices]
+    out = np.abs(across(body)[vertices])
+    middle = out < 0.25 * out.max()
+    lower = points[:, 2] < points[:, 2].min() + 0.6 * np.ptp(points[:, 2])
+    nose = points[middle & lower][np.argmin(points[middle & lower, 1])]
+    crown = points[:, 2].max()
+    level = (points[:, 2] - nose[2]) / (crown - nose[2])
+    azimuth = _azimuth_about(body, vertices, (points[:, 1].min() + points[:, 1].max()) / 2)
+    names = np.select(
+        [
+            _ear(points, out, level),
+            level > 0.82,
+            azimuth > 125,
+            (azimuth > 100) & (level < 0.35),
+            (azimuth > 75) & (level > 0.1),
+            (azimuth > 48) & (level > 0.25),
+            azimuth > 48,
+            level > 0.42,
+            (azimuth < 16) & (level > -0.12),
+            (azimuth < 22) & (level > -0.33),
+            level < -0.33,
+            level > 0.15,
+        ],
+        [
+            "* ear",
+            "scalp crown",
+            "back of head",
+            "behind * ear",
+            "* side of head",
+            "* temple",
+            "* jaw",
+            "forehead",
+            "nose",
+            "mouth",
+            "chin",
+            "* eye",
+        ],
+        "* cheek",
+    )
+    return _with_side(body, vertices, names)
+
+
+def _ear(points: np.ndarray, out: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Vertices of the ears: around what stands out most sideways near the nose's height."""
+    height = np.ptp(points[:, 2])
+    near_nose = (level > -0.25) & (level < 0.55)
+    widest = out[near_nose].max()
+    tips = near_nose & (out > 0.9 * widest)
+    offset = np.abs(points[:, 1:] - points[tips, 1:].mean(axis=0))
+    return (offset[:, 0] < 0.09 * height) & (offset[:, 1] < 0.16 * height) & (out > 0.78 * widest)
+
+
+def _trunk_azimuth(body: Body, vertices: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Degrees around the trunk, 0 in front, 90 at the sides, 180 behind, whatever its width and depth."""
+    x, y = np.abs(across(body)[vertices]), body.vertices[vertices, 1]
+    levels = np.linspace(level.min(), level.max(), 15)
+    outlines = []
+    for height in levels:
+        near = np.abs(level - height) < 0.08
+        outlines.append((np.percentile(x[near], 98), y[near].min(), y[near].max()))
+    width, front, back = (np.interp(level, levels, column) for column in np.transpose(outlines))
+    return np.degrees(np.arctan2(x / width, ((front + back) / 2 - y) / ((back - front) / 2)))
+
+
+def _azimuth_about(body: Body, vertices: np.ndarray, middle: float) -> np.ndarray:
+    """Degrees around a vertical axis at depth `middle`, 0 in front, 180 behind."""
+    return np.degrees(np.arctan2(np.abs(across(body)[vertices]), middle - body.vertices[vertices, 1]))
+
+
+def _with_side(body: Body, vertices: np.ndarray, names: np.ndarray) -> np.ndarray:
+    """Put left or right for the "*" in names."""
+    sides = np.where(across(body)[vertices] >= 0, "left", "right")
+    return np.char.replace(names, "*", sides)
+
+
+def _joint(body: Body, name: str) -> np.ndarray:
+    return body.joints[JOINT_INDEX[name]]

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nearly exact geodesic distances: Dijkstra's on a mesh's edges and straight lines over its triangles.
+
+Along edges alone the ways zigzag and are 5 % too long on average. The graph also joins vertices
+by the straight lines that run over strips of triangles unfolded into the plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+CROSSINGS = 3
+"""Edges a straight line of the graph may cross: 3 leave 0.6 % of mean error."""
+
+CHUNK = 256
+"""Sources solved for at once, to bound memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class StripGraph:
+    """Nearly exact geodesic distances: shortest ways along straight lines over strips of triangles.
+
+    Its distances are lengths of real ways on the surface, hence never below the exact ones.
+
+    Parameters
+    ----------
+    graph : csr_matrix, shape (V, V)
+        Symmetric lengths, metres.
+    """
+
+    graph: csr_matrix
+
+    @classmethod
+    def of(cls, vertices: np.ndarray, faces: np.ndarray, crossings: int = CROSSINGS) -> StripGraph:
+        """Build the graph of a mesh."""
+        return cls(straight_lines(vertices, faces, crossings))
+
+    def distances(
+        self, sources: int | np.ndarray, limit: float = np.inf, nearest: bool = False
+    ) -> np.ndarray:
+        """Distances from one source, shape (V,), or several, shape (S, V); inf beyond `limit`.
+
+        With `nearest`, only the distance to the nearest of the sources, shape (V,).
+        """
+        return dijkstra(self.graph, indices=sources, limit=limit, min_only=nearest)
+
+    def neighbourhoods(self, centres: np.ndarray, reach: float, count: int) -> Iterator[np.ndarray]:
+        """Vertices within `reach` of each centre, nearest first, or the `count` nearest if those are more."""
+        for begin in range(0, len(centres), CHUNK):
+            chunk = centres[begin : begin + CHUNK]
+            for centre, distance in zip(chunk, self.distances(chunk, limit=reach), strict=True):
+                within = int(np.isfinite(distance).sum())
+                found = distance
+                for wider in (4 * reach, np.inf):
+                    if np.isfinite(found).sum() < count:
+                        found = self.distances(centre, limit=wider)
+                near = np.flatnonzero(np.isfinite(found))
+                yield near[np.argsort(found[near], kind="stable")][: max(within, count)]
+
+    def closer(self, source: int, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances from `source` up to the largest in `distance`; see `ExactSolver.closer`."""
+        values = self.distances(source, limit=distance.max())
+        return self._everything, values
+
+    @cached_property
+    def n_pieces(self) -> int:
+        """Number of separate pieces of the mesh."""
+        return int(connected_components(self.graph, directed=False, return_labels=False))
+
+    @cached_property
+    def _everything(self) -> np.ndarray:
+        return np.arange(self.graph.shape[0])
+
+
+def straight_lines(vertices: np.ndarray, faces: np.ndarray, crossings: int) -> csr_matrix:
+    """Edges of a mesh and the straight lines between vertices across unfolded strips of triangles.
+
+    From every vertex, triangles are unfolded into its plane across at most `crossings` edges; the
+    vertex at the far end of a strip is joined if the line to it stays inside the strip.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+    faces : ndarray, shape (F, 3)
+        Consistently oriented.
+    crossings : int
+
+    Returns
+    -------
+    csr_matrix, shape (V, V)
+        Symmetric lengths.
+    """
+    n_vertices = len(vertices)
+    strips = _Strips(vertices, faces)
+    found = [strips.edges(), *(strips.unfold() for _ in range(crossings))]
+    source, target, length = (np.concatenate(column) for column in zip(*found, strict=True))
+    source, target, length = np.r_[source, target], np.r_[target, source], np.r_[length, length]
+    order = np.lexsort((length, target, source))
+    source, target, length = source[order], target[order], length[order]
+    shortest = np.r_[True, (source[1:] != source[:-1]) | (target[1:] != target[:-1])]
+    entries = (length[shortest], (source[shortest], target[shortest]))
+    return coo_matrix(entries, shape=(n_vertices, n_vertices)).tocsr()
+
+
+class _Strips:
+    """All strips of triangles growing from the mesh's corners, unfolded into the plane at once.
+
+    A strip starts at vertex `source` (the plane's origin); `right` -> `left` is the edge it would
+    cross next, and the rays `low` and `high` bound what is visible from the source through it.
+    """
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+        self.vertices = vertices
+        sides = np.concatenate([faces, faces[:, [1, 2, 0]], faces[:, [2, 0, 1]]]).astype(np.int64)
+        keys = sides[:, 0] * len(vertices) + sides[:, 1]
+        order = np.argsort(keys, kind="stable")
+        self._keys, self._apexes = keys[order], sides[order, 2]
+        self.right, self.left, self.source = sides.T
+        to_right, to_left = self._length(self.source, self.right), self._length(self.source, self.left)
+        base = self._length(self.right, self.left)
+        x = (to_right**2 + to_left**2 - base**2) / (2 * to_right)
+        self.right_at = np.stack([to_right, np.zeros_like(x)], axis=1)
+        self.left_at = np.stack([x, np.sqrt(np.maximum(to_left**2 - x**2, 0))], axis=1)
+        self.low, self.high = self.right_at, self.left_at
+
+    def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The mesh's own edges: from, to, length."""
+        return self.source, self.right, np.linalg.norm(self.right_at, axis=1)
+
+    def unfold(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Grow every strip by one triangle; the lines to new vertices that are in sight."""
+        apex = self._across()
+        self._keep(apex >= 0)
+        apex = apex[apex >= 0]
+        at = self._place(apex)
+        above, below = _cross(self.low, at), _cross(at, self.high)
+        seen = (above >= 0) & (below >= 0)
+        lines = self.source[seen], apex[seen], np.linalg.norm(at[seen], axis=1)
+        self._split(apex, at, above, below)
+        return lines
+
+    def _across(self) -> np.ndarray:
+        """Apex of the triangle beyond the edge right -> left, -1 at a border."""
+        keys = self.left * len(self.vertices) + self.right
+        slots = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        return np.where(self._keys[slots] == keys, self._apexes[slots], -1)
+
+    def _place(self, apex: np.ndarray) -> np.ndarray:
+        """Where the apex comes to lie in the plane, on the far side of the edge."""
+        base = self.left_at - self.right_at
+        length = np.linalg.norm(base, axis=1, keepdims=True)
+        along = base / length
+        outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        spoke = self.vertices[apex] - self.vertices[self.right]
+        edge = self.vertices[self.left] - self.vertices[self.right]
+        foot = np.einsum("ij,ij->i", spoke, edge)[:, None] / length
+        height = np.sqrt(np.maximum(np.einsum("ij,ij->i", spoke, spoke)[:, None] - foot**2, 0))
+        return self.right_at + along * foot + outward * height
+
+    def _split(self, apex: np.ndarray, at: np.ndarray, above: np.ndarray, below: np.ndarray) -> None:
+        """Go on across both far edges of the new triangle, as far as they are in sight."""
+        high = np.where((below > 0)[:, None], at, self.high)
+        low = np.where((above > 0)[:, None], at, self.low)
+        right_side, left_side = _cross(self.low, high) > 0, _cross(low, self.high) > 0
+        halves = (
+            (self.source, self.source),
+            (self.right, apex),
+            (apex, self.left),
+            (self.right_at, at),
+            (at, self.left_at),
+            (self.low, low),
+            (high, self.high),
+        )
+        joined = [np.concatenate([a[right_side], b[left_side]]) for a, b in halves]
+        self.source, self.right, self.left, self.right_at, self.left_at, self.low, self.high = joined
+
+    def _keep(self, which: np.ndarray) -> None:
+        for name in ("source", "right", "left", "right_at", "left_at", "low", "high"):
+            setattr(self, name, getattr(self, name)[which])
+
+    def _length(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(self.vertices[first] - self.vertices[second], axis=1)
+
+
+def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
