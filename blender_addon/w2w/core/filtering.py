@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from scipy.signal import butter, resample_poly, sosfilt, sosfilt_zi, sosfiltfilt
@@ -41,15 +42,20 @@ def butterworth(
             f"the cut-off must lie between 0 and {rate / 2:g} Hz (half the rate), not {cutoff_hz}"
         )
     if not zero_phase:
-        sos = butter(order, cutoff_hz, fs=rate, output="sos").astype(values.dtype)
+        sos = _sections(order, cutoff_hz, rate).astype(values.dtype)
         at_rest = sosfilt_zi(sos).astype(values.dtype)
         state = at_rest.reshape(len(sos), *(1,) * (values.ndim - 1), 2) * values[None, ..., :1]
         return sosfilt(sos, values, axis=-1, zi=state)[0]
     # The bilinear transform bends the frequency axis, so the correction is made on its tangent.
     bent = np.tan(np.pi * cutoff_hz / rate) / (np.sqrt(2) - 1) ** (1 / (2 * order))
-    sos = butter(order, np.arctan(bent) * rate / np.pi, fs=rate, output="sos")
+    sos = _sections(order, np.arctan(bent) * rate / np.pi, rate)
     padding = min(int(3 * rate / cutoff_hz), values.shape[-1] - 1)
     return sosfiltfilt(sos, values, axis=-1, padlen=padding).astype(values.dtype, copy=False)
+
+
+@lru_cache(maxsize=32)
+def _sections(order: int, cutoff_hz: float, rate: float) -> np.ndarray:
+    return butter(order, cutoff_hz, fs=rate, output="sos")
 
 
 def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:

@@ -1,25 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ideal inertial signals of moving frames: specific force and angular velocity from world matrices."""
+"""Ideal inertial signals of moving frames: specific force and angular velocity from world matrices.
+
+Conventions: the world has z up, gravity is g = (0, 0, -9.80665) m/s2 and R turns sensor to world. An
+accelerometer reads the specific force f = R^T (p'' - g) and a gyroscope the angular velocity in the sensor
+frame, the vee of R^T R'. At rest the sensor reads +9.81 along whatever points up.
+"""
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
 from .filtering import count_resampled
+from .finite_difference import difference_signals
+from .gaps import bridge
 from .recording import ImuRecording
-from .rotations import continuous_quaternions
-from .threads import n_threads
+from .rotations import into_frame, quaternions_of, rate_in_frame, unroll
+from .skinning import frames_from_edges, skin, skinning_transforms
+from .threads import for_each
 from .trajectory import MIN_FRAMES, spline_windows
+
+if TYPE_CHECKING:
+    from .body import Body
+    from .motion import Motion
+    from .patches import PatchSet
 
 STANDARD_GRAVITY = 9.80665
 """m/s2, by definition (CGPM 1901)."""
 
-CHUNK_BYTES = 48 * 2**20
-"""Working memory a chunk of sensors may take, about."""
-BYTES_PER_POSE = 200
+LARGEST_BAND = 0.4
+"""Highest band limit over the sample rate: what lies above would fold back into the signal."""
+
+CHUNK_SENSORS = 128
+CHUNK_BYTES = 128 * 2**20
+BYTES_PER_POSE = 400
+"""Sensors are worked on in chunks of at most so many, fewer where a long clip would take more memory."""
 
 
 @dataclass(frozen=True)
@@ -29,44 +47,76 @@ class Synthesis:
     Parameters
     ----------
     rate_hz : float
-        Samples per second of the signals.
+        Samples per second of the signals, any.
     method : {"spline", "finite-difference"}
+        "spline" lays continuous trajectories through the frames and differentiates those. The other takes
+        differences at the clip's rate, filters, then resamples, in the order of the paper.
     convention : {"physical", "paper"}
+        "paper" gives equations 3 to 5 as printed, in the world frame and with gravity the wrong way; for
+        comparison only.
     cutoff_hz : float or None
-        Band limit of the trajectories, -3 dB.
+        Band limit, -3 dB: of the trajectories with splines, of the signals with finite differences. It keeps
+        the jitter of motion capture out and is lowered to 0.4 `rate_hz` where it would exceed that. None
+        sets no limit: the splines pass through every frame.
     gravity : tuple of 3 floats
         Acceleration of free fall in the world, m/s2.
+    max_gap_s : float
+        Longest run of frames without a pose (NaN) that is bridged, s.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range; the message names it.
     """
 
     rate_hz: float = 50.0
-    method: str = "spline"
-    convention: str = "physical"
+    method: Literal["spline", "finite-difference"] = "spline"
+    convention: Literal["physical", "paper"] = "physical"
     cutoff_hz: float | None = 10.0
     gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
+    max_gap_s: float = 0.25
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rate_hz", float(self.rate_hz))
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
             raise ValueError(f"rate_hz must be positive, not {self.rate_hz}")
-        if self.method != "spline":
-            raise ValueError(f'method must be "spline", not {self.method!r}')
-        if self.convention != "physical":
-            raise ValueError(f'convention must be "physical", not {self.convention!r}')
+        if self.method not in ("spline", "finite-difference"):
+            raise ValueError(f'method must be "spline" or "finite-difference", not {self.method!r}')
+        if self.convention not in ("physical", "paper"):
+            raise ValueError(f'convention must be "physical" or "paper", not {self.convention!r}')
         if self.cutoff_hz is not None and not (np.isfinite(self.cutoff_hz) and self.cutoff_hz > 0):
-            raise ValueError(f"cutoff_hz must be positive, or None for no band limit, not {self.cutoff_hz}")
+            raise ValueError(f"cutoff_hz must be positive, or None for no limit, not {self.cutoff_hz}")
         gravity = tuple(float(g) for g in self.gravity)
         if len(gravity) != 3 or not np.isfinite(gravity).all():
             raise ValueError(f"gravity must be three finite numbers in m/s2, not {self.gravity}")
         object.__setattr__(self, "gravity", gravity)
+        if not (np.isfinite(self.max_gap_s) and self.max_gap_s >= 0):
+            raise ValueError(f"max_gap_s must be 0 or more, not {self.max_gap_s}")
+
+    @property
+    def band_hz(self) -> float | None:
+        """The band limit in force, Hz."""
+        return None if self.cutoff_hz is None else min(self.cutoff_hz, LARGEST_BAND * self.rate_hz)
 
 
-def synthesize(matrices: np.ndarray, rate: float, settings: Synthesis | None = None) -> ImuRecording:
+class Poses(Protocol):
+    """World matrices that can be had in parts: an ndarray, a memory map, or made when asked for."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """T, N, 4, 4."""
+
+    def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
+        """Matrices of all frames and a range of sensors."""
+
+
+def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) -> ImuRecording:
     """Ideal signals of sensors fixed to moving frames.
 
     Parameters
     ----------
-    matrices : ndarray, shape (T, N, 4, 4)
+    matrices : ndarray, shape (T, N, 4, 4), or anything that slices like one
         World matrix of every sensor in every frame: rotation sensor to world, position in metres.
+        NaN marks a missing pose.
     rate : float
         Frames per second.
     settings : Synthesis, optional
@@ -74,73 +124,129 @@ def synthesize(matrices: np.ndarray, rate: float, settings: Synthesis | None = N
     Returns
     -------
     ImuRecording
-        Specific force f = R^T (p'' - g), m/s2, and angular velocity in the sensor frame, rad/s.
+        From the first frame to the last at `settings.rate_hz`, without labels.
 
     Raises
     ------
     ValueError
-        If the shape is wrong, there are fewer than 3 frames, or a matrix is not a rigid motion.
+        If the shape is wrong, there are fewer than 3 frames, a gap is too long to bridge, or a matrix is
+        not a rigid motion.
     """
-    settings = settings or Synthesis()
-    if matrices.ndim != 4 or matrices.shape[2:] != (4, 4) or matrices.shape[1] == 0:
-        raise ValueError(f"matrices must have shape (T, N, 4, 4), not {matrices.shape}")
-    if not (np.isfinite(rate) and rate > 0):
-        raise ValueError(f"the frame rate must be positive, not {rate}")
-    n_frames, n_sensors = matrices.shape[:2]
-    if n_frames < MIN_FRAMES:
-        raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
+    n_frames, n_sensors = _check_poses(matrices, rate)
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     acc = np.empty((n_samples, n_sensors, 3), dtype=np.float32)
     gyr = np.empty_like(acc)
-    size = max(1, min(128, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
+    size = max(1, min(CHUNK_SENSORS, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
     chunks = [slice(start, min(start + size, n_sensors)) for start in range(0, n_sensors, size)]
+    signals: Callable = _spline_signals if settings.method == "spline" else difference_signals
 
     def fill(chunk: slice) -> None:
-        _spline_signals(matrices[:, chunk], rate, settings, acc[:, chunk], gyr[:, chunk])
+        positions, quaternions = _poses(matrices[:, chunk], rate, settings.max_gap_s)
+        signals(positions, quaternions, rate, settings, acc[:, chunk], gyr[:, chunk])
 
-    with ThreadPoolExecutor(n_threads()) as pool:
-        list(pool.map(fill, chunks))
+    for_each(fill, chunks)
     return ImuRecording(acc=acc, gyr=gyr, rate=settings.rate_hz)
 
 
-def _spline_signals(
-    matrices: np.ndarray, rate: float, settings: Synthesis, acc: np.ndarray, gyr: np.ndarray
-) -> None:
-    """Fill `acc` and `gyr`, shape (samples, n, 3), from the matrices, shape (T, n, 4, 4)."""
-    n_frames, n = matrices.shape[:2]
+def synthesize_motion(
+    body: Body,
+    patches: PatchSet,
+    motion: Motion,
+    settings: Synthesis = Synthesis(),
+) -> ImuRecording:
+    """Ideal signals of all patches of a moving body, in bounded memory however long the motion is.
+
+    Returns
+    -------
+    ImuRecording
+        Named after the patches and labelled as the motion.
+    """
+    recording = synthesize(_SkinnedPatches(body, patches.triangles, motion), motion.rate, settings)
+    return ImuRecording(
+        acc=recording.acc,
+        gyr=recording.gyr,
+        rate=recording.rate,
+        sites=patches.names,
+        activity=motion.activity,
+        subject=motion.subject,
+        clip=motion.clip,
+    )
+
+
+class _SkinnedPatches:
+    """World matrices of patches, skinned for the patches asked for and no others."""
+
+    def __init__(self, body: Body, triangles: np.ndarray, motion: Motion) -> None:
+        self._body = body
+        self._triangles = triangles
+        self._transforms = skinning_transforms(body, motion)
+        self.shape = (motion.n_frames, len(triangles), 4, 4)
+
+    def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
+        triangles = self._triangles[part[1]]
+        first, second, third = (skin(self._body, self._transforms, corner) for corner in triangles.T)
+        return frames_from_edges((first + second + third) / 3, second - first, third - first)
+
+
+def _check_poses(matrices: Poses, rate: float) -> tuple[int, int]:
+    if len(matrices.shape) != 4 or matrices.shape[2:] != (4, 4) or matrices.shape[1] == 0:
+        raise ValueError(f"matrices must have shape (T, N, 4, 4), not {matrices.shape}")
+    if not (np.isfinite(rate) and rate > 0):
+        raise ValueError(f"the frame rate must be positive, not {rate}")
+    if matrices.shape[0] < MIN_FRAMES:
+        raise ValueError(
+            f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {matrices.shape[0]}"
+        )
+    return matrices.shape[:2]
+
+
+def _poses(matrices: np.ndarray, rate: float, max_gap_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (T, 3, n) and continuous quaternions (T, 4, n) without gaps."""
     positions = np.ascontiguousarray(matrices[:, :, :3, 3].transpose(0, 2, 1), dtype=np.float64)
-    positions = positions.reshape(n_frames, 3 * n)
-    quaternions = continuous_quaternions(matrices).reshape(n_frames, 4 * n)
-    gravity = np.array(settings.gravity)[:, None]
-    for window in spline_windows(n_frames, rate, settings.rate_hz, settings.cutoff_hz):
+    quaternions = quaternions_of(matrices)
+    bridge(positions, quaternions, rate, max_gap_s)
+    unroll(quaternions)
+    return positions, quaternions
+
+
+def _spline_signals(
+    positions: np.ndarray,
+    quaternions: np.ndarray,
+    rate: float,
+    settings: Synthesis,
+    acc: np.ndarray,
+    gyr: np.ndarray,
+) -> None:
+    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through the poses.
+
+    The rotation follows a quintic spline of the quaternion's components, normalised: as smooth on the
+    rotation group as the spline is. Differences are taken in double precision, all else in single.
+    """
+    n_frames, _, n = positions.shape
+    bend = np.diff(positions.reshape(n_frames, 3 * n), n=2, axis=0).astype(np.float32)
+    q_frames = quaternions.reshape(n_frames, 4 * n)
+    q_steps = np.diff(q_frames, axis=0).astype(np.float32)
+    q_frames = q_frames.astype(np.float32)
+    gravity = np.array(settings.gravity, dtype=np.float32)
+    for window in spline_windows(n_frames, rate, settings.rate_hz, settings.band_hz):
         value, first, second = window.operators
-        shape = (len(value), -1, n)
-        force = (second @ positions[window.frames]).reshape(shape) - gravity
-        q = (value @ quaternions[window.frames]).reshape(shape).transpose(1, 0, 2)
-        q_dot = (first @ quaternions[window.frames]).reshape(shape).transpose(1, 0, 2)
-        scale = 2 / (q * q).sum(axis=0)
-        into_sensor_frame(q, force.transpose(1, 0, 2), scale, acc[window.samples].transpose(2, 0, 1))
-        angular_velocity(q, q_dot, scale, gyr[window.samples].transpose(2, 0, 1))
-
-
-def into_sensor_frame(q: np.ndarray, v: np.ndarray, scale: np.ndarray, out: np.ndarray) -> None:
-    """R^T v for quaternions of any length; `scale` is 2 / |q|^2. Component first: (4, ...), (3, ...)."""
-    turned = _cross(q[1:], v)
-    twice = _cross(q[1:], turned)
-    for axis in range(3):
-        out[axis] = v[axis] + scale * (twice[axis] - q[0] * turned[axis])
-
-
-def angular_velocity(q: np.ndarray, q_dot: np.ndarray, scale: np.ndarray, out: np.ndarray) -> None:
-    """Vector part of 2 q^-1 q', the rate in the sensor frame of the normalised quaternion."""
-    turned = _cross(q[1:], q_dot[1:])
-    for axis in range(3):
-        out[axis] = scale * (q[0] * q_dot[1 + axis] - q_dot[0] * q[1 + axis] - turned[axis])
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> list[np.ndarray]:
-    return [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+        start, stop = window.frames.start, window.frames.stop
+        acceleration, q, q_dot = (
+            (operator @ frames).reshape(len(value), -1, n).transpose(1, 0, 2)
+            for operator, frames in (
+                (second, bend[start : stop - 2]),
+                (value, q_frames[start:stop]),
+                (first, q_steps[start : stop - 1]),
+            )
+        )
+        acc_out, gyr_out = (out[window.samples].transpose(2, 0, 1) for out in (acc, gyr))
+        if settings.convention == "physical":
+            acceleration -= gravity[:, None, None]
+            into_frame(q, acceleration, acc_out)
+            rate_in_frame(q, q_dot, gyr_out)
+        else:
+            into_frame(q, np.broadcast_to(gravity[:, None, None], acceleration.shape), acc_out)
+            acc_out += acceleration
+            # the rate in the world frame is the sensor frame's of the inverse quaternion, turned over
+            inverse = np.array([1, -1, -1, -1], dtype=np.float32)[:, None, None]
+            rate_in_frame(q * inverse, q_dot * -inverse, gyr_out)

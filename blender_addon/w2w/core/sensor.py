@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from . import sensor_errors as errors
 from .filtering import butterworth, count_resampled, resample
 from .recording import ImuRecording
 from .sensor_errors import SensorStreams
-from .threads import n_threads
+from .threads import for_each
 
 CHUNK_VALUES = 400_000
 """Values of a chunk of sensors, about, so that it stays in cache."""
@@ -50,6 +49,8 @@ class Triad:
         Lean of the axes towards each other, degrees.
     lowpass_hz : float or None
         -3 dB bandwidth, Hz. At or above half the sample rate no filter is run, but the noise folds in.
+    lowpass_of_rate : float or None
+        The same as a part of the output rate, at most 0.5, for parts whose filter follows their data rate.
     lowpass_order : int
         Order of the Butterworth filter.
     """
@@ -65,6 +66,7 @@ class Triad:
     misalignment_deg: float = 0.0
     nonorthogonality_deg: float = 0.0
     lowpass_hz: float | None = None
+    lowpass_of_rate: float | None = None
     lowpass_order: int = 2
 
     def __post_init__(self) -> None:
@@ -75,12 +77,19 @@ class Triad:
             _check_not_negative(name, getattr(self, name))
         _check_positive("full_scale", self.full_scale)
         _check_positive("lowpass_hz", self.lowpass_hz)
+        _check_positive("lowpass_of_rate", self.lowpass_of_rate)
+        if self.lowpass_of_rate is not None and (self.lowpass_of_rate > 0.5 or self.lowpass_hz is not None):
+            raise ValueError("lowpass_of_rate must be at most 0.5, and stand without lowpass_hz")
         if not self.correlation_s >= errors.DRIFT_STEP_S:
             raise ValueError(
                 f"correlation_s must be at least {errors.DRIFT_STEP_S} s, not {self.correlation_s}"
             )
         if not 1 <= self.lowpass_order <= 8:
             raise ValueError(f"lowpass_order must be 1 to 8, not {self.lowpass_order}")
+
+    def bandwidth(self, rate: float) -> float | None:
+        """-3 dB bandwidth at an output rate, Hz."""
+        return self.lowpass_hz if self.lowpass_of_rate is None else self.lowpass_of_rate * rate
 
 
 @dataclass(frozen=True)
@@ -191,8 +200,7 @@ class SensorModel:
             for out, values in zip((acc, gyr), read, strict=True):
                 out[:, chunk] = values.transpose(2, 0, 1)
 
-        with ThreadPoolExecutor(n_threads()) as pool:
-            list(pool.map(fill, chunks))
+        for_each(fill, chunks)
         return replace(recording, acc=acc, gyr=gyr, rate=rate)
 
     def _read(
@@ -201,21 +209,23 @@ class SensorModel:
         """The whole chain on arrays of shape (n, 3, T), from the skin to the last bit."""
         acc, gyr = self._wear(acc, gyr, rate, streams)
         if self.g_sensitivity:
-            response = self.g_sensitivity * streams.normal("g-sensitivity", 3, 3)
+            response = self.g_sensitivity * streams.constants("g-sensitivity", 3, 3)
             gyr = gyr + response @ acc
+        rate_out = self.rate_hz or rate
         read = []
         for kind, triad, values in (("acc", self.accelerometer, acc), ("gyr", self.gyroscope, gyr)):
-            values = _sense(values, triad, kind, rate, streams)
-            if triad.lowpass_hz is not None and triad.lowpass_hz < rate / 2:
-                values = butterworth(values, rate, triad.lowpass_hz, triad.lowpass_order, self.zero_phase)
-            read.append(resample(values, rate, self.rate_hz or rate))
-        return self._sample(read, self.rate_hz or rate, streams)
+            bandwidth = triad.bandwidth(rate_out)
+            values = _sense(values, triad, kind, rate, bandwidth, streams)
+            if bandwidth is not None and bandwidth < rate / 2:
+                values = butterworth(values, rate, bandwidth, triad.lowpass_order, self.zero_phase)
+            read.append(resample(values, rate, rate_out))
+        return self._sample(read, rate_out, streams)
 
     def _wear(
         self, acc: np.ndarray, gyr: np.ndarray, rate: float, streams: SensorStreams
     ) -> tuple[np.ndarray, np.ndarray]:
         if self.mounting_turn_deg or self.mounting_shift_m:
-            numbers = streams.normal("mounting", 2, 3)
+            numbers = streams.constants("mounting", 2, 3)
             turns = np.radians(self.mounting_turn_deg) * numbers[:, 0]
             acc, gyr = errors.mount(acc, gyr, rate, turns, self.mounting_shift_m * numbers[:, 1])
         if self.wobble_hz is not None and self.wobble_hz < rate / 2:
@@ -245,10 +255,12 @@ class SensorModel:
         return acc, gyr
 
 
-def _sense(values: np.ndarray, triad: Triad, kind: str, rate: float, streams: SensorStreams) -> np.ndarray:
+def _sense(
+    values: np.ndarray, triad: Triad, kind: str, rate: float, bandwidth: float | None, streams: SensorStreams
+) -> np.ndarray:
     """Axes, biases and noise of one triad; shape (n, 3, T)."""
     if triad.scale_error or triad.misalignment_deg or triad.nonorthogonality_deg:
-        scale, turns, shears = streams.normal(f"{kind} axes", 3, 3).transpose(1, 0, 2)
+        scale, turns, shears = streams.constants(f"{kind} axes", 3, 3).transpose(1, 0, 2)
         matrix = errors.axes_matrix(
             triad.scale_error * scale,
             np.radians(triad.misalignment_deg) * turns,
@@ -256,19 +268,15 @@ def _sense(values: np.ndarray, triad: Triad, kind: str, rate: float, streams: Se
         )
         values = matrix.astype(np.float32) @ values
     if triad.turn_on_bias:
-        values = values + np.float32(triad.turn_on_bias) * streams.normal(f"{kind} bias", 3, 1)
-    times = np.arange(values.shape[-1]) / rate
-    n_steps = errors.count_drift_steps(times)
-    if triad.bias_instability:
+        values = values + np.float32(triad.turn_on_bias) * streams.constants(f"{kind} bias", 3, 1)
+    if triad.bias_instability or triad.random_walk:
+        times = np.arange(values.shape[-1]) / rate
+        numbers = streams.normal(f"{kind} drift", 2, 3, errors.count_drift_steps(times))
         deviation = triad.bias_instability * errors.FLICKER_FLOOR / errors.GAUSS_MARKOV_PEAK
-        numbers = streams.normal(f"{kind} drift", 3, n_steps)
-        values = values + errors.drift(numbers, deviation, triad.correlation_s, times)
-    if triad.random_walk:
-        values = values + errors.random_walk(
-            streams.normal(f"{kind} walk", 3, n_steps), triad.random_walk, times
-        )
+        knots = errors.bias_drift(numbers, deviation, triad.correlation_s, triad.random_walk)
+        values = values + errors.join(knots, times)
     if triad.noise_density:
-        deviation = errors.noise_deviation(triad.noise_density, rate, triad.lowpass_hz, triad.lowpass_order)
+        deviation = errors.noise_deviation(triad.noise_density, rate, bandwidth, triad.lowpass_order)
         values = values + np.float32(deviation) * streams.normal(f"{kind} noise", *values.shape[1:])
     return values
 

@@ -19,22 +19,18 @@ GAUSS_MARKOV_PEAK = 0.6174
 """Highest Allan deviation of a first-order Gauss-Markov process over its standard deviation, reached at
 1.89 correlation times (IEEE Std 952-1997, C.1.5)."""
 
-PARTS = (
-    "mounting",
-    "acc axes",
-    "gyr axes",
-    "acc bias",
-    "gyr bias",
-    "g-sensitivity",
-    "acc drift",
-    "gyr drift",
-    "acc walk",
-    "gyr walk",
-    "acc noise",
-    "gyr noise",
-    "jitter",
-    "drops",
-)
+PARTS = ("constants", "acc drift", "gyr drift", "acc noise", "gyr noise", "jitter", "drops")
+"""Each has a stream of its own, so that switching one off leaves the others as they were."""
+
+CONSTANTS = {
+    "mounting": slice(0, 6),
+    "g-sensitivity": slice(6, 15),
+    "acc axes": slice(15, 24),
+    "gyr axes": slice(24, 33),
+    "acc bias": slice(33, 36),
+    "gyr bias": slice(36, 39),
+}
+"""Places of a sensor's constant errors among the numbers of the stream "constants"."""
 
 
 class SensorStreams:
@@ -54,6 +50,7 @@ class SensorStreams:
         digest = hashlib.sha256(clip.encode("utf-8")).digest()
         self._entropy = [seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()]
         self._sensors = sensors
+        self._constants = self.normal("constants", 39)
 
     def generators(self, part: str) -> list[np.random.Generator]:
         """One generator a sensor for one of `PARTS`."""
@@ -71,6 +68,10 @@ class SensorStreams:
         for generator, row in zip(self.generators(part), numbers, strict=True):
             generator.standard_normal(out=row, dtype=np.float32)
         return numbers
+
+    def constants(self, name: str, *shape: int) -> np.ndarray:
+        """Numbers behind one of the `CONSTANTS`, shape (sensors, *shape)."""
+        return self._constants[:, CONSTANTS[name]].reshape(len(self._sensors), *shape)
 
 
 def mount(
@@ -137,35 +138,36 @@ def axes_matrix(scale: np.ndarray, turns: np.ndarray, shears: np.ndarray) -> np.
     return (1 + scale)[:, :, None] * (lean @ turned)
 
 
-def drift(numbers: np.ndarray, deviation: float, correlation_s: float, times: np.ndarray) -> np.ndarray:
-    """First-order Gauss-Markov process, in its steady state from the start.
+def bias_drift(
+    numbers: np.ndarray, deviation: float, correlation_s: float, walk_density: float
+) -> np.ndarray:
+    """A wandering bias: a first-order Gauss-Markov process plus a random walk from zero.
 
     Parameters
     ----------
-    numbers : ndarray, shape (n, 3, K)
-        Standard normal, one every `DRIFT_STEP_S`.
+    numbers : ndarray, shape (n, 2, 3, K), float32
+        Standard normal, one every `DRIFT_STEP_S`, for the two processes.
     deviation : float
-        Standard deviation.
+        Standard deviation of the Gauss-Markov process, which is in its steady state from the start.
     correlation_s : float
-        Seconds after which the correlation has fallen to 1/e.
-    times : ndarray, shape (T,)
-        Where to evaluate, s.
+        Seconds after which its correlation has fallen to 1/e.
+    walk_density : float
+        The random walk strays as this times sqrt(time).
+
+    Returns
+    -------
+    ndarray, shape (n, 3, K), float64
     """
     memory = np.exp(-DRIFT_STEP_S / correlation_s)
-    driven = numbers * (deviation * np.sqrt(1 - memory**2))
-    driven[..., 0] = numbers[..., 0] * deviation
-    return join(lfilter([1.0], [1.0, -memory], driven.astype(np.float64), axis=-1), times)
-
-
-def random_walk(numbers: np.ndarray, density: float, times: np.ndarray) -> np.ndarray:
-    """Random walk from zero whose standard deviation grows as density times sqrt(time)."""
-    steps = numbers.astype(np.float64) * (density * np.sqrt(DRIFT_STEP_S))
+    driven = numbers[:, 0] * np.float64(deviation)
+    driven[..., 1:] *= np.sqrt(1 - memory**2)
+    steps = numbers[:, 1] * np.float64(walk_density * np.sqrt(DRIFT_STEP_S))
     steps[..., 0] = 0
-    return join(np.cumsum(steps, axis=-1), times)
+    return lfilter([1.0], [1.0, -memory], driven, axis=-1) + np.cumsum(steps, axis=-1)
 
 
 def count_drift_steps(times: np.ndarray) -> int:
-    """Numbers that `drift` and `random_walk` need to cover the times."""
+    """Steps of a drift that cover the times."""
     return int(times[-1] / DRIFT_STEP_S) + 2
 
 
@@ -173,10 +175,11 @@ def join(knots: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Straight lines between values `DRIFT_STEP_S` apart, at some times; float32."""
     at = times / DRIFT_STEP_S
     left = at.astype(int)
-    part = (at - left).astype(np.float32)
-    low = knots.astype(np.float32)
-    slope = np.diff(low, axis=-1)
-    return low[..., left] + slope[..., left] * part
+    slopes = np.diff(knots, axis=-1).astype(np.float32)
+    joined = slopes[..., left]
+    joined *= (at - left).astype(np.float32)
+    joined += knots.astype(np.float32)[..., left]
+    return joined
 
 
 def noise_deviation(density: float, rate: float, lowpass_hz: float | None, order: int) -> float:
@@ -218,23 +221,21 @@ def kept_samples(
 ) -> np.ndarray:
     """Which samples arrive, shape (T,), bool: losses come in runs of geometric length (Gilbert 1960,
     doi:10.1002/j.1538-7305.1960.tb03959.x); the first sample always arrives."""
-    kept = np.ones(n_samples, dtype=bool)
     mean_between = mean_length * (1 - fraction) / fraction
-    n_runs = int(n_samples / (mean_length + mean_between) * 1.5) + 10
-    position = 0
-    while position < n_samples:
+    n_runs = int(1.5 * n_samples / (mean_length + mean_between)) + 10
+    lengths = np.zeros(0, dtype=int)
+    while lengths.sum() < n_samples:
         good = generator.geometric(min(1.0, 1 / mean_between), n_runs)
-        bad = generator.geometric(min(1.0, 1 / mean_length), n_runs)
-        edges = position + np.cumsum(np.stack([good, bad], axis=1).ravel())
-        for start, stop in edges.reshape(-1, 2):
-            kept[start:stop] = False
-        position = edges[-1]
-    return kept
+        bad = generator.geometric(1 / mean_length, n_runs)
+        lengths = np.concatenate([lengths, np.stack([good, bad], axis=1).ravel()])
+    return np.repeat(np.arange(len(lengths)) % 2 == 0, lengths)[:n_samples]
 
 
 def lose(values: np.ndarray, kept: np.ndarray, dropped: str) -> None:
     """Hold the last sample that arrived, or write NaN, in place; shape (3, T)."""
+    lost = np.flatnonzero(~kept)
     if dropped == "nan":
-        values[:, ~kept] = np.nan
+        values[:, lost] = np.nan
     else:
-        values[:] = values[:, np.maximum.accumulate(np.where(kept, np.arange(len(kept)), 0))]
+        arrived = np.flatnonzero(kept)
+        values[:, lost] = values[:, arrived[np.searchsorted(arrived, lost) - 1]]

@@ -1,9 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How many threads numerical work may use in this process."""
+"""Threads for numerical work on independent parts of one array."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from threadpoolctl import threadpool_limits
+
+Part = TypeVar("Part")
+
+
+def for_each(work: Callable[[Part], None], parts: Iterable[Part]) -> None:
+    """Do `work` on every part, in as many threads as this process may use.
+
+    The matrix library is kept to one thread meanwhile: two sets of threads would fight over the cores.
+    """
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(n_threads()) as pool:
+        for _ in pool.map(work, parts):
+            pass
 
 
 def n_threads() -> int:

@@ -26,14 +26,14 @@ DEGREE = 5
 MIN_FRAMES = 3
 """Fewer frames carry no acceleration."""
 
-INTERPOLATION_REACH = 28
-"""Frames after which an interpolating quintic has forgotten one: its slowest pole, 0.43, to this is 6e-11."""
+INTERPOLATION_REACH = 22
+"""Frames after which an interpolating quintic has forgotten one: its slowest pole, 0.43, to this is 1e-8."""
 
-SMOOTHING_REACH = 24.0
-"""Time constants after which a smoothing spline has forgotten a frame: exp(-24) is 4e-11."""
+SMOOTHING_REACH = 18.0
+"""Time constants after which a smoothing spline has forgotten a frame: exp(-18) is 2e-8."""
 
-WINDOW_SAMPLES = 128
-"""Samples a window should yield, about; more than its overlap costs, few enough to stay in cache."""
+WINDOW_SAMPLES = 64
+"""Samples a window should yield, about: many against its overlap, few enough to stay in cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +44,11 @@ class Window:
     ----------
     frames, samples : slice
         Which frames go in and which samples come out.
-    operators : tuple of ndarray, each of shape (samples, frames)
-        Matrices that give the spline's value, first and second derivative with respect to seconds.
+    operators : tuple of 3 ndarrays, float32
+        Matrices that give the spline's value, first and second derivative with respect to seconds from,
+        in turn, the frames, their first and their second differences; shapes (samples, frames),
+        (samples, frames - 1) and (samples, frames - 2). A derivative knows nothing of what differencing
+        removes, so that single precision is enough once the differences have been taken in double.
     """
 
     frames: slice
@@ -129,7 +132,16 @@ def _operators(
     """Value, first and second derivative at times `at` (in frames) as matrices on the frames."""
     knots, coefficients = _fit(n_frames, degree, penalty)
     spline = BSpline(knots, coefficients, degree)
-    return tuple(spline(at, nu=order) * rate**order for order in range(3))
+    return tuple(
+        _on_differences(spline(at, nu=order) * rate**order, order).astype(np.float32) for order in range(3)
+    )
+
+
+def _on_differences(operator: np.ndarray, order: int) -> np.ndarray:
+    """The matrix that does to differences of some order what `operator` does to the values."""
+    for _ in range(order):
+        operator = np.cumsum(operator[:, :0:-1], axis=1)[:, ::-1]
+    return operator
 
 
 @lru_cache(maxsize=16)
