@@ -26,6 +26,8 @@ from blender_addon.w2w.core.retarget import retarget
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 from blender_addon.w2w.core.study import StudyConfig, describe, record
 
+from .blender_process import forget_scripts_path
+
 WORK = ".w2w"
 """Folder inside the output folder for what a later run can take up again."""
 
@@ -135,6 +137,7 @@ def read_source(path: Path) -> SourceMotion | Motion:
     """
     if path.suffix.lower() == ".npz":
         return read_amass(path)
+    forget_scripts_path()
     from blender_addon.w2w.scene.clips import read_clip
 
     return read_clip(path)

@@ -17,9 +17,13 @@ from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches, recommend, same_clips
 
+from .blender_process import inside_blender
 from .clip_job import WORK, Job, Outcome, do_clip
 from .progress import Progress
 from .versions import code_sha256, versions
+
+BATCH = 4
+"""Clips handed to a worker at a time."""
 
 
 class StudyError(Exception):
@@ -123,7 +127,8 @@ def _bake(
         + code_sha256().encode()
     ).hexdigest()
     jobs = [Job(clip, out, config, inputs) for clip in library.clips]
-    parallel = joblib.Parallel(n_jobs=min(workers, max(1, len(jobs))), return_as="generator", batch_size=4)
+    n_workers = 1 if inside_blender() else min(workers, max(1, len(jobs)))
+    parallel = joblib.Parallel(n_jobs=n_workers, return_as="generator", batch_size=BATCH)
     with progress.bar("Motions to signals", len(jobs)) as advance:
         outcomes = []
         for outcome in parallel(joblib.delayed(do_clip)(job) for job in jobs):

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w run` on real files: the right results, twice the same bytes, everything skipped explained."""
+
+import csv
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from headless.__main__ import APP
+
+ROOT = Path(__file__).resolve().parents[2]
+CLIPS = {
+    "Conqster__TheBarMan/Walking.fbx": "walking",
+    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
+    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Unarmed Walk Forward.fbx": "walking",
+    "guysitstom__Second-Animation/Running.fbx": "running",
+    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
+    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
+    "degocyx1211__GameJam1/Idle.fbx": "idle",
+    "kirbycope__godot-4.3-sandbox-3d/Idle.fbx": "idle",
+    "Sushim30__ARFitness/Burpee.fbx": "burpee",
+    "_broken/zero_bytes.fbx": "walking",
+    "_broken/truncated_50pct_Walking.fbx": "walking",
+}
+
+
+def run(*arguments):
+    return CliRunner().invoke(APP, [str(argument) for argument in arguments])
+
+
+def study(library, out, *options):
+    return run("run", library, "--out", out, "--labels", library / "labels.csv", "--patches", 16, *options)
+
+
+@pytest.fixture(scope="module")
+def library(shared_data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("library")
+    with (folder / "labels.csv").open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["file", "activity"])
+        for file, activity in CLIPS.items():
+            (folder / file).parent.mkdir(exist_ok=True)
+            shutil.copy(shared_data / "mixamo" / file, folder / file)
+            writer.writerow([file, activity])
+    shutil.copy(shared_data / "mixamo/M3-org__CharacterStudio/Waving.fbx", folder / "not listed.fbx")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def finished(library, tmp_path_factory):
+    out = tmp_path_factory.mktemp("study") / "out"
+    result = study(library, out, "--workers", 2)
+    assert result.exit_code == 0, result.output
+    return out, result.output
+
+
+def hashes(out):
+    return {
+        path.relative_to(out).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(out.rglob("*"))
+        if path.suffix in (".csv", ".json", ".npz")
+    }
+
+
+def test_the_summary_explains_every_clip(finished):
+    out, output = finished
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["clips"] == {"found": 12, "used": 9, "skipped": 3}
+    reasons = {entry["file"]: entry["reason"] for entry in summary["skipped"]}
+    assert "empty" in reasons["_broken/zero_bytes.fbx"]
+    assert "cut short" in reasons["_broken/truncated_50pct_Walking.fbx"]
+    assert "labels.csv" in reasons["not listed.fbx"]
+    assert summary["activities"]["walking"]["clips"] == 3
+    assert "only one" in summary["left_out"]["burpee"]
+    assert "zero_bytes.fbx" in output
+
+
+def test_the_table_has_a_row_a_patch_and_a_column_an_activity(finished):
+    with (finished[0] / "utility.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 16
+    assert list(rows[0])[:3] == ["patch", "region", "vertex"]
+    for row in rows:
+        scores = [float(row[name]) for name in ("idle", "running", "walking")]
+        assert float(row["mean"]) == pytest.approx(np.mean(scores), abs=2e-6)
+        assert all(0 <= score <= 1 for score in scores)
+
+
+def test_the_recommendation_agrees_with_the_table(finished):
+    out, _ = finished
+    summary = json.loads((out / "summary.json").read_text())
+    with (out / "utility.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    f1 = np.array([[float(row[name]) for name in ("idle", "running", "walking")] for row in rows])
+    best = summary["best_single_patch"]
+    assert best["mean_f1"] == pytest.approx(f1.mean(axis=1).max(), abs=2e-6)
+    assert rows[best["patch"]]["region"] == best["region"]
+    covered = np.zeros(3)
+    for place in summary["subset"]["places"]:
+        covered = np.maximum(covered, f1[place["patch"]])
+        assert place["mean_max_f1_so_far"] == pytest.approx(covered.mean(), abs=2e-6)
+    assert summary["subset"]["reached"] == (covered.mean() >= summary["subset"]["target"] - 1e-6)
+
+
+def test_motions_and_signals_of_every_used_clip(finished):
+    out, _ = finished
+    summary = json.loads((out / "summary.json").read_text())
+    for clip in summary["used"]:
+        with np.load(out / "motions" / f"{clip['clip']}.npz", allow_pickle=False) as motion:
+            assert motion["poses"].shape == (clip["frames"], 72)
+            assert str(motion["activity"]) == clip["activity"]
+        with np.load(out / "signals" / f"{clip['clip']}.npz", allow_pickle=False) as signals:
+            assert signals["acc"].shape[1:] == (16, 3)
+            assert abs(signals["acc"].shape[0] / 50 - clip["duration_s"]) < 0.1
+            strength = np.median(np.linalg.norm(signals["acc"], axis=2))
+            assert 8 < strength < 25  # gravity, and what moving adds
+
+
+def test_pictures_and_the_blend_file(finished):
+    out, _ = finished
+    names = {path.stem for path in (out / "heatmaps").glob("*.png")}
+    assert names == {"idle", "running", "walking", "mean", "subset"}
+    assert (out / "study.blend").stat().st_size > 100_000
+
+
+def test_the_config_names_versions_and_inputs(finished, library):
+    config = json.loads((finished[0] / "config.json").read_text())
+    assert config["parameters"]["patches"] == 16
+    assert config["versions"]["numpy"] == np.__version__
+    file = "degocyx1211__GameJam1/Idle.fbx"
+    assert config["inputs"][file] == hashlib.sha256((library / file).read_bytes()).hexdigest()
+
+
+def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, library, tmp_path):
+    assert study(library, tmp_path / "again", "--workers", 1, "--no-pictures").exit_code == 0
+    assert hashes(tmp_path / "again") == hashes(finished[0])
+
+
+def test_another_seed_gives_other_noise(finished, library, tmp_path):
+    assert study(library, tmp_path / "other", "--seed", 1, "--no-pictures").exit_code == 0
+    first, other = hashes(finished[0]), hashes(tmp_path / "other")
+    signals = [name for name in first if name.startswith("signals/")]
+    assert all(first[name] != other[name] for name in signals)
+
+
+def test_a_second_run_takes_up_what_is_finished_and_repairs_what_is_damaged(library, tmp_path):
+    out = tmp_path / "out"
+    assert study(library, out, "--no-pictures", "--workers", 1).exit_code == 0
+    before = hashes(out)
+    signals = sorted((out / "signals").glob("*.npz"))
+    times = {path: path.stat().st_mtime_ns for path in signals}
+    signals[0].write_bytes(b"damaged")
+    signals[1].unlink()
+    (out / "summary.json").unlink()
+    assert study(library, out, "--no-pictures", "--workers", 1).exit_code == 0
+    assert hashes(out) == before
+    assert all(path.stat().st_mtime_ns == times[path] for path in signals[2:])
+
+
+def test_strict_fails_when_clips_are_skipped(library, tmp_path):
+    result = study(library, tmp_path / "out", "--strict", "--no-pictures")
+    assert result.exit_code == 3
+    assert (tmp_path / "out/summary.json").is_file()
+
+
+def test_one_activity_is_not_enough_and_the_reason_is_said(library, tmp_path):
+    labels = tmp_path / "labels.csv"
+    labels.write_text(
+        "file,activity\n" + "\n".join(f'"{file}",move' for file in CLIPS if "_broken" not in file)
+    )
+    result = run("run", library, "--out", tmp_path / "out", "--labels", labels, "--patches", 8)
+    assert result.exit_code == 1
+    assert "No result" in result.output
+    assert "Traceback" not in result.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["run", "/nowhere", "--out", "x"], 2, "not a folder"),
+        (["run", ".", "--out", "x", "--labels", "/nowhere.csv"], 2, "cannot be read"),
+        (["run", "."], 2, "--out"),
+        (["run", ".", "--out", "x", "--sensor", "nosuch"], 2, "nosuch"),
+    ],
+)
+def test_wrong_use_is_explained(arguments, code, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clip.fbx").write_bytes(b"")
+    result = run(*arguments)
+    assert result.exit_code == code
+    assert message in " ".join(result.output.split())
+
+
+def test_the_command_answers_in_all_three_ways():
+    environment = os.environ | {"COLUMNS": "100"}
+    for command in (
+        [sys.executable, "-m", "headless", "run", "--help"],
+        [sys.executable, "headless/run.py", "--help"],
+    ):
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+        assert "Folder of motion files" in done.stdout
+        assert "--labels" in done.stdout
