@@ -12,19 +12,23 @@ if __name__ == "__main__":  # blender --background --python headless/demo.py -- 
 
     from_blender("demo")
 
+import json
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.study import StudyConfig
 
 from .demo_library import ACTIVITIES, write_demo_library
 from .progress import Progress
 from .run import execute
+from .versions import code_sha256, versions
 
 
 def demo(
@@ -39,6 +43,18 @@ def demo(
     """Make a library of four rehabilitation activities as FBX files and find the best spots for them."""
     console = Console(highlight=False)
     library = out / "library"
+    _write_library_once(library, clips, seed, console)
+    execute(read_library(library), StudyConfig(seed=seed), out / "results", workers, True, console)
+
+
+def _write_library_once(library: Path, clips: int, seed: int, console: Console) -> None:
+    """Write the demo library, unless an earlier run of the same code and seed finished it."""
+    made_by = {"clips": clips, "seed": seed, "code_sha256": code_sha256(), "bpy": versions().get("bpy", "")}
+    stamp = library / "made_by.json"
+    with suppress(OSError, ValueError):
+        if json.loads(stamp.read_text(encoding="utf-8")) == made_by:
+            return
+    stamp.unlink(missing_ok=True)
     with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
         write_demo_library(library, clips_per_activity=clips, seed=seed, progress=advance)
-    execute(read_library(library), StudyConfig(seed=seed), out / "results", workers, True, console)
+    write_json(stamp, made_by)

@@ -35,7 +35,10 @@ from .views import write_blend, write_pictures
 
 def run(
     library: Annotated[
-        Path, typer.Argument(help="Folder of motion files (FBX, BVH, npz), with its subfolders.")
+        Path,
+        typer.Argument(
+            metavar="LIBRARY", help="Folder of motion files (FBX, BVH, npz), with its subfolders."
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
     labels: Annotated[
@@ -66,8 +69,8 @@ def run(
 ) -> None:
     """Find the best places for a sensor from a folder of motion files.
 
-    Results in OUT: summary.json, utility.csv, heatmaps/*.png, study.blend, motions/*.npz, signals/*.npz and
-    config.json. Run again with the same OUT to go on where a run was stopped.
+    OUT then holds `summary.json`, `utility.csv`, `heatmaps/*.png`, `study.blend`, `motions/*.npz`,
+    `signals/*.npz` and `config.json`. Run again with the same OUT to go on where a run was stopped.
 
     Exit codes: 0 all well, 1 no result (what is wrong is said), 2 wrong use, 3 clips were skipped with
     --strict, 130 stopped by Ctrl-C.
