@@ -23,6 +23,9 @@ from .filtering import count_resampled
 DEGREE = 5
 """Quintic: its second derivative, the acceleration, converges with the fourth power of the frame interval."""
 
+SMOOTHNESS = 3
+"""Order of the derivative that smoothing keeps small; falls, throws and steady pulls pass untouched."""
+
 MIN_FRAMES = 3
 """Fewer frames carry no acceleration."""
 
@@ -79,16 +82,16 @@ def spline_windows(
 
     Notes
     -----
-    The interpolating spline has not-a-knot ends. The smoothing spline of degree 2m - 1 minimises
-    sum (s - y)^2 + lambda integral (d^m s / dt^m)^2, whose gain is 1 / (1 + (f / f0)^2m) with
-    lambda = (2 pi f0)^-2m frame intervals: that of a Butterworth filter of order m run forwards and
-    backwards (Craven and Wahba 1979, doi:10.1007/BF01404567).
+    The interpolating spline has not-a-knot ends. The smoothing spline minimises, in units of frames,
+    sum (s - y)^2 + lambda integral (d^3 s / dt^3)^2. With lambda = (2 pi f0)^-6 its gain is
+    1 / (1 + (f / f0)^6), that of a Butterworth filter of order 3 run forwards and backwards (Craven and
+    Wahba 1979, doi:10.1007/BF01404567).
     """
     if n_frames < MIN_FRAMES:
         raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
     degree = min(DEGREE, n_frames - 1)
-    penalty = 0.0 if cutoff_hz is None else _penalty(degree, rate / cutoff_hz)
-    reach = _reach(degree, penalty)
+    penalty = 0.0 if cutoff_hz is None else _penalty(rate / cutoff_hz)
+    reach = _reach(penalty)
     n_samples = count_resampled(n_frames, rate, sample_rate)
     step = Fraction(rate / sample_rate).limit_denominator(10_000)
     exact = abs(float(step) * sample_rate / rate - 1) < 1e-12
@@ -111,18 +114,14 @@ def spline_windows(
         yield Window(slice(first, last), slice(start, stop), made[key])
 
 
-def _penalty(degree: int, frames_per_cycle: float) -> float:
-    """Weight of the roughness, in frame intervals, that puts the -3 dB point at the cut-off."""
-    order = 2 * ((degree + 1) // 2)
-    return (frames_per_cycle / (2 * np.pi)) ** order * (np.sqrt(2) - 1)
+def _penalty(frames_per_cycle: float) -> float:
+    """Weight of the roughness, in units of frames, that puts the -3 dB point at the cut-off."""
+    return (frames_per_cycle / (2 * np.pi)) ** (2 * SMOOTHNESS) * (np.sqrt(2) - 1)
 
 
-def _reach(degree: int, penalty: float) -> int:
+def _reach(penalty: float) -> int:
     """Frames on either side that a sample depends on."""
-    if penalty == 0:
-        return INTERPOLATION_REACH
-    half_order = (degree + 1) // 2
-    time_constant = penalty ** (1 / (2 * half_order)) / np.sin(np.pi / (2 * half_order))
+    time_constant = penalty ** (1 / (2 * SMOOTHNESS)) / np.sin(np.pi / (2 * SMOOTHNESS))
     return int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
 
 
@@ -158,10 +157,10 @@ def _fit(n_frames: int, degree: int, penalty: float) -> tuple[np.ndarray, np.nda
 
 
 def _roughness(knots: np.ndarray, degree: int) -> np.ndarray:
-    """Rows whose sum of squares is the integral of the squared m-th derivative, degree = 2m - 1."""
+    """Rows whose sum of squares is the integral of the squared third derivative."""
     edges = np.unique(knots)
-    nodes, weights = np.polynomial.legendre.leggauss((degree + 1) // 2 + 1)
+    nodes, weights = np.polynomial.legendre.leggauss(DEGREE - SMOOTHNESS + 1)
     half = np.diff(edges)[:, None] / 2
     at = (edges[:-1, None] + half * (nodes + 1)).ravel()
     basis = BSpline(knots, np.eye(len(knots) - degree - 1), degree)
-    return basis(at, nu=(degree + 1) // 2) * np.sqrt((half * weights).ravel())[:, None]
+    return basis(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]
