@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w demo-library`: W2W's own motion library, as FBX files like Mixamo's."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/demo_library.py -- FOLDER
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.__main__ import from_blender
+
+    from_blender("demo-library")
+
+import csv
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from blender_addon.w2w.core.files import write_text
+from blender_addon.w2w.core.rehab import EXERCISES, generate_clip
+
+from .progress import Progress
+
+ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
+"""Activities of the library, each a folder of it."""
+
+LABELS = "labels.csv"
+
+
+def write_demo_library(
+    folder: str | Path,
+    clips_per_activity: int = 12,
+    seed: int = 0,
+    progress: Callable[[int], None] | None = None,
+) -> list[Path]:
+    """Write a library of generated rehabilitation exercises.
+
+    There is a folder an activity, with files named as Mixamo's
+    (``sit_to_stand/Sit To Stand (3).fbx``), and a ``labels.csv`` that also says who moves:
+    clips of the same number are the same person. The same seed, with the same Blender,
+    gives the same bytes; files of these names are replaced.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it does not exist.
+    clips_per_activity : int
+    seed : int
+    progress : callable, optional
+        Called with 1 after every clip.
+
+    Returns
+    -------
+    list of Path
+        The FBX files in the order of `ACTIVITIES`.
+
+    Raises
+    ------
+    ValueError
+        If the number of clips is not positive or the seed is negative.
+    """
+    from blender_addon.w2w.scene.mixamo_export import write_mixamo_fbx
+
+    if clips_per_activity < 1:
+        raise ValueError(f"a library needs at least one clip an activity, not {clips_per_activity}")
+    folder = Path(folder)
+    rows, paths = [], []
+    for activity in ACTIVITIES:
+        (folder / activity).mkdir(parents=True, exist_ok=True)
+        for number in range(clips_per_activity):
+            clip = generate_clip(activity, number, seed)
+            file = f"{activity}/{activity.replace('_', ' ').title()} ({number + 1}).fbx"
+            write_mixamo_fbx(clip, folder / file)
+            rows.append((file, activity, clip.subject))
+            paths.append(folder / file)
+            if progress is not None:
+                progress(1)
+    _write_labels(folder / LABELS, rows)
+    return paths
+
+
+def demo_library(
+    folder: Annotated[Path, typer.Argument(help="Where to write it.")],
+    clips: Annotated[int, typer.Option(min=1, help="Clips an activity.")] = 12,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same library.")] = 0,
+) -> None:
+    """Write the built-in library of four rehabilitation activities as FBX files.
+
+    Its clips can be read by anything that reads Mixamo's. `w2w demo` makes and uses it by itself.
+    """
+    console = Console(highlight=False)
+    with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
+        paths = write_demo_library(folder, clips, seed, advance)
+    console.print(f"{len(paths)} clips and {LABELS} are in {folder}")
+
+
+def _write_labels(path: Path, rows: list[tuple[str, str, str]]) -> None:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("file", "activity", "subject"))
+    writer.writerows(rows)
+    write_text(path, text.getvalue())
