@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where to wear: the best single place, small sets of places, and places that say the same."""
+"""Where to wear: the best single place, and small sets of places by greedy choice or exact optimum."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from .utility import UtilityMap
+from .facility_location import FacilityLocation
+from .utility import UtilityMap, utility_map
 
-NO_GAIN = 1e-9
-"""Gains smaller than this are rounding."""
+ROUNDING = 1e-6
+"""F1 differences smaller than this are rounding, and the solver's tolerance."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,8 @@ class Subset:
         Mean-max F1 of all allowed places together: no choice can pass it.
     cost : float
         Sum of the chosen places' costs; their number where costs are 1.
+    proven : bool
+        True where a solver proved that no cheaper set does as much.
     """
 
     order: tuple[int, ...]
@@ -39,17 +43,22 @@ class Subset:
     reached: bool
     best_reachable: float
     cost: float
+    proven: bool = False
 
     def sentence(self) -> str:
         """Say in words whether the target was reached."""
-        places = f"{len(self.order)} place{'s' if len(self.order) != 1 else ''}"
-        value = self.mean_max_after_each[-1] if self.order else 0.0
+        places = "1 place reaches" if len(self.order) == 1 else f"{len(self.order)} places reach"
+        reach = f"{places} a mean-max F1 of {self.mean_max_after_each[-1]:.3f}"
         if self.reached:
-            return f"{places} reach a mean-max F1 of {value:.3f} (target {self.target:g})"
+            return f"{reach} (target {self.target:g})"
         return (
-            f"{places} reach a mean-max F1 of {value:.3f}; the target {self.target:g} is not reached, and "
+            f"{reach}; the target {self.target:g} is not reached, and "
             f"all allowed places together reach {self.best_reachable:.3f}"
         )
+
+
+Requirement = int | Sequence[int]
+"""A place that must be chosen, or several of which one must be."""
 
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
@@ -57,18 +66,59 @@ def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
     return int(np.where(_mask(allowed, len(utility.mean)), utility.mean, -np.inf).argmax())
 
 
+def places_named(regions: Sequence[str], words: str) -> np.ndarray:
+    """Places whose region's name holds all the words: "left wrist" finds "left wrist dorsal".
+
+    Parameters
+    ----------
+    regions : sequence of str, length N
+        Region of each place, as in `PatchSet.regions`.
+    words : str
+
+    Returns
+    -------
+    ndarray of int
+
+    Raises
+    ------
+    ValueError
+        If no region's name holds them all.
+    """
+    wanted = set(words.lower().split())
+    found = [place for place, region in enumerate(regions) if wanted <= set(region.lower().split())]
+    if not found or not wanted:
+        known = ", ".join(sorted(set(regions)))
+        raise ValueError(f"no place lies in a region named {words!r}; the regions are: {known}")
+    return np.array(found)
+
+
+def marginal_gain(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
+    """What each place would add to the mean-max F1 of the chosen ones.
+
+    Parameters
+    ----------
+    f1 : ndarray, shape (N, A)
+    chosen : sequence of int
+
+    Returns
+    -------
+    ndarray, shape (N,)
+    """
+    return _gain(np.asarray(f1, dtype=np.float64), _covered(f1, chosen))
+
+
 def greedy_subset(
     f1: np.ndarray,
     target: float = 0.90,
     max_size: int | None = None,
     allowed: np.ndarray | None = None,
-    required: Sequence[int | Sequence[int]] = (),
+    required: Sequence[Requirement] = (),
     cost: np.ndarray | None = None,
 ) -> Subset:
     """Add the place that raises the mean-max F1 most until the target is reached.
 
     The paper's proxy for several sensors worn together: each activity is recognised
-    by the chosen place that is best at it.
+    by the chosen place that is best at it. `multi_sensor_check` tests the proxy.
 
     Parameters
     ----------
@@ -79,9 +129,8 @@ def greedy_subset(
         Most places.
     allowed : ndarray of bool, shape (N,), optional
         Places that may be chosen.
-    required : sequence of int or of sequences of int
-        Places that must be chosen first; a sequence of places stands for one of them
-        ("a wrist"), and the best is taken.
+    required : sequence of Requirement
+        Chosen first. Several places stand for one of them ("a wrist"), and the best is taken.
     cost : ndarray, shape (N,), optional
         What each place costs, positive; the gain per cost decides.
 
@@ -95,49 +144,154 @@ def greedy_subset(
         If no place is allowed, a required place is not, or more are required than
         `max_size`.
     """
-    f1 = np.asarray(f1, dtype=np.float64)
-    open_places = _mask(allowed, len(f1))
-    price = _prices(cost, len(f1))
-    options = _required_options(required, open_places, max_size)
-    limit = int(open_places.sum()) if max_size is None else max_size
-    reachable = f1[open_places].max(axis=0).mean()
-
+    terms = _Terms.checked(f1, max_size, allowed, required, cost)
     order: list[int] = []
-    values: list[float] = []
-    covered = np.zeros(f1.shape[1])
+    covered = np.zeros(terms.f1.shape[1])
 
     def choose(candidates: np.ndarray) -> None:
-        gain = marginal_gain(f1, covered)[candidates]
-        order.append(int(candidates[(gain / price[candidates]).argmax()]))
-        np.maximum(covered, f1[order[-1]], out=covered)
-        values.append(float(covered.mean()))
+        gain_per_cost = _gain(terms.f1[candidates], covered) / terms.cost[candidates]
+        order.append(int(candidates[gain_per_cost.argmax()]))
+        np.maximum(covered, terms.f1[order[-1]], out=covered)
 
-    for places in options:
-        if not np.isin(order, places).any():
-            choose(places)
-    while len(order) < limit and covered.mean() < target - NO_GAIN:
-        rest = np.setdiff1d(np.flatnonzero(open_places), order)
-        if not len(rest) or marginal_gain(f1, covered)[rest].max() <= NO_GAIN:
+    for options in terms.required:
+        if not np.isin(order, options).any():
+            choose(options)
+    while len(order) < terms.max_size and (not order or covered.mean() < target - ROUNDING):
+        rest = np.setdiff1d(np.flatnonzero(terms.allowed), order)
+        if order and _gain(terms.f1[rest], covered).max(initial=0.0) <= ROUNDING:
             break
         choose(rest)
-    reached = bool(covered.mean() >= target - NO_GAIN)
-    return Subset(tuple(order), tuple(values), target, reached, float(reachable), float(price[order].sum()))
+    return terms.subset(order, target)
 
 
-def marginal_gain(f1: np.ndarray, covered: np.ndarray) -> np.ndarray:
-    """What each place would add to the mean-max F1 of a set.
+def exact_subset(
+    f1: np.ndarray,
+    target: float = 0.90,
+    max_size: int | None = None,
+    allowed: np.ndarray | None = None,
+    required: Sequence[Requirement] = (),
+    cost: np.ndarray | None = None,
+    time_limit_s: float = 60.0,
+) -> Subset:
+    """The cheapest set that reaches the target, and among the cheapest the best.
 
     Parameters
     ----------
-    f1 : ndarray, shape (N, A)
-    covered : ndarray, shape (A,)
-        Best F1 of the set by activity: ``f1[list(order)].max(axis=0)``.
+    f1, target, max_size, allowed, required, cost
+        As for `greedy_subset`. Where `max_size` places cannot reach the target, the
+        best set of that size is given.
+    time_limit_s : float
+        Seconds the solver may take for each of its two steps.
 
     Returns
     -------
-    ndarray, shape (N,)
+    Subset
+        In the order greedy choice would take its places; `proven` is False where the
+        time ran out.
+
+    Raises
+    ------
+    ValueError
+        As `greedy_subset`.
+    TimeoutError
+        If the solver found no set in the time it had.
     """
-    return np.maximum(f1 - covered, 0.0).mean(axis=1)
+    terms = _Terms.checked(f1, max_size, allowed, required, cost)
+    open_places = np.flatnonzero(terms.allowed)
+    position = np.cumsum(terms.allowed) - 1
+    problem = FacilityLocation(
+        value=terms.f1[open_places],
+        cost=terms.cost[open_places],
+        required=[position[options] for options in terms.required],
+        max_size=terms.max_size,
+        time_limit_s=time_limit_s,
+    )
+    cheapest = problem.cheapest(target - ROUNDING / 2)
+    budget = None if cheapest is None else float(terms.cost[open_places[cheapest.places]].sum())
+    best = problem.best(budget)
+    proven = best.proven and (cheapest is None or cheapest.proven)
+    return terms.subset(_by_gain(terms.f1, open_places[best.places]), target, proven)
+
+
+def multi_sensor_check(
+    order: Sequence[int], inputs: np.ndarray, activity: np.ndarray, **protocol: Any
+) -> list[UtilityMap]:
+    """Test the mean of maxima: one classifier on the chosen sensors' signals together.
+
+    Parameters
+    ----------
+    order : sequence of int
+        Places as chosen.
+    inputs : ndarray, shape (W, N, D) or (W, N, samples, 6)
+        Features or windows of all places, as for `utility_map`.
+    activity : array_like of str, shape (W,)
+    **protocol
+        The other arguments of `utility_map`; the same ones give the same folds.
+
+    Returns
+    -------
+    list of UtilityMap
+        For the first sensor alone, the first two together, and so on; each of one
+        place, the sensors' inputs side by side along the last axis.
+    """
+    maps = []
+    for size in range(1, len(order) + 1):
+        worn = np.moveaxis(inputs[:, list(order[:size])], 1, -2)
+        together = worn.reshape(*worn.shape[:-2], -1)[:, None]
+        maps.append(utility_map(together, activity, **protocol))
+    return maps
+
+
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    """What may be chosen, checked."""
+
+    f1: np.ndarray
+    allowed: np.ndarray
+    required: list[np.ndarray]
+    cost: np.ndarray
+    max_size: int
+
+    @classmethod
+    def checked(
+        cls,
+        f1: np.ndarray,
+        max_size: int | None,
+        allowed: np.ndarray | None,
+        required: Sequence[Requirement],
+        cost: np.ndarray | None,
+    ) -> _Terms:
+        f1 = np.asarray(f1, dtype=np.float64)
+        n_places = len(f1)
+        mask = _mask(allowed, n_places)
+        price = np.ones(n_places) if cost is None else np.asarray(cost, dtype=np.float64)
+        if price.shape != (n_places,) or not (np.isfinite(price) & (price > 0)).all():
+            raise ValueError(f"cost must hold {n_places} positive numbers, one a place")
+        options = []
+        for wish in required:
+            places = np.atleast_1d(np.asarray(wish, dtype=np.int64))
+            if not mask[places].any():
+                raise ValueError(
+                    f"one of the places {places.tolist()} is required, but none of them is allowed"
+                )
+            options.append(places[mask[places]])
+        limit = int(mask.sum()) if max_size is None else max_size
+        if limit < max(1, len(options)):
+            raise ValueError(f"max_size is {limit}, but {max(1, len(options))} places are required")
+        return cls(f1, mask, options, price, limit)
+
+    def subset(self, order: Sequence[int], target: float, proven: bool = False) -> Subset:
+        order = [int(place) for place in order]
+        values = np.maximum.accumulate(self.f1[order], axis=0).mean(axis=1)
+        return Subset(
+            order=tuple(order),
+            mean_max_after_each=tuple(values.tolist()),
+            target=target,
+            reached=bool(values[-1] >= target - ROUNDING),
+            best_reachable=float(self.f1[self.allowed].max(axis=0).mean()),
+            cost=float(self.cost[order].sum()),
+            proven=proven,
+        )
 
 
 def _mask(allowed: np.ndarray | None, n_places: int) -> np.ndarray:
@@ -149,23 +303,19 @@ def _mask(allowed: np.ndarray | None, n_places: int) -> np.ndarray:
     return mask
 
 
-def _prices(cost: np.ndarray | None, n_places: int) -> np.ndarray:
-    price = np.ones(n_places) if cost is None else np.asarray(cost, dtype=np.float64)
-    if price.shape != (n_places,) or not (price > 0).all():
-        raise ValueError(f"cost must hold {n_places} positive numbers, one a place")
-    return price
+def _covered(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
+    """Best F1 of the chosen places by activity, 0 where none is chosen."""
+    return f1[list(chosen)].max(axis=0, initial=0.0)
 
 
-def _required_options(
-    required: Sequence[int | Sequence[int]], allowed: np.ndarray, max_size: int | None
-) -> list[np.ndarray]:
-    """The allowed places among which each requirement lets one choose."""
-    options = []
-    for wish in required:
-        places = np.atleast_1d(np.asarray(wish, dtype=np.int64))
-        if not allowed[places].any():
-            raise ValueError(f"place {places.tolist()} is required, but the constraints forbid it")
-        options.append(places[allowed[places]])
-    if max_size is not None and len(options) > max_size:
-        raise ValueError(f"{len(options)} places are required, but at most {max_size} may be chosen")
-    return options
+def _gain(f1: np.ndarray, covered: np.ndarray) -> np.ndarray:
+    return np.maximum(f1 - covered, 0.0).mean(axis=1)
+
+
+def _by_gain(f1: np.ndarray, places: np.ndarray) -> list[int]:
+    """The places in the order greedy choice would take them."""
+    order: list[int] = []
+    for _ in places:
+        rest = np.setdiff1d(places, order)
+        order.append(int(rest[_gain(f1[rest], _covered(f1, order)).argmax()]))
+    return order

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which places say the same: correlation of classifications and clusters of it."""
+
+import numpy as np
+import pytest
+from sklearn.metrics import matthews_corrcoef
+
+from blender_addon.w2w.core.redundancy import prediction_correlation, redundancy_clusters
+
+
+def test_correlation_is_the_multi_class_matthews_coefficient():
+    rng = np.random.default_rng(0)
+    predictions = rng.integers(0, 4, size=(300, 6))
+    predictions[:150, 1] = predictions[:150, 0]
+    found = prediction_correlation(predictions, 4)
+    for i in range(6):
+        for j in range(6):
+            expected = matthews_corrcoef(predictions[:, i], predictions[:, j])
+            assert found[i, j] == pytest.approx(expected, abs=1e-6)
+
+
+def test_three_families_of_places_are_found_largest_first():
+    rng = np.random.default_rng(1)
+    family = np.array([1, 0, 0, 2, 1, 0, 0, 2, 1, 0])
+    said = rng.integers(0, 5, size=(600, 3))
+    predictions = said[:, family]
+    mistaken = rng.random(predictions.shape) < 0.05
+    predictions = np.where(mistaken, rng.integers(0, 5, size=predictions.shape), predictions)
+    np.testing.assert_array_equal(redundancy_clusters(predictions, 5, 0.8), family)
+    assert len(set(redundancy_clusters(predictions, 5, 0.999))) == 10
+
+
+def test_a_place_that_always_says_one_thing_correlates_with_none():
+    predictions = np.stack([np.zeros(50, int), np.arange(50) % 3, np.zeros(50, int)], axis=1)
+    np.testing.assert_array_equal(prediction_correlation(predictions, 3), np.eye(3))
+    assert redundancy_clusters(predictions[:, :1], 3).tolist() == [0]
+
+
+def test_threshold_out_of_range_is_refused():
+    with pytest.raises(ValueError, match="correlation"):
+        redundancy_clusters(np.zeros((3, 2), int), 2, correlation=1.5)
