@@ -73,7 +73,7 @@ def patch_colours(
     ----------
     patches : PatchSet, N patches on V vertices
     scores : ndarray, shape (N,)
-        NaN where a patch has none: vertices nearer to such patches than to others are grey.
+        NaN where a patch has none: its own ground is grey.
     low, high, colour_map
         As in `score_colours`; `low` and `high` are the scores' own range unless told.
 
@@ -88,7 +88,7 @@ def patch_colours(
     spread = patches.to_vertices(np.where(known, scores, 0.0))
     share = patches.to_vertices(known.astype(np.float64))
     values = np.full(len(spread), np.nan)
-    np.divide(spread, share, out=values, where=share >= 0.5)
+    np.divide(spread, share, out=values, where=known[patches.labels])
     return score_colours(
         values, own_low if low is None else low, own_high if high is None else high, colour_map
     )

@@ -30,6 +30,9 @@ SPACING_TOLERANCE = 1e-3
 RATE = "rate"
 """Custom property of the actions written here: each of their keys is a frame of a motion."""
 
+BONE_PATH = 'pose.bones["'
+OBJECT_CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+
 BoneCurves = dict[str, dict[tuple[str, int], bpy.types.FCurve]]
 
 
@@ -64,7 +67,7 @@ def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> 
     times = FIRST_FRAME + np.arange(motion.n_frames) * (scene_rate() / motion.rate)
     add_curve = _curve_maker(action, armature)
     for bone, prop, index, values in _channels(armature, motion):
-        _write_curve(add_curve(f'pose.bones["{bone}"].{prop}', index, bone), times, values)
+        _write_curve(add_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone), times, values)
     return action
 
 
@@ -102,13 +105,13 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     curves = bone_curves(armature, action)
     if not curves:
         raise ValueError(f"the action '{action.name}' moves no bone of '{armature.name}'")
-    frames, rate = _frames(action, curves)
+    frames, rate = frames_of(action, curves)
     rotations = np.empty((len(frames), len(JOINT_NAMES), 3, 3))
     for joint, name in enumerate(JOINT_NAMES):
         basis = basis_matrices(armature.pose.bones[name], curves.get(name, {}), frames)
         _check_basis(basis, name, action)
         rest = matrix(armature.data.bones[name].matrix_local)[:3, :3]
-        rotations[:, joint] = rest @ basis[:, :3, :3] @ rest.T
+        rotations[:, joint] = rest @ basis[:, :3, :3] @ np.linalg.inv(rest)
         if joint == 0:
             head = np.array(armature.data.bones[name].head_local, dtype=np.float64)
             pelvis = (head + basis[:, :3, 3] @ rest.T) @ body_space(armature)[:3, :3].T
@@ -116,29 +119,67 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     return Motion(rotations, pelvis, rate, **labels)
 
 
-def bone_curves(armature: bpy.types.Object, action: bpy.types.Action) -> BoneCurves:
-    """F-curves of an action by bone name, then by property and index.
+def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray, float]:
+    """The frames of an action and their rate.
 
-    Of an action with several slots, the one that moves most bones of this armature counts.
+    Returns
+    -------
+    frames : ndarray, shape (T,)
+        In the scene's time; not whole where the motion has another rate than the scene.
+    rate : float
+        Frames per second.
     """
+    channels = [curve for bone in curves.values() for curve in bone.values() if len(curve.keyframe_points)]
+    densest = max(channels, key=lambda curve: len(curve.keyframe_points))
+    keys = np.empty(len(densest.keyframe_points) * 2, dtype=np.float32)
+    densest.keyframe_points.foreach_get("co", keys)
+    times = keys[::2].astype(np.float64)
+    spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
+    even = len(times) > 1 and np.abs(np.diff(times) - spacing).max() < SPACING_TOLERANCE
+    # wider keys that somebody set by hand are poses to go between, not the frames of a motion
+    if even and (RATE in action or spacing < 1 - SPACING_TOLERANCE):
+        return times[0] + spacing * np.arange(len(times)), scene_rate() / spacing
+    start = min(curve.keyframe_points[0].co[0] for curve in channels)
+    stop = max(curve.keyframe_points[-1].co[0] for curve in channels)
+    return np.arange(round(start), round(stop) + 1, dtype=np.float64), scene_rate()
+
+
+def bone_curves(armature: bpy.types.Object, action: bpy.types.Action) -> BoneCurves:
+    """F-curves of an action by bone name, then by property and index; muted ones are left out."""
     bone_names = [bone.name for bone in armature.data.bones]
-    names = {f'pose.bones["{bpy.utils.escape_identifier(name)}"]': name for name in bone_names}
-    best: BoneCurves = {}
-    for curves in action_curves(action):
-        found: BoneCurves = {}
-        for curve in curves:
-            path, _, prop = curve.data_path.rpartition(".")
-            if path in names and not curve.mute:
-                found.setdefault(names[path], {})[prop, curve.array_index] = curve
-        if len(found) > len(best):
-            best = found
-    return best
+    names = {f'{BONE_PATH}{bpy.utils.escape_identifier(name)}"]': name for name in bone_names}
+    found: BoneCurves = {}
+    for curve in _slot_curves(armature, action):
+        path, _, prop = curve.data_path.rpartition(".")
+        if path in names:
+            found.setdefault(names[path], {})[prop, curve.array_index] = curve
+    return found
+
+
+def object_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """F-curves of an action that move or turn the armature as a whole."""
+    return [curve for curve in _slot_curves(armature, action) if curve.data_path in OBJECT_CHANNELS]
 
 
 def scene_rate() -> float:
     """Frames per second of the open scene."""
     render = bpy.context.scene.render
     return render.fps / render.fps_base
+
+
+def _slot_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """Curves of an action that this armature plays; of one it does not play, the slot for most bones."""
+    data = armature.animation_data
+    slot = getattr(data, "action_slot", None) if data is not None and data.action == action else None
+    if slot is not None:
+        bags = (strip.channelbag(slot) for layer in action.layers for strip in layer.strips)
+        slots = [list(bag.fcurves) for bag in bags if bag is not None]
+    else:
+        slots = list(action_curves(action))
+    best = max(
+        slots, key=lambda curves: sum(curve.data_path.startswith(BONE_PATH) for curve in curves), default=[]
+    )
+    return [curve for curve in best if not (curve.mute or (curve.group and curve.group.mute))]
 
 
 def _channels(armature: bpy.types.Object, motion: Motion) -> Iterator[tuple[str, str, int, np.ndarray]]:
@@ -188,23 +229,6 @@ def _write_curve(curve: bpy.types.FCurve, times: np.ndarray, values: np.ndarray)
     points.foreach_set("co", np.stack([times, values], axis=1).astype(np.float32).ravel())
     points.foreach_set("interpolation", np.full(len(times), LINEAR, dtype=np.int32))
     curve.update()
-
-
-def _frames(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray, float]:
-    """The frames of an action, in the scene's time, and how many there are a second."""
-    channels = [curve for bone in curves.values() for curve in bone.values() if len(curve.keyframe_points)]
-    densest = max(channels, key=lambda curve: len(curve.keyframe_points))
-    keys = np.empty(len(densest.keyframe_points) * 2, dtype=np.float32)
-    densest.keyframe_points.foreach_get("co", keys)
-    times = keys[::2].astype(np.float64)
-    spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
-    even = len(times) > 1 and np.abs(np.diff(times) - spacing).max() < SPACING_TOLERANCE
-    # wider keys that somebody set by hand are poses to go between, not the frames of a motion
-    if even and (RATE in action or spacing < 1 - SPACING_TOLERANCE):
-        return times[0] + spacing * np.arange(len(times)), scene_rate() / spacing
-    start = min(curve.keyframe_points[0].co[0] for curve in channels)
-    stop = max(curve.keyframe_points[-1].co[0] for curve in channels)
-    return np.arange(round(start), round(stop) + 1, dtype=np.float64), scene_rate()
 
 
 def _check_basis(basis: np.ndarray, bone: str, action: bpy.types.Action) -> None:

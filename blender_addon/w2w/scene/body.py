@@ -17,6 +17,9 @@ MIRROR_ATTRIBUTE = "mirror vertex"
 LEAF_LENGTH = 0.6
 """Length of a bone that ends in no joint, in lengths of its parent."""
 
+PELVIS_LEAN = 0.4
+"""How far the pelvis bone leans forward, in its own length."""
+
 AIMS = {
     "pelvis": "spine1", "left_hip": "left_knee", "right_hip": "right_knee", "spine1": "spine2",
     "left_knee": "left_ankle", "right_knee": "right_ankle", "spine2": "spine3", "left_ankle": "left_foot",
@@ -35,7 +38,7 @@ class BodyObjects(NamedTuple):
     armature: bpy.types.Object
 
 
-def add_body(body: Body, collection: bpy.types.Collection | None = None) -> BodyObjects:
+def add_body(body: Body, collection: bpy.types.Collection | None = None, name: str = "") -> BodyObjects:
     """Add a body's mesh and armature to the scene.
 
     The bones point from joint to joint, so that the armature can be posed by hand; the mesh
@@ -46,14 +49,17 @@ def add_body(body: Body, collection: bpy.types.Collection | None = None) -> Body
     body : Body
     collection : Collection, optional
         Where to link the objects; the scene's own collection unless told.
+    name : str
+        Name of the mesh, and of the armature with "Armature" behind it; the body's unless told.
 
     Returns
     -------
     BodyObjects
     """
     collection = collection or bpy.context.scene.collection
-    armature = _add_armature(body, collection)
-    mesh = bpy.data.objects.new(body.name, _new_mesh(body))
+    name = name or body.name
+    armature = _add_armature(body, f"{name} Armature", collection)
+    mesh = bpy.data.objects.new(name, _new_mesh(body, name))
     collection.objects.link(mesh)
     _add_weights(mesh, body.weights)
     mesh.parent = armature
@@ -106,7 +112,7 @@ def armature_of(mesh: bpy.types.Object) -> bpy.types.Object:
         If the object is no mesh or no armature with all 24 SMPL-named bones skins it.
     """
     if mesh.type != "MESH":
-        raise ValueError(f"'{mesh.name}' is a {mesh.type.lower()}: choose the mesh of a body")
+        raise ValueError(f"'{mesh.name}' is not a mesh: choose the mesh of a body")
     armatures = [m.object for m in mesh.modifiers if m.type == "ARMATURE" and m.object is not None]
     if not armatures:
         raise ValueError(f"'{mesh.name}' has no armature modifier: choose a mesh that an armature moves")
@@ -135,17 +141,19 @@ def matrix(value: bpy.types.bpy_struct) -> np.ndarray:
     return np.array(value, dtype=np.float64)
 
 
-def _add_armature(body: Body, collection: bpy.types.Collection) -> bpy.types.Object:
+def _add_armature(body: Body, name: str, collection: bpy.types.Collection) -> bpy.types.Object:
     """Bones can be made in edit mode only, and that needs an active object in the view layer."""
-    armature = bpy.data.objects.new(f"{body.name} armature", bpy.data.armatures.new(f"{body.name} armature"))
+    armature = bpy.data.objects.new(name, bpy.data.armatures.new(name))
     collection.objects.link(armature)
     view_layer = bpy.context.view_layer
     active, selected = view_layer.objects.active, list(bpy.context.selected_objects)
+    for item in selected:  # other armatures would go into edit mode along with this one
+        item.select_set(False)
     view_layer.objects.active = armature
     bpy.ops.object.mode_set(mode="EDIT")
     tails = _bone_tails(body.joints)
-    for joint, name in enumerate(JOINT_NAMES):
-        bone = armature.data.edit_bones.new(name)
+    for joint, bone_name in enumerate(JOINT_NAMES):
+        bone = armature.data.edit_bones.new(bone_name)
         bone.head, bone.tail = body.joints[joint], tails[joint]
         bone.align_roll((0.0, -1.0, 0.0))
         if PARENTS[joint] >= 0:
@@ -167,11 +175,13 @@ def _bone_tails(joints: np.ndarray) -> np.ndarray:
         else:
             parent = PARENTS[joint]
             tails[joint] = joints[joint] + LEAF_LENGTH * (joints[joint] - joints[parent])
+    # Blender's matrices lose two digits in bones that point straight against their parent, as legs would
+    tails[0, 1] -= PELVIS_LEAN * np.linalg.norm(tails[0] - joints[0])
     return tails
 
 
-def _new_mesh(body: Body) -> bpy.types.Mesh:
-    mesh = bpy.data.meshes.new(body.name)
+def _new_mesh(body: Body, name: str) -> bpy.types.Mesh:
+    mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(body.vertices, [], body.faces)
     mesh.shade_smooth()
     if body.mirror is not None:

@@ -68,7 +68,7 @@ def write_study(
         )
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     _clear()
-    objects = add_body(body)
+    objects = add_body(body, name="Body")
     objects.mesh.data.materials.append(heatmap.heatmap_material())
     heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high)
     _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""World matrices of patches from what is in the scene: fast from f-curves, or as Blender evaluates it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import bpy
+import numpy as np
+
+from ..core.body import Body
+from ..core.motion import Motion
+from ..core.patches import PatchSet
+from ..core.skinning import frames_from_edges, patch_matrices
+from . import actions
+from .bake_path import why_not_fast
+from .body import armature_of, body_of, body_space, matrix
+from .evaluated import EvaluatedVertices
+from .patches import PATCH
+
+EVEN_SCALE = 1e-4
+"""How far the three scales of an object may differ and still count as one."""
+
+OnFrame = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Bake:
+    """Where every patch was in every frame.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (T, N, 4, 4), float64
+        World matrices of the patches' frames, metres, without scale.
+    rate : float
+        Frames per second.
+    path : {"fast", "general"}
+        From f-curves, or from Blender's evaluated mesh.
+    reason : str
+        Why that path, as a sentence for the person who waits.
+    """
+
+    matrices: np.ndarray
+    rate: float
+    path: Literal["fast", "general"]
+    reason: str
+
+
+class PatchBaker:
+    """Bakes the patches of one body, action by action.
+
+    Parameters
+    ----------
+    mesh : Object
+        The body's mesh.
+    patches : PatchSet
+
+    Raises
+    ------
+    ValueError
+        If the mesh is no body, is scaled unevenly or mirrored, or the patches are not its own.
+    """
+
+    def __init__(self, mesh: bpy.types.Object, patches: PatchSet) -> None:
+        self.mesh = mesh
+        self.patches = patches
+        self.armature = armature_of(mesh)
+        _check(mesh, patches)
+        self._body: Body | None = None
+
+    def bake(
+        self,
+        action: bpy.types.Action | None = None,
+        path: Literal["auto", "general"] = "auto",
+        on_frame: OnFrame | None = None,
+    ) -> Bake:
+        """World matrices of the patches while the armature plays an action.
+
+        Parameters
+        ----------
+        action : Action, optional
+            The armature's active action unless told; without one, whatever moves the body
+            between the scene's first and last frame.
+        path : {"auto", "general"}
+            "auto" reads the f-curves wherever they alone decide where the patches are.
+        on_frame : callable, optional
+            Called with the frames done and to do on the general path, which takes time; what
+            it raises ends the bake and leaves the scene as it was.
+        """
+        action = action or _active_action(self.armature)
+        reason = "asked for"
+        if path == "auto":
+            reason = why_not_fast(self.mesh, self.armature, action)
+            if not reason:
+                try:
+                    return self._fast(action)
+                except actions.InexpressibleActionError as error:
+                    reason = str(error)
+        return self._general(action, reason, on_frame)
+
+    def _fast(self, action: bpy.types.Action) -> Bake:
+        if self._body is None:
+            self._body = body_of(self.mesh)
+        motion = _placed(actions.read_action(self.armature, action), self.armature)
+        matrices = patch_matrices(self._body, self.patches, motion)
+        return Bake(matrices, motion.rate, "fast", "the armature's f-curves alone move the body")
+
+    def _general(self, action: bpy.types.Action | None, reason: str, on_frame: OnFrame | None) -> Bake:
+        frames, rate = _frames_to_bake(self.armature, action)
+        with _playing(self.armature, action), _without_empties(self.mesh):
+            matrices = _evaluated_matrices(self.mesh, self.patches.triangles, frames, on_frame)
+        return Bake(matrices, rate, "general", reason)
+
+
+def bake(
+    mesh: bpy.types.Object,
+    patches: PatchSet,
+    action: bpy.types.Action | None = None,
+    path: Literal["auto", "general"] = "auto",
+) -> Bake:
+    """World matrices of a body's patches during one action; see `PatchBaker`, and use that for many."""
+    return PatchBaker(mesh, patches).bake(action, path)
+
+
+def read_empties(
+    empties: Sequence[bpy.types.Object], frames: np.ndarray, on_frame: OnFrame | None = None
+) -> np.ndarray:
+    """World matrices of objects, one by one and frame by frame, as Blender gives them.
+
+    Slow, and right whatever moves them: what the two paths are measured against.
+
+    Parameters
+    ----------
+    empties : sequence of Object
+    frames : ndarray, shape (T,)
+        In the scene's time; parts of a frame count.
+
+    Returns
+    -------
+    ndarray, shape (T, N, 4, 4), float64
+    """
+    matrices = np.empty((len(frames), len(empties), 4, 4))
+    for number in _each_frame(frames, on_frame):
+        for index, empty in enumerate(empties):
+            matrices[number, index] = np.array(empty.matrix_world)
+    return matrices
+
+
+def _check(mesh: bpy.types.Object, patches: PatchSet) -> None:
+    if len(patches.labels) != len(mesh.data.vertices):
+        raise ValueError(
+            f"the patches are not of this body: they cover {len(patches.labels)} vertices, "
+            f"but '{mesh.name}' has {len(mesh.data.vertices)}"
+        )
+    axes = matrix(mesh.matrix_world)[:3, :3]
+    scales = np.linalg.norm(axes, axis=0)
+    if np.ptp(scales) > EVEN_SCALE * scales.max() or np.linalg.det(axes) <= 0:
+        raise ValueError(
+            f"'{mesh.name}' is scaled unevenly or mirrored: apply its scale (Object > Apply > Scale) first"
+        )
+
+
+def _placed(motion: Motion, armature: bpy.types.Object) -> Motion:
+    """A motion in the armature's space, put where the armature stands in the world."""
+    place = matrix(armature.matrix_world) @ np.linalg.inv(body_space(armature))
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = place[:3, :3] @ rotations[:, 0]
+    return replace(motion, rotations=rotations, pelvis=motion.pelvis @ place[:3, :3].T + place[:3, 3])
+
+
+def _active_action(armature: bpy.types.Object) -> bpy.types.Action | None:
+    return armature.animation_data.action if armature.animation_data else None
+
+
+def _frames_to_bake(armature: bpy.types.Object, action: bpy.types.Action | None) -> tuple[np.ndarray, float]:
+    if action is not None and (curves := actions.bone_curves(armature, action)):
+        return actions.frames_of(action, curves)
+    scene = bpy.context.scene
+    return np.arange(scene.frame_start, scene.frame_end + 1, dtype=np.float64), actions.scene_rate()
+
+
+def _each_frame(frames: np.ndarray, on_frame: OnFrame | None) -> Iterator[int]:
+    """Put the scene on each frame in turn, and back where it was at the end."""
+    scene = bpy.context.scene
+    current, part = scene.frame_current, scene.frame_subframe
+    try:
+        for number, frame in enumerate(frames):
+            whole = int(np.floor(frame))
+            scene.frame_set(whole, subframe=float(frame - whole))
+            yield number
+            if on_frame:
+                on_frame(number + 1, len(frames))
+    finally:
+        scene.frame_set(current, subframe=part)
+
+
+def _evaluated_matrices(
+    mesh: bpy.types.Object, triangles: np.ndarray, frames: np.ndarray, on_frame: OnFrame | None
+) -> np.ndarray:
+    """Frames of triangles on the evaluated mesh, shape (T, N, 4, 4)."""
+    vertices = EvaluatedVertices(mesh, triangles)
+    corners = np.empty((len(frames), *triangles.shape, 3))
+    for number in _each_frame(frames, on_frame):
+        corners[number] = vertices.positions()
+    first, second, third = corners[:, :, 0], corners[:, :, 1], corners[:, :, 2]
+    return frames_from_edges(corners.mean(axis=2), second - first, third - first)
+
+
+@contextmanager
+def _playing(armature: bpy.types.Object, action: bpy.types.Action | None) -> Iterator[None]:
+    """Let the armature play an action, and the one it played before at the end."""
+    before = _active_action(armature)
+    if action is None or action == before:
+        yield
+        return
+    slot = getattr(armature.animation_data, "action_slot", None)
+    actions.show_action(armature, action)
+    try:
+        yield
+    finally:
+        armature.animation_data.action = before
+        if slot is not None:
+            armature.animation_data.action_slot = slot
+
+
+@contextmanager
+def _without_empties(mesh: bpy.types.Object) -> Iterator[None]:
+    """Leave collections of this body's empties out of evaluation: they cost more than the body."""
+    idle = [
+        layer
+        for layer in _layer_collections(bpy.context.view_layer.layer_collection)
+        if not layer.exclude and _holds_only_empties(layer.collection, mesh)
+    ]
+    for layer in idle:
+        layer.exclude = True
+    try:
+        yield
+    finally:
+        for layer in idle:
+            layer.exclude = False
+
+
+def _layer_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:
+    for child in layer.children:
+        yield child
+        yield from _layer_collections(child)
+
+
+def _holds_only_empties(collection: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
+    items = collection.all_objects
+    return len(items) > 0 and all(PATCH in item and item.parent == mesh for item in items)

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fixtures of tests inside Blender: an empty scene, a body in it, its patches."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.patches import PatchSet, sample_patches
+from blender_addon.w2w.scene.body import BodyObjects, add_body
+
+
+@pytest.fixture
+def empty_file() -> bpy.types.Scene:
+    """Blender with an empty file open, at 24 frames a second."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    return bpy.context.scene
+
+
+@pytest.fixture
+def body_in_scene(empty_file: bpy.types.Scene, bundled_body: Body) -> BodyObjects:
+    """The bundled body in an otherwise empty file."""
+    return add_body(bundled_body, empty_file.collection)
+
+
+@pytest.fixture(scope="session")
+def patches(bundled_body: Body) -> PatchSet:
+    """A few patches all over the bundled body."""
+    return sample_patches(bundled_body, n=48, seed=3, mode="fast")
+
+
+@pytest.fixture(scope="session")
+def all_patches(bundled_body: Body) -> PatchSet:
+    """As many patches as the paper has."""
+    return sample_patches(bundled_body, seed=0, mode="fast")
+
+
+def difference(matrices: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
+    """Largest distance, metres, and largest angle, degrees, between two arrays of poses."""
+    distance = np.linalg.norm(matrices[..., :3, 3] - truth[..., :3, 3], axis=-1).max()
+    turn = np.swapaxes(matrices[..., :3, :3], -1, -2) @ truth[..., :3, :3]
+    # from the antisymmetric part: the arc cosine of the trace has no digits left near zero
+    axis = np.stack(
+        [
+            turn[..., 2, 1] - turn[..., 1, 2],
+            turn[..., 0, 2] - turn[..., 2, 0],
+            turn[..., 1, 0] - turn[..., 0, 1],
+        ]
+    )
+    cosine = (np.trace(turn, axis1=-2, axis2=-1) - 1) / 2
+    return float(distance), float(np.degrees(np.arctan2(np.linalg.norm(axis / 2, axis=0), cosine)).max())

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Heatmaps as colour attributes, pictures of them, and the file they are saved in."""
+
+import time
+
+import bpy
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
+from blender_addon.w2w.core.skinning import patch_matrices
+from blender_addon.w2w.scene.bake import read_empties
+from blender_addon.w2w.scene.heatmap import (
+    add_heatmaps,
+    heatmap_names,
+    remove_heatmaps,
+    show_heatmap,
+)
+from blender_addon.w2w.scene.patches import patch_empties
+from blender_addon.w2w.scene.render import BodyRenderer, render_views
+from blender_addon.w2w.scene.study_file import write_study
+
+from .conftest import difference
+
+ACTIVITIES = ("walking", "sit to stand")
+
+
+@pytest.fixture
+def scores(patches):
+    generator = np.random.default_rng(5)
+    return generator.uniform(0.2, 0.9, (len(patches), len(ACTIVITIES)))
+
+
+def attribute_colours(mesh, name):
+    values = np.empty(len(mesh.data.vertices) * 4, dtype=np.float32)
+    mesh.data.color_attributes[name].data.foreach_get("color_srgb", values)
+    return values.reshape(-1, 4)[:, :3]
+
+
+def data_counts():
+    kinds = ("scenes", "objects", "meshes", "cameras", "materials", "collections")
+    counts = {kind: len(getattr(bpy.data, kind)) for kind in kinds}
+    # Blender keeps one image for render results, whoever renders
+    return counts | {"images": sum(image.type != "RENDER_RESULT" for image in bpy.data.images)}
+
+
+def test_each_activity_and_the_mean_is_a_colour_attribute(body_in_scene, patches, scores):
+    mesh = body_in_scene.mesh
+    names = add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1), low=0.0, high=1.0)
+    assert names == ["Mean F1", "F1: walking", "F1: sit to stand"] == heatmap_names(mesh)
+    for name, values in zip(names[1:], scores.T, strict=True):
+        expected = score_colours(patches.to_vertices(values), 0, 1)
+        np.testing.assert_allclose(attribute_colours(mesh, name), expected, atol=1.1 / 255)
+
+
+def test_a_heatmap_s_own_range_is_that_of_its_patches(patches, scores):
+    values = scores[:, 0]
+    own = patch_colours(patches, values)
+    np.testing.assert_array_equal(own, patch_colours(patches, values, values.min(), values.max()))
+    assert np.abs(own - patch_colours(patches, values, 0, 1)).max() > 0.1
+
+
+def test_patches_without_a_score_are_grey_and_spoil_no_other(patches):
+    values = np.full(len(patches), 0.6)
+    values[[7, 20]] = np.nan
+    colours = patch_colours(patches, values, 0, 1)
+    grey = (colours == NEUTRAL_GREY).all(axis=1)
+    np.testing.assert_array_equal(grey, np.isin(patches.labels, [7, 20]))
+    np.testing.assert_allclose(
+        colours[~grey], np.tile(score_colours(0.6, 0, 1), ((~grey).sum(), 1)), atol=1e-3
+    )
+
+
+def test_switching_takes_less_than_a_frame(body_in_scene, patches, scores):
+    mesh = body_in_scene.mesh
+    names = add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1))
+    seconds = []
+    for name in names * 4:
+        start = time.perf_counter()
+        show_heatmap(mesh, name)
+        bpy.context.view_layer.update()
+        seconds.append(time.perf_counter() - start)
+        assert mesh.data.color_attributes.active_color.name == name
+        assert mesh.data.color_attributes[mesh.data.color_attributes.render_color_index].name == name
+    assert np.median(seconds) < 0.016
+
+
+def test_painting_again_leaves_nothing_stale(body_in_scene, patches, scores):
+    mesh = body_in_scene.mesh
+    mesh.data.color_attributes.new("mine", "BYTE_COLOR", "POINT")
+    add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1))
+    add_heatmaps(mesh, patches, scores[:, :1], ("running",), scores[:, 0])
+    assert heatmap_names(mesh) == ["Mean F1", "F1: running"]
+    remove_heatmaps(mesh)
+    assert mesh.data.color_attributes.keys() == ["mine"]
+
+
+def test_long_and_alike_activities_keep_names_of_their_own(body_in_scene, patches, scores):
+    long = "carrying a very heavy box up a narrow flight of stairs with the "
+    activities = (long + "left hand", long + "right hand", "Überkopfarbeit", "mean")
+    values = np.tile(scores[:, :1], (1, 4))
+    names = add_heatmaps(body_in_scene.mesh, patches, values, activities, scores[:, 0])
+    assert len(set(names)) == 5
+    assert set(body_in_scene.mesh.data.color_attributes.keys()) == set(names)
+
+
+def test_scores_that_do_not_fit_are_refused(body_in_scene, patches, scores):
+    with pytest.raises(ValueError, match="utility_f1 must have shape"):
+        add_heatmaps(body_in_scene.mesh, patches, scores, ("one",), scores[:, 0])
+    bpy.ops.mesh.primitive_cube_add()
+    with pytest.raises(ValueError, match="not of this body"):
+        add_heatmaps(bpy.context.active_object, patches, scores, ACTIVITIES, scores[:, 0])
+    with pytest.raises(ValueError, match="no heatmap 'F1: flying'"):
+        show_heatmap(body_in_scene.mesh, "F1: flying")
+
+
+def test_pictures_have_the_colours_asked_for(bundled_body, empty_file):
+    """Left half orange, right half blue: each is on its own side, and swapped from behind."""
+    orange, blue = np.array([0.9, 0.5, 0.1]), np.array([0.1, 0.3, 0.8])
+    colours = np.where(bundled_body.vertices[:, :1] > 0, orange, blue)
+    before = data_counts()
+    front, back = render_views(bundled_body, colours, size=240)
+    assert data_counts() == before
+    assert bpy.context.scene == empty_file
+    for picture, left_is_orange in ((front, False), (back, True)):
+        assert picture.shape == (240, 240, 4)
+        assert picture.dtype == np.uint8
+        assert picture[0, 0, 3] == 0
+        left, right = picture[:, :118], picture[:, 122:]
+        for half, is_orange in ((left, left_is_orange), (right, not left_is_orange)):
+            shown = half[half[..., 3] == 255][:, :3] / 255
+            target = orange if is_orange else blue
+            # shading darkens all channels alike: proportions stay, the brightest is the colour
+            np.testing.assert_allclose(np.percentile(shown, 98, axis=0), target, atol=0.02)
+            share = shown / np.linalg.norm(shown, axis=1, keepdims=True)
+            np.testing.assert_allclose(share @ (target / np.linalg.norm(target)), 1, atol=0.01)
+
+
+def test_markers_are_where_locate_says(bundled_body, empty_file):
+    grey = np.full_like(bundled_body.vertices, 0.5)
+    chest = bundled_body.vertices[np.abs(bundled_body.vertices - (0.0, -0.1, 1.3)).sum(axis=1).argmin()]
+    with BodyRenderer(bundled_body, size=240) as renderer:
+        plain = renderer.render(grey)
+        marked = renderer.render(grey, markers=[(chest, (1.0, 0.0, 0.0))])
+        ((view, column, row),) = renderer.locate(chest[None], np.array([[0.0, -1.0, 0.0]]))
+        again = renderer.render(grey)
+    changed = np.argwhere(np.abs(marked[0].astype(int) - plain[0]).max(axis=-1) > 60)
+    assert view == 0
+    np.testing.assert_allclose(changed.mean(axis=0), (row, column), atol=1.5)
+    np.testing.assert_array_equal(again[0], plain[0])
+    assert not empty_file.objects
+
+
+def test_the_renderer_cleans_up_after_an_error(bundled_body, empty_file):
+    before = data_counts()
+    with pytest.raises(ValueError, match="vertex_colours must have shape"), BodyRenderer(bundled_body) as r:
+        r.render(np.zeros((3, 3)))
+    assert data_counts() == before
+    with pytest.raises(ValueError, match="unknown view 'top'"):
+        render_views(bundled_body, bundled_body.vertices, views=("top",))
+    assert bpy.context.scene == empty_file
+
+
+def test_a_study_file_opens_complete(bundled_body, patches, scores, waving, tmp_path):
+    path = tmp_path / "study.blend"
+    slower = waving.labelled("sit to stand", "two", "chair")
+    chosen = [5, 11, 2]
+    write_study(
+        path, bundled_body, patches, [waving, slower], scores, ACTIVITIES, scores.mean(axis=1), chosen
+    )
+    assert list(tmp_path.iterdir()) == [path]
+    bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=False)
+    mesh, armature = bpy.data.objects["Body"], bpy.data.objects["Body Armature"]
+    assert heatmap_names(mesh) == ["Mean F1", "F1: walking", "F1: sit to stand"]
+    assert set(bpy.data.actions.keys()) == {"waving one clip", "sit to stand two chair"}
+    assert armature.animation_data.action.name == "waving one clip"
+    assert (bpy.context.scene.render.fps, bpy.context.scene.frame_end) == (30, waving.n_frames)
+    empties = patch_empties(bpy.data.collections["Patches"])
+    assert [empty["order of choice"] for empty in (empties[number] for number in chosen)] == [1, 2, 3]
+    assert {*bpy.data.collections["Chosen patches"].objects} == {empties[number] for number in chosen}
+    assert empties[4]["F1: walking"] == pytest.approx(scores[4, 0])
+    assert empties[4]["Mean F1"] == pytest.approx(scores[4].mean())
+    distance, angle = difference(
+        read_empties(empties, np.array([1.0, 40.0])), patch_matrices(bundled_body, patches, waving)[[0, 39]]
+    )
+    assert distance < 1e-5
+    assert angle < 0.01
+    assert not bpy.data.texts
+    assert not any(item.animation_data and item.animation_data.drivers for item in bpy.data.objects)
+    view = next(area for area in bpy.data.screens["Layout"].areas if area.type == "VIEW_3D").spaces.active
+    assert view.shading.color_type == "VERTEX"
+
+
+def test_a_study_file_that_cannot_be_finished_leaves_the_old_one(bundled_body, patches, scores, tmp_path):
+    path = tmp_path / "study.blend"
+    path.write_bytes(b"the old one")
+
+    def interrupted():
+        raise KeyboardInterrupt
+        yield
+
+    with pytest.raises(KeyboardInterrupt):
+        write_study(path, bundled_body, patches, interrupted(), scores, ACTIVITIES, scores.mean(axis=1), [])
+    assert path.read_bytes() == b"the old one"
+    assert list(tmp_path.iterdir()) == [path]
