@@ -126,7 +126,7 @@ def test_pictures_have_the_colours_asked_for(bundled_body, empty_file):
         assert picture.shape == (240, 240, 4)
         assert picture.dtype == np.uint8
         assert picture[0, 0, 3] == 0
-        left, right = picture[:, :118], picture[:, 122:]
+        left, right = picture[:, :112], picture[:, 128:]
         for half, is_orange in ((left, left_is_orange), (right, not left_is_orange)):
             shown = half[half[..., 3] == 255][:, :3] / 255
             target = orange if is_orange else blue

@@ -88,7 +88,9 @@ class _Shade:
     @classmethod
     def of(cls, picture: np.ndarray, covered: np.ndarray) -> _Shade:
         """From a picture of the white body, and the pixels that one sample finds covered."""
-        brightness, alpha = picture[..., :3].mean(axis=-1), picture[..., 3]
+        brightness = picture[..., :3].mean(axis=-1)
+        # Workbench's samples of a solid surface add up to 0.99
+        alpha = picture[..., 3] / max(picture[..., 3].max(), np.finfo(np.float32).tiny)
         solid = alpha > 0.99
         brightest = np.percentile(brightness[solid], 95) if solid.any() else 1.0
         light = 1 - SHADE_DEPTH * (1 - np.clip(brightness / brightest, 0, 1))
