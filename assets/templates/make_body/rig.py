@@ -38,7 +38,7 @@ BONES: dict[str, tuple[str, ...]] = {
     "pelvis": ("root", "pelvis", "spine05", "spine04"),
     "spine1": ("spine03",),
     "spine2": ("spine02",),
-    "spine3": ("spine01", "breast"),
+    "spine3": ("spine01",),
     "neck": ("neck",),
     "hip": ("upperleg",),
     "knee": ("lowerleg",),
@@ -56,11 +56,14 @@ The thumb stays with the wrist: it does not turn about the knuckles. Bones of th
 all others go to the head.
 """
 
+UNUSED_BONES = "breast"
+"""Bones that no joint carries: the others that hold their vertices share their weight."""
+
 COLLAR_RAISE = np.deg2rad(15.0)
 """How far the collar bone rises while the arm goes from MakeHuman's A-pose to the T-pose."""
 
 LEG_SPREAD = np.deg2rad(4.0)
-"""Angle of the T-pose's legs to the vertical; in SMPL's template hip to ankle is about 2 degrees, hip to knee 5."""
+"""Angle of the T-pose's legs to the vertical: slightly apart, so that heavy thighs do not meet."""
 
 
 def joint_positions(vertices: np.ndarray, cubes: dict[str, np.ndarray]) -> np.ndarray:
@@ -78,7 +81,8 @@ def group_weights(bones: tuple[str, ...], weights: np.ndarray) -> np.ndarray:
     """Weights of the 163 bones summed into those of the 24 joints, shape (V, 24)."""
     grouped = np.zeros((len(weights), N_JOINTS))
     for column, bone in enumerate(bones):
-        grouped[:, _joint_of_bone(bone)] += weights[:, column]
+        if not bone.startswith(UNUSED_BONES):
+            grouped[:, _joint_of_bone(bone)] += weights[:, column]
     return grouped / grouped.sum(axis=1, keepdims=True)
 
 

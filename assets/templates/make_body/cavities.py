@@ -107,8 +107,15 @@ class _Topology:
 def _zip_loop(loop: list[int], vertices: np.ndarray) -> np.ndarray:
     """Quads between the two sides of a loop, paired from the corners that make the shortest rungs."""
     half, ring = len(loop) // 2, np.array(loop)
-    candidates = [(np.roll(ring, -start)[: half + 1], np.roll(ring[::-1], start + 1)[: half + 1]) for start in range(half)]
-    upper, lower = min(candidates, key=lambda pair: np.linalg.norm(vertices[pair[0]] - vertices[pair[1]], axis=1).sum())
+
+    def sides(corner: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.roll(ring, -corner)[: half + 1], np.roll(ring[::-1], corner + 1)[: half + 1]
+
+    def rungs(corner: int) -> float:
+        one, other = sides(corner)
+        return np.linalg.norm(vertices[one] - vertices[other], axis=1).sum()
+
+    upper, lower = sides(min(range(half), key=rungs))
     return np.stack([upper[:-1], upper[1:], lower[1:], lower[:-1]], axis=1)
 
 

