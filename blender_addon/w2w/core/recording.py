@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -99,7 +100,7 @@ class ImuRecording:
         """
         try:
             archive = np.load(path, allow_pickle=False)
-        except (ValueError, EOFError) as error:
+        except (ValueError, EOFError, BadZipFile) as error:
             raise ValueError(f"{path} is not a W2W recording: it is no npz file") from error
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise ValueError(f"{path} is not a W2W recording: it is no npz file")

@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Readers of public recordings of real sensors: BROAD, an Xsens and Vicon gait trial, DSADS and UTD-MHAD.
+
+All return SI units in the conventions of `imu`: specific force and angular velocity in the sensor frame.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .recording import ImuRecording
+from .recording_formats import ACC_UNITS, GYR_UNITS
+
+DSADS_RATE = 25.0
+DSADS_SITES = ("torso", "right arm", "left arm", "right leg", "left leg")
+DSADS_ACTIVITIES = (
+    "sitting", "standing", "lying on back", "lying on right side", "ascending stairs", "descending stairs",
+    "standing in elevator", "moving around in elevator", "walking in parking lot",
+    "walking on flat treadmill", "walking on inclined treadmill", "running on treadmill",
+    "exercising on stepper",
+    "exercising on cross trainer", "cycling horizontal", "cycling vertical", "rowing", "jumping",
+    "playing basketball",
+)  # fmt: skip
+"""A1 to A19 (Altun, Barshan and Tuncel 2010, doi:10.1016/j.patcog.2010.04.019)."""
+
+UTD_IMU_RATE = 50.0
+UTD_SKELETON_RATE = 30.0
+UTD_FIRST_THIGH_ACTION = 22
+UTD_ACTIONS = (
+    "swipe left", "swipe right", "wave", "clap", "throw", "arm cross", "basketball shoot", "draw x",
+    "draw circle clockwise", "draw circle counter-clockwise", "draw triangle", "bowling", "boxing",
+    "baseball swing", "tennis swing", "arm curl", "tennis serve", "push", "knock", "catch",
+    "pick up and throw", "jog", "walk", "sit to stand", "stand to sit", "lunge", "squat",
+)  # fmt: skip
+"""a1 to a27 (Chen, Jafari and Kehtarnavaz 2015, doi:10.1109/ICIP.2015.7350781)."""
+
+
+class BroadTrial(NamedTuple):
+    """A trial of BROAD (Laidig et al. 2021, doi:10.3390/data6070072).
+
+    Attributes
+    ----------
+    recording : ImuRecording
+        The real sensor, (T, 1, 3).
+    matrices : ndarray, shape (T, 1, 4, 4)
+        Optical pose, sensor to east-north-up world; NaN where the optics lost it.
+    movement : ndarray, shape (T,), bool
+        Samples that count for errors.
+    """
+
+    recording: ImuRecording
+    matrices: np.ndarray
+    movement: np.ndarray
+
+
+class GaitTrial(NamedTuple):
+    """Worn Xsens sensors with the wearer's Vicon joints.
+
+    Attributes
+    ----------
+    recording : ImuRecording
+        The real sensors, (T, N, 3).
+    orientations : ndarray, shape (T, N, 4)
+        Xsens's estimate, w, x, y, z, sensor to world.
+    vicon : dict of str to ndarray
+        Joint positions (T, 3) in metres and segment orientations (T, 4), w, x, y, z, by name.
+    first_row : int
+        Frame of the trial's full-body motion, counted from 0, that the first sample belongs to.
+    """
+
+    recording: ImuRecording
+    orientations: np.ndarray
+    vicon: dict[str, np.ndarray]
+    first_row: int
+
+
+class UtdTrial(NamedTuple):
+    """An action of UTD-MHAD: one worn sensor and a Kinect skeleton, both starting together.
+
+    Attributes
+    ----------
+    recording : ImuRecording
+        (T, 1, 3), about 50 Hz.
+    skeleton : ndarray, shape (F, 20, 3)
+        Joints in the camera's axes, metres, y up, 30 Hz.
+    """
+
+    recording: ImuRecording
+    skeleton: np.ndarray
+
+
+def read_broad(path: str | Path) -> BroadTrial:
+    """Read a trial of BROAD from its HDF5 file.
+
+    Raises
+    ------
+    ImportError
+        If h5py is not installed.
+    ValueError
+        If the file is not a trial of BROAD.
+    """
+    try:
+        import h5py
+    except ImportError as error:
+        raise ImportError("reading BROAD needs h5py: pip install h5py") from error
+    try:
+        source = h5py.File(path, "r")
+    except OSError as error:
+        raise ValueError(f"{path} is no HDF5 file that can be opened: {error}") from error
+    with source as data:
+        names = ("imu_acc", "imu_gyr", "opt_pos", "opt_quat", "movement")
+        missing = [name for name in names if name not in data]
+        if missing or "sampling_rate" not in data.attrs:
+            raise ValueError(f"{path} is no trial of BROAD: it lacks {', '.join(missing) or 'sampling_rate'}")
+        acc, gyr, positions, quaternions, movement = (data[name][:] for name in names)
+        rate = float(data.attrs["sampling_rate"])
+    matrices = np.zeros((len(acc), 1, 4, 4))
+    matrices[:, 0, :3, :3] = _matrices_of(quaternions)
+    matrices[:, 0, :3, 3] = positions
+    matrices[:, 0, 3, 3] = 1
+    recording = ImuRecording(acc=acc[:, None], gyr=gyr[:, None], rate=rate, clip=Path(path).stem)
+    return BroadTrial(recording, matrices, movement.astype(bool))
+
+
+def read_gait(folder: str | Path, trial: str) -> GaitTrial:
+    """Read a trial of worn Xsens sensors and Vicon joints (gaittoolbox's CSV files).
+
+    Parameters
+    ----------
+    folder : str or Path
+        Holds ``<trial>-<site>.csv`` for each sensor and ``vicon_<trial>.csv``.
+    trial : str
+        E.g. "S02-Trial-Walk-1".
+
+    Raises
+    ------
+    ValueError
+        If no sensor's file is there, one is damaged, or their lengths differ.
+    """
+    folder = Path(folder)
+    paths = sorted(folder.glob(f"{trial}-*.csv"))
+    if not paths:
+        raise ValueError(f"{folder} holds no files {trial}-<site>.csv")
+    tables = [_gait_table(path) for path in (*paths, folder / f"vicon_{trial}.csv")]
+    sites = tuple(path.stem.removeprefix(f"{trial}-") for path in paths)
+    sensors = [
+        {
+            name: np.stack([columns[f"{name}_{k + 1}"] for k in range(size)], axis=1)
+            for name, size in (("ori", 4), ("acc", 3), ("gyr", 3))
+        }
+        for _, columns in tables[:-1]
+    ]
+    if len({len(sensor["acc"]) for sensor in sensors}) != 1:
+        raise ValueError(f"the files {trial}-<site>.csv in {folder} differ in length")
+    facts, columns = tables[-1]
+    names = dict.fromkeys(name.rsplit("_", 1)[0] for name in columns)
+    recording = ImuRecording(
+        acc=np.stack([sensor["acc"] for sensor in sensors], axis=1),
+        gyr=np.stack([sensor["gyr"] for sensor in sensors], axis=1),
+        rate=float(facts["fs"]),
+        sites=sites,
+        activity="walk",
+        subject=trial.split("-")[0],
+        clip=trial,
+    )
+    return GaitTrial(
+        recording=recording,
+        orientations=np.stack([sensor["ori"] for sensor in sensors], axis=1),
+        vicon={
+            name: np.stack([columns[c] for c in columns if c.rsplit("_", 1)[0] == name], axis=1)
+            for name in names
+        },
+        first_row=int(facts["idx"].split(",")[0]) - 1,
+    )
+
+
+def read_dsads(path: str | Path) -> tuple[ImuRecording, ...]:
+    """Read windows of DSADS, Daily and Sports Activities, from the npz of its accelerations and rates.
+
+    Returns
+    -------
+    tuple of ImuRecording
+        One a 5 s segment: 125 samples of 5 sensors at 25 Hz.
+
+    Raises
+    ------
+    ValueError
+        If the file does not hold x (W, 125, 5, 6), activity, subject and segment.
+    """
+    with _npz(path) as data:
+        missing = {"x", "activity", "subject", "segment"} - set(data.files)
+        if missing:
+            raise ValueError(f"{path} is no DSADS archive: it lacks {', '.join(sorted(missing))}")
+        x, activity, subject, segment = (data[name] for name in ("x", "activity", "subject", "segment"))
+    if x.ndim != 4 or x.shape[2:] != (len(DSADS_SITES), 6) or len(x) != len(activity):
+        raise ValueError(f"{path}: x must have shape (W, samples, 5, 6), not {x.shape}")
+    return tuple(
+        ImuRecording(
+            acc=window[..., :3],
+            gyr=window[..., 3:],
+            rate=DSADS_RATE,
+            sites=DSADS_SITES,
+            activity=DSADS_ACTIVITIES[a - 1],
+            subject=f"p{p}",
+            clip=f"a{a:02d}_p{p}_s{s:02d}",
+        )
+        for window, a, p, s in zip(x, activity.tolist(), subject.tolist(), segment.tolist(), strict=True)
+    )
+
+
+def read_utd_mhad(path: str | Path) -> tuple[UtdTrial, ...]:
+    """Read the actions of UTD-MHAD from an npz of ``a<action>_s<subject>_t<trial>_imu`` and ``_skel``.
+
+    Raises
+    ------
+    ValueError
+        If the file holds no such pair.
+    """
+    trials = []
+    with _npz(path) as data:
+        names = [name.removesuffix("_imu") for name in data.files if name.endswith("_imu")]
+        if not names or not {f"{name}_skel" for name in names} <= set(data.files):
+            raise ValueError(f"{path} is no UTD-MHAD archive: it lacks pairs a<n>_s<n>_t<n>_imu and _skel")
+        for name in names:
+            values = data[f"{name}_imu"].astype(np.float64)
+            action, subject = (int(part[1:]) for part in name.split("_")[:2])
+            recording = ImuRecording(
+                acc=values[:, None, :3] * ACC_UNITS["g"],
+                gyr=values[:, None, 3:] * GYR_UNITS["deg/s"],
+                rate=UTD_IMU_RATE,
+                sites=("right wrist" if action < UTD_FIRST_THIGH_ACTION else "right thigh",),
+                activity=UTD_ACTIONS[action - 1],
+                subject=f"s{subject}",
+                clip=name,
+            )
+            trials.append(UtdTrial(recording, data[f"{name}_skel"]))
+    return tuple(trials)
+
+
+def _npz(path: str | Path) -> np.lib.npyio.NpzFile:
+    archive = np.load(path, allow_pickle=False)
+    if not isinstance(archive, np.lib.npyio.NpzFile):
+        raise ValueError(f"{path} is no npz archive")
+    return archive
+
+
+def _matrices_of(quaternions: np.ndarray) -> np.ndarray:
+    """Rotation matrices of quaternions w, x, y, z; NaN stays NaN."""
+    q = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    w, x, y, z = q.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.array(rows).transpose(2, 0, 1)
+
+
+def _gait_table(path: Path) -> tuple[dict[str, str], dict[str, np.ndarray]]:
+    """Facts from the ``//`` lines and the columns of one of gaittoolbox's files."""
+    if not path.is_file():
+        raise ValueError(f"{path} is missing")
+    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    head = [line.removeprefix("//") for line in lines if line.startswith("//")]
+    facts = dict(part.split("=", 1) for line in head for part in line.split() if "=" in part)
+    if not {"fs", "idx"} <= set(facts) or len(lines) < len(head) + 2:
+        raise ValueError(f"{path} is no gaittoolbox file: it lacks '// fs=', '// idx=' or its table")
+    names = lines[len(head)].split(",")
+    try:
+        table = np.array([line.split(",") for line in lines[len(head) + 1 :] if line], dtype=np.float64)
+    except ValueError as error:
+        raise ValueError(f"{path} has a damaged row: {error}") from error
+    return facts, dict(zip(names, table.T, strict=True))
