@@ -11,6 +11,7 @@ from .demo import demo
 from .demo_library import demo_library
 from .inspect_file import inspect
 from .run import run
+from .status import status
 
 APP = typer.Typer(
     name="w2w",
@@ -32,6 +33,7 @@ APP = typer.Typer(
 APP.command()(run)
 APP.command()(demo)
 APP.command(name="inspect")(inspect)
+APP.command()(status)
 APP.command(name="demo-library")(demo_library)
 
 

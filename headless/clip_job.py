@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import hashlib
 import json
 import os
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -28,6 +30,9 @@ from blender_addon.w2w.core.study import StudyConfig, describe, record
 
 from .blender_process import forget_scripts_path
 
+LIMIT_S = 300.0
+"""Seconds a clip may take before it is given up."""
+
 WORK = ".w2w"
 """Folder inside the output folder for what a later run can take up again."""
 
@@ -44,12 +49,15 @@ class Job:
     config : StudyConfig
     inputs : str
         Hash of the body, the patches, the config and the code that the outcome depends on.
+    limit_s : float
+        Seconds after which a worker gives the clip up.
     """
 
     clip: Clip
     out: Path
     config: StudyConfig
     inputs: str
+    limit_s: float = LIMIT_S
 
     @property
     def motion_file(self) -> Path:
@@ -70,6 +78,16 @@ class Job:
     def record_file(self) -> Path:
         """What was done, and from what: written last."""
         return self.out / WORK / "clips" / f"{self.clip.name}.json"
+
+    @property
+    def marker(self) -> Path:
+        """There while a worker is at it."""
+        return self.out / WORK / "running" / self.clip.name
+
+    def key(self, source_sha256: str) -> str:
+        """Hash of everything that the outcome depends on."""
+        parts = (self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name)
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -98,6 +116,35 @@ class Outcome:
         return not self.reason
 
 
+def work_in_worker(job: Job) -> Outcome:
+    """Do a clip's work in a worker process that ends itself when it takes too long.
+
+    Blender's importers are C++ and may hang where no Python exception reaches them; the
+    watchdog's thread ends the process from outside the interpreter.
+    """
+    job.marker.parent.mkdir(parents=True, exist_ok=True)
+    job.marker.write_text(f"{time.time()}\n")
+    with Path(os.devnull).open("w") as nowhere:
+        faulthandler.dump_traceback_later(job.limit_s, exit=True, file=nowhere)
+        try:
+            return do_clip(job)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+            job.marker.unlink(missing_ok=True)
+
+
+def record_death(job: Job) -> Outcome:
+    """The outcome of a clip that killed its worker, kept so that no later run tries it again."""
+    seconds = time.time() - _started(job)
+    if seconds >= job.limit_s:
+        reason = f"it took longer than the limit of {job.limit_s:g} s (see --clip-limit)"
+    else:
+        reason = "Blender crashed on it: the file is damaged in a way that its importer does not survive"
+    job.marker.unlink(missing_ok=True)
+    source = file_sha256(job.clip.path)
+    return _conclude(job, source, reason, {}, ())
+
+
 def do_clip(job: Job) -> Outcome:
     """Do a clip's work, or take up what an earlier run finished.
 
@@ -107,24 +154,16 @@ def do_clip(job: Job) -> Outcome:
         source = file_sha256(job.clip.path)
     except OSError as error:
         return Outcome(job.clip, f"it cannot be read: {error.strerror}", {}, "")
-    key = hashlib.sha256(
-        "\n".join([job.inputs, source, job.clip.activity, job.clip.subject, job.clip.name]).encode()
-    ).hexdigest()
-    done = _finished(job, key)
+    done = _finished(job, job.key(source))
     if done is not None:
         return Outcome(job.clip, done["reason"], done["details"], source)
     try:
-        details, files, reason = *_make(job), ""
+        details, files = _make(job)
     except (UnusableMotion, ValueError) as error:  # core says ValueErrors for people: too short, not finite
-        details, files, reason = {}, (), str(error)
-    record_of = {
-        "key": key,
-        "reason": reason,
-        "details": details,
-        "files": {str(path.relative_to(job.out)): file_sha256(path) for path in files},
-    }
-    write_json(job.record_file, record_of)
-    return Outcome(job.clip, reason, details, source)
+        return _conclude(job, source, str(error), {}, ())
+    except MemoryError:
+        return _conclude(job, source, "there is not enough memory for it", {}, ())
+    return _conclude(job, source, "", details, files)
 
 
 def read_source(path: Path) -> SourceMotion | Motion:
@@ -195,7 +234,7 @@ def file_sha256(path: Path) -> str:
 
 
 def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
-    body, patches = _body_and_patches(job.out)
+    body, patches = _body_and_patches(job.out, job.inputs)
     with quiet_output():
         source = read_source(job.clip.path)
     motion, details = carry(job.clip, source, body)
@@ -211,6 +250,27 @@ def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     return details, (job.motion_file, job.signals_file, job.features_file)
 
 
+def _conclude(
+    job: Job, source: str, reason: str, details: dict[str, Any], files: tuple[Path, ...]
+) -> Outcome:
+    """Write down what became of a clip: only now does it count as done."""
+    content = {
+        "key": job.key(source),
+        "reason": reason,
+        "details": details,
+        "files": {str(path.relative_to(job.out)): file_sha256(path) for path in files},
+    }
+    write_json(job.record_file, content)
+    return Outcome(job.clip, reason, details, source)
+
+
+def _started(job: Job) -> float:
+    try:
+        return float(job.marker.read_text())
+    except (OSError, ValueError):
+        return time.time()
+
+
 def _finished(job: Job, key: str) -> dict[str, Any] | None:
     """The record of an earlier run, if its inputs are the same and its files are whole."""
     try:
@@ -224,6 +284,6 @@ def _finished(job: Job, key: str) -> dict[str, Any] | None:
 
 
 @cache
-def _body_and_patches(out: Path) -> tuple[Body, PatchSet]:
-    """The study's body and patches, read once a worker."""
+def _body_and_patches(out: Path, inputs: str) -> tuple[Body, PatchSet]:  # noqa: ARG001 - a key of the cache
+    """The study's body and patches, read once a worker and study."""
     return Body.load(out / WORK / "body.npz"), PatchSet.load(out / WORK / "patches.npz")

@@ -26,6 +26,7 @@ from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.study import StudyConfig
 
 from .demo_library import ACTIVITIES, write_demo_library
+from .pipeline import Engine
 from .progress import Progress
 from .run import execute
 from .versions import code_sha256, versions
@@ -44,7 +45,7 @@ def demo(
     console = Console(highlight=False)
     library = out / "library"
     _write_library_once(library, clips, seed, console)
-    execute(read_library(library), StudyConfig(seed=seed), out / "results", workers, True, console)
+    execute(read_library(library), StudyConfig(seed=seed), out / "results", Engine(workers), True, console)
 
 
 def _write_library_once(library: Path, clips: int, seed: int, console: Console) -> None:

@@ -10,5 +10,8 @@ USAGE = 2
 SKIPPED = 3
 """Clips were skipped and ``--strict`` was asked for."""
 
+BUSY = 4
+"""Another run works in the output folder."""
+
 INTERRUPTED = 130
 """Stopped by Ctrl-C, as shells count it."""

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-import joblib
 import numpy as np
 
 from blender_addon.w2w.core.body import Body
@@ -17,17 +17,34 @@ from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches, recommend, same_clips
 
-from .blender_process import inside_blender
-from .clip_job import WORK, Job, Outcome, do_clip
+from .clip_job import LIMIT_S, WORK, Job, Outcome
+from .engine import run_jobs
 from .progress import Progress
 from .versions import code_sha256, versions
-
-BATCH = 4
-"""Clips handed to a worker at a time."""
+from .watch import Watch
 
 
 class StudyError(Exception):
     """A study cannot be finished; the message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Who does the clips; the outcome does not depend on it.
+
+    Parameters
+    ----------
+    workers : int
+        Processes on this machine that work on clips at the same time.
+    scheduler : str
+        Address or file of a Dask scheduler that brings its own workers; empty for none.
+    limit_s : float
+        Seconds after which a clip is given up.
+    """
+
+    workers: int = 1
+    scheduler: str = ""
+    limit_s: float = LIMIT_S
 
 
 @dataclass(frozen=True)
@@ -64,7 +81,9 @@ class Study:
         return [outcome for outcome in self.outcomes if outcome.used]
 
 
-def run_study(library: Library, config: StudyConfig, out: Path, workers: int, progress: Progress) -> Study:
+def run_study(
+    library: Library, config: StudyConfig, out: Path, engine: Engine, progress: Progress, watch: Watch
+) -> Study:
     """Bake every clip, rank every patch.
 
     Parameters
@@ -72,27 +91,39 @@ def run_study(library: Library, config: StudyConfig, out: Path, workers: int, pr
     library : Library
     config : StudyConfig
     out : Path
-        Output folder; made where it is missing.
-    workers : int
-        Processes that work on clips at the same time; the outcome does not depend on it.
+        Output folder, made by `make_folders`.
+    engine : Engine
     progress : Progress
+    watch : Watch
 
     Raises
     ------
     StudyError
         If no clip can be used or fewer than two activities can be told apart.
+    EngineError
+        If the workers cannot go on.
+    OSError
+        If the disk is full or the folder cannot be written.
     """
-    for folder in ("motions", "signals", f"{WORK}/features", f"{WORK}/clips"):
-        (out / folder).mkdir(parents=True, exist_ok=True)
+    watch.step("placing patches")
     body, patches = _prepare(config, out, progress)
-    outcomes = _bake(library, config, out, workers, progress)
+    watch.step("turning motions to signals")
+    outcomes = _bake(library, config, out, engine, progress, watch)
     used = [outcome.clip for outcome in outcomes if outcome.used]
     if not used:
-        raise StudyError(
-            "no clip can be used:\n" + "\n".join(f"  {o.clip.file}: {o.reason}" for o in outcomes)
-        )
+        reasons = "\n".join(f"  {o.clip.file}: {o.reason}" for o in outcomes)
+        raise StudyError(f"no clip can be used:\n{reasons}")
+    _remove_leftovers(out, {clip.name for clip in used})
+    watch.step("ranking places")
     recommendation, groups = _rank(used, config, out, progress)
     return Study(library, config, body, patches, tuple(outcomes), groups, recommendation, out)
+
+
+def make_folders(out: Path) -> None:
+    """Make the output folder; forget which clips a run that was killed was at."""
+    shutil.rmtree(out / WORK / "running", ignore_errors=True)
+    for folder in ("motions", "signals", f"{WORK}/features", f"{WORK}/clips", f"{WORK}/running"):
+        (out / folder).mkdir(parents=True, exist_ok=True)
 
 
 def write_config(config: StudyConfig, library: Library, outcomes: list[Outcome], out: Path) -> None:
@@ -119,22 +150,33 @@ def _prepare(config: StudyConfig, out: Path, progress: Progress) -> tuple[Body, 
 
 
 def _bake(
-    library: Library, config: StudyConfig, out: Path, workers: int, progress: Progress
+    library: Library, config: StudyConfig, out: Path, engine: Engine, progress: Progress, watch: Watch
 ) -> list[Outcome]:
     inputs = hashlib.sha256(
         b"".join((out / WORK / name).read_bytes() for name in ("body.npz", "patches.npz"))
-        + repr(config.as_dict()).encode()
+        + repr(config.signal_parameters()).encode()
         + code_sha256().encode()
     ).hexdigest()
-    jobs = [Job(clip, out, config, inputs) for clip in library.clips]
-    n_workers = 1 if inside_blender() else min(workers, max(1, len(jobs)))
-    parallel = joblib.Parallel(n_jobs=n_workers, return_as="generator", batch_size=BATCH)
+    out = out.resolve()
+    jobs = [
+        Job(replace(clip, path=clip.path.resolve()), out, config, inputs, engine.limit_s)
+        for clip in library.clips
+    ]
     with progress.bar("Motions to signals", len(jobs)) as advance:
-        outcomes = []
-        for outcome in parallel(joblib.delayed(do_clip)(job) for job in jobs):
-            outcomes.append(outcome)
+
+        def told(outcome: Outcome) -> None:
+            watch.clip_done(outcome.used)
             advance(1)
-    return outcomes
+
+        return run_jobs(jobs, engine.workers, engine.scheduler, told)
+
+
+def _remove_leftovers(out: Path, used: set[str]) -> None:
+    """Remove what an earlier run of another library left: the folder holds this study alone."""
+    for folder in (out / "motions", out / "signals", out / WORK / "features"):
+        for path in folder.glob("*.npz"):
+            if path.stem not in used:
+                path.unlink()
 
 
 def _rank(

@@ -26,11 +26,15 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.windows import WindowSpec
 
-from .exit_codes import INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
-from .pipeline import Study, StudyError, run_study, write_config
+from .clip_job import LIMIT_S, WORK
+from .engine import EngineError
+from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
+from .folder_lock import FolderBusyError, only_run
+from .pipeline import Engine, Study, StudyError, make_folders, run_study, write_config
 from .progress import Progress
 from .results import top_regions, write_results
 from .views import write_blend, write_pictures
+from .watch import Watch
 
 
 def run(
@@ -65,6 +69,12 @@ def run(
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
     or 1,
     pictures: Annotated[bool, typer.Option(help="Draw heatmaps and save study.blend.")] = True,
+    clip_limit: Annotated[
+        float, typer.Option(min=1, help="Seconds after which a clip is given up.")
+    ] = LIMIT_S,
+    scheduler: Annotated[
+        str, typer.Option(help="Dask scheduler (tcp://host:port or a scheduler file) to work on a cluster.")
+    ] = "",
     strict: Annotated[bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.")] = False,
 ) -> None:
     """Find the best places for a sensor from a folder of motion files.
@@ -73,7 +83,7 @@ def run(
     `signals/*.npz` and `config.json`. Run again with the same OUT to go on where a run was stopped.
 
     Exit codes: 0 all well, 1 no result (what is wrong is said), 2 wrong use, 3 clips were skipped with
-    --strict, 130 stopped by Ctrl-C.
+    --strict, 4 another run works in OUT, 130 stopped by Ctrl-C.
     """
     console = Console(highlight=False)
     try:
@@ -91,14 +101,14 @@ def run(
     except (ValueError, LibraryError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
-    study = execute(found, config, out, workers, pictures, console)
+    study = execute(found, config, out, Engine(workers, scheduler, clip_limit), pictures, console)
     if strict and len(study.used) < len(study.outcomes) + len(found.skipped):
         console.print("[red]Clips were skipped and --strict was asked for.[/red]")
         raise typer.Exit(SKIPPED)
 
 
 def execute(
-    library: Library, config: StudyConfig, out: Path, workers: int, pictures: bool, console: Console
+    library: Library, config: StudyConfig, out: Path, engine: Engine, pictures: bool, console: Console
 ) -> Study:
     """Run a study with its progress on the console, and write everything down.
 
@@ -107,22 +117,48 @@ def execute(
     typer.Exit
         With the exit code, when there is no result.
     """
-    progress = Progress(console)
     show_labels(library, console)
     try:
-        study = run_study(library, config, out, workers, progress)
+        make_folders(out)
+        watch = Watch(out, len(library.clips))
+        with only_run(out / WORK):
+            study = _execute(library, config, out, engine, pictures, console, watch)
+    except FolderBusyError as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(BUSY) from error
+    except OSError as error:
+        console.print(f"[red]No result: {out} cannot be written: {error}[/red]")
+        raise typer.Exit(NOTHING_TO_DO) from error
+    show_outcome(study, pictures, console)
+    return study
+
+
+def _execute(
+    library: Library,
+    config: StudyConfig,
+    out: Path,
+    engine: Engine,
+    pictures: bool,
+    console: Console,
+    watch: Watch,
+) -> Study:
+    progress = Progress(console)
+    try:
+        study = run_study(library, config, out, engine, progress, watch)
+        watch.step("writing results")
         write_config(config, library, list(study.outcomes), out)
         write_results(study)
         if pictures:
             write_pictures(study, progress)
             write_blend(study, progress)
-    except StudyError as error:
+    except (StudyError, EngineError) as error:
+        watch.step("failed", str(error))
         console.print(f"[red]No result: {error}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
     except KeyboardInterrupt as error:
         console.print("\nStopped. What is finished is kept: the same command goes on from here.")
         raise typer.Exit(INTERRUPTED) from error
-    show_outcome(study, pictures, console)
+    watch.step("finished")
     return study
 
 

@@ -85,6 +85,12 @@ class StudyConfig:
         """The sensor model that `sensor` names."""
         return SensorModel.ideal() if self.sensor == "ideal" else preset(self.sensor)
 
+    def signal_parameters(self) -> dict[str, Any]:
+        """The parameters that signals and features depend on; the others only rank and choose."""
+        names = ("patches", "patch_mode", "synthesis", "windows", "seed")
+        chosen = {name: plain(getattr(self, name)) for name in names}
+        return {**chosen, "sensor_model": plain(self.sensor_model())}
+
     def as_dict(self) -> dict[str, Any]:
         """Every parameter as plain values, the sensor's own ones spelled out."""
         return {**plain(self), "sensor_model": plain(self.sensor_model())}

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run clip jobs in worker processes, so that a file that crashes or hangs Blender costs only itself.
+
+On one machine the workers are joblib's (loky); on a cluster they are Dask's. Either way a job
+is handed out again when its worker died, and a job that dies alone is a skipped clip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, as_completed
+from contextlib import contextmanager
+
+from joblib.externals.loky import get_reusable_executor
+
+from .blender_process import inside_blender
+from .clip_job import Job, Outcome, do_clip, record_death, work_in_worker
+
+MAX_BREAKS = 5
+"""Times in a row that all workers may die with no clip to blame before the run gives up."""
+
+
+class EngineError(Exception):
+    """The workers cannot go on; the message says why and what to do."""
+
+
+def run_jobs(
+    jobs: Sequence[Job], workers: int, scheduler: str, told: Callable[[Outcome], None]
+) -> list[Outcome]:
+    """Do all jobs.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    workers : int
+        Worker processes on this machine.
+    scheduler : str
+        Address of a Dask scheduler, or a scheduler file, that brings its own workers; empty
+        for this machine. Its workers must see the library and the output folder at the same
+        paths.
+    told : callable
+        Given each outcome as it comes.
+
+    Returns
+    -------
+    list of Outcome
+        In the order of `jobs`.
+
+    Raises
+    ------
+    EngineError
+        If the scheduler cannot be reached or workers die again and again.
+    """
+    if scheduler:
+        outcomes = _on_cluster(jobs, scheduler, told)
+    elif inside_blender():
+        outcomes = _in_this_process(jobs, told)
+    else:
+        outcomes = _on_this_machine(jobs, workers, told)
+    return [outcomes[job.clip.name] for job in jobs]
+
+
+def _in_this_process(jobs: Sequence[Job], told: Callable[[Outcome], None]) -> dict[str, Outcome]:
+    """Inside the Blender program no worker processes can be started."""
+    outcomes = {}
+    for job in jobs:
+        outcomes[job.clip.name] = do_clip(job)
+        told(outcomes[job.clip.name])
+    return outcomes
+
+
+def _on_this_machine(
+    jobs: Sequence[Job], workers: int, told: Callable[[Outcome], None]
+) -> dict[str, Outcome]:
+    outcomes: dict[str, Outcome] = {}
+    waiting = list(jobs)
+    breaks = 0
+    while waiting:
+        with _local_executor(min(workers, len(waiting))) as executor:
+            broken = _collect(executor, waiting, outcomes, told)
+        if not broken:
+            break
+        suspects = [job for job in waiting if job.clip.name not in outcomes and job.marker.exists()]
+        for job in suspects:
+            outcomes[job.clip.name] = _alone(job)
+            told(outcomes[job.clip.name])
+        breaks = 0 if suspects else breaks + 1
+        if breaks >= MAX_BREAKS:
+            raise EngineError(
+                "worker processes keep dying before they begin (out of memory?): try fewer --workers"
+            )
+        waiting = [job for job in waiting if job.clip.name not in outcomes]
+    return outcomes
+
+
+def _alone(job: Job) -> Outcome:
+    """Give a job that may have killed its worker a worker to itself, once."""
+    found: dict[str, Outcome] = {}
+    with _local_executor(1) as executor:
+        _collect(executor, [job], found, lambda _: None)
+    return found.get(job.clip.name) or record_death(job)
+
+
+def _collect(
+    executor: Executor, jobs: Sequence[Job], outcomes: dict[str, Outcome], told: Callable[[Outcome], None]
+) -> bool:
+    """Hand out jobs and gather outcomes; True if the workers died before all were done."""
+    try:
+        futures = {executor.submit(work_in_worker, job): job for job in jobs}
+        for future in as_completed(futures):
+            outcome = future.result()
+            outcomes[outcome.clip.name] = outcome
+            told(outcome)
+    except BrokenExecutor:
+        return True
+    return False
+
+
+@contextmanager
+def _local_executor(workers: int) -> Iterator[Executor]:
+    executor = get_reusable_executor(max_workers=workers, timeout=60, reuse=False)
+    try:
+        yield executor
+    finally:
+        executor.shutdown(wait=True, kill_workers=True)
+
+
+def _on_cluster(jobs: Sequence[Job], scheduler: str, told: Callable[[Outcome], None]) -> dict[str, Outcome]:
+    try:
+        from distributed import Client, KilledWorker
+        from distributed import as_completed as finished
+    except ModuleNotFoundError as error:
+        raise EngineError("--scheduler needs Dask: pip install 'w2w[cluster]'") from error
+    where = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
+    try:
+        client = Client(**where, timeout="20s")
+    except (OSError, ValueError, TimeoutError) as error:
+        raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    outcomes: dict[str, Outcome] = {}
+    with client:
+        futures = {client.submit(work_in_worker, job, pure=False, key=_key(job)): job for job in jobs}
+        for future in finished(futures):
+            job = futures[future]
+            try:
+                outcome = future.result()
+            except KilledWorker:
+                outcome = record_death(job)
+            outcomes[outcome.clip.name] = outcome
+            told(outcome)
+    return outcomes
+
+
+def _key(job: Job) -> str:
+    return f"w2w-{job.inputs[:12]}-{job.clip.name}"

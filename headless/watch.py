@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a run has come, written down for whoever looks from another terminal."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from blender_addon.w2w.core.files import write_json
+
+from .clip_job import WORK
+
+EVERY_S = 0.5
+"""Seconds between two writes, so that watching costs nothing."""
+
+
+@dataclass
+class RunState:
+    """What `w2w status` shows.
+
+    Parameters
+    ----------
+    step : str
+        What the run is doing; "finished" or "failed" at its end.
+    clips, done, skipped : int
+        Clips in the library, done so far, and of those skipped.
+    started, updated : float
+        Seconds since the epoch.
+    message : str
+        The sentence a failed run ended with.
+    """
+
+    step: str = "starting"
+    clips: int = 0
+    done: int = 0
+    skipped: int = 0
+    started: float = 0.0
+    updated: float = 0.0
+    message: str = ""
+
+
+class Watch:
+    """Keeps `RunState` on disk up to date.
+
+    Parameters
+    ----------
+    out : Path
+        The study's output folder.
+    clips : int
+        Clips in the library.
+    """
+
+    def __init__(self, out: Path, clips: int) -> None:
+        self.path = state_file(out)
+        now = time.time()
+        self.state = RunState(clips=clips, started=now, updated=now)
+        self._written = 0.0
+
+    def step(self, name: str, message: str = "") -> None:
+        """Say what is done next."""
+        self.state.step, self.state.message = name, message
+        self._write()
+
+    def clip_done(self, used: bool) -> None:
+        """Count a clip."""
+        self.state.done += 1
+        self.state.skipped += not used
+        if time.time() - self._written > EVERY_S:
+            self._write()
+
+    def _write(self) -> None:
+        self._written = self.state.updated = time.time()
+        write_json(self.path, asdict(self.state))
+
+
+def state_file(out: Path) -> Path:
+    """Where the state of the run in a folder stands."""
+    return out / WORK / "state.json"
+
+
+def read_state(out: Path) -> RunState:
+    """The state of the run in a folder.
+
+    Raises
+    ------
+    OSError, ValueError
+        If there is none or it cannot be understood.
+    """
+    return RunState(**json.loads(state_file(out).read_text(encoding="utf-8")))
