@@ -120,7 +120,8 @@ class SensorModel:
     mounting_shift_m : float
         Shift of the sensor on the skin along each axis, m.
     wobble_hz : float or None
-        Natural frequency of the soft tissue under the sensor, Hz.
+        Natural frequency of the soft tissue under the sensor, Hz; at or above half the sample rate the
+        tissue counts as stiff.
     wobble_damping : float
         Its damping ratio.
     wobble_gain : float
