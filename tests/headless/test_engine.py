@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Workers that die or hang cost at most the clip they were at; a cluster gives the same bytes."""
+
+import csv
+import hashlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import cloudpickle
+import pytest
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.library import read_library
+from blender_addon.w2w.core.study import StudyConfig, place_patches
+from headless.clip_job import WORK, Job
+from headless.engine import EngineError, run_jobs
+from headless.pipeline import make_folders
+
+ROOT = Path(__file__).resolve().parents[2]
+CLIPS = {
+    "Conqster__TheBarMan/Walking.fbx": "walking",
+    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
+    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
+    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
+}
+
+
+@dataclass(frozen=True)
+class CrashingJob(Job):
+    """A job whose file makes a worker segfault, wherever it is done but in the test itself."""
+
+    safe_process: int = 0
+
+    def key(self, source_sha256):
+        if os.getpid() != self.safe_process:
+            os.kill(os.getpid(), signal.SIGSEGV)
+        return super().key(source_sha256)
+
+
+@dataclass(frozen=True)
+class HangingJob(Job):
+    """A job whose file makes a worker wait for ever."""
+
+    safe_process: int = 0
+
+    def key(self, source_sha256):
+        if os.getpid() != self.safe_process:
+            time.sleep(600)
+        return super().key(source_sha256)
+
+
+cloudpickle.register_pickle_by_value(sys.modules[CrashingJob.__module__])
+
+
+@pytest.fixture(scope="module")
+def library(shared_data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("library")
+    with (folder / "labels.csv").open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["file", "activity"])
+        for file, activity in CLIPS.items():
+            (folder / file).parent.mkdir(exist_ok=True)
+            shutil.copy(shared_data / "mixamo" / file, folder / file)
+            writer.writerow([file, activity])
+    return folder
+
+
+@pytest.fixture
+def jobs(library, bundled_body, tmp_path):
+    config = StudyConfig(patches=8, patch_mode="fast")
+    make_folders(tmp_path)
+    bundled_body.save(tmp_path / WORK / "body.npz")
+    place_patches(Body.bundled(), config).save(tmp_path / WORK / "patches.npz")
+    clips = read_library(library, library / "labels.csv").clips
+    return [Job(clip, tmp_path, config, "inputs") for clip in clips]
+
+
+def told(_):
+    pass
+
+
+def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(jobs):
+    bad = CrashingJob(jobs[1].clip, jobs[1].out, jobs[1].config, "inputs", safe_process=os.getpid())
+    outcomes = run_jobs([jobs[0], bad, *jobs[2:]], 2, "", told)
+    assert [outcome.used for outcome in outcomes] == [True, False, True, True]
+    assert "crashed" in outcomes[1].reason
+    kept = json.loads(bad.record_file.read_text())
+    assert kept["reason"] == outcomes[1].reason  # a later run does not try it again
+
+
+def test_a_clip_that_hangs_is_given_up_at_the_limit(jobs):
+    bad = HangingJob(jobs[0].clip, jobs[0].out, jobs[0].config, "inputs", 8.0, safe_process=os.getpid())
+    start = time.monotonic()
+    outcomes = run_jobs([bad, jobs[1]], 2, "", told)
+    assert time.monotonic() - start < 60
+    assert [outcome.used for outcome in outcomes] == [False, True]
+    assert "longer than the limit of 8 s" in outcomes[0].reason
+
+
+def test_no_marker_is_left_behind(jobs):
+    run_jobs(jobs[:2], 2, "", told)
+    assert not list((jobs[0].out / WORK / "running").iterdir())
+
+
+def test_a_scheduler_that_is_not_there_is_said(jobs):
+    with pytest.raises(EngineError, match="no Dask scheduler answers"):
+        run_jobs(jobs, 1, "tcp://127.0.0.1:9", told)
+
+
+def command(library, out, *options):
+    labels = library / "labels.csv"
+    return [
+        sys.executable, "-m", "headless", "run", library, "--out", out, "--labels", labels,
+        "--patches", "8", "--no-pictures", *options,
+    ]  # fmt: skip
+
+
+def hashes(out):
+    return {
+        path.relative_to(out).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(out.rglob("*"))
+        if path.suffix in (".csv", ".json", ".npz") and path.name != "state.json"
+    }
+
+
+@pytest.fixture(scope="module")
+def undisturbed(library, tmp_path_factory):
+    out = tmp_path_factory.mktemp("undisturbed") / "out"
+    subprocess.run(command(library, out), cwd=ROOT, check=True, capture_output=True)
+    return hashes(out)
+
+
+@pytest.mark.parametrize("after_s", [1.5, 3.0, 4.5])
+def test_a_run_killed_at_any_moment_ends_with_the_same_bytes(library, undisturbed, tmp_path, after_s):
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        command(library, out),
+        cwd=ROOT,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    time.sleep(after_s)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    subprocess.run(command(library, out), cwd=ROOT, check=True, capture_output=True)
+    assert hashes(out) == undisturbed
+    assert not list(out.rglob("*.part"))
+
+
+def test_two_runs_into_one_folder(library, tmp_path):
+    out = tmp_path / "out"
+    first = subprocess.Popen(command(library, out), cwd=ROOT, stdout=subprocess.DEVNULL)
+    while not (out / WORK / "holder").exists():
+        assert first.poll() is None
+        time.sleep(0.05)
+    first.send_signal(signal.SIGSTOP)  # it holds the folder for as long as we look
+    second = subprocess.run(command(library, out), cwd=ROOT, capture_output=True, text=True, check=False)
+    status = subprocess.run(
+        [sys.executable, "-m", "headless", "status", out],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    first.send_signal(signal.SIGCONT)
+    assert second.returncode == 4
+    assert "another run works in" in " ".join(second.stdout.split())
+    assert "Running for" in status.stdout
+    assert first.wait() == 0
+    done = subprocess.run(
+        [sys.executable, "-m", "headless", "status", out],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "Finished" in done.stdout
+    assert "4 of 4 clips done" in done.stdout
+
+
+def test_a_folder_that_cannot_be_written_is_said(library, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    done = subprocess.run(
+        command(library, tmp_path / "file" / "out"), cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "cannot be written" in " ".join(done.stdout.split())
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A real scheduler and two worker processes over loopback."""
+    pytest.importorskip("distributed")
+    address = tmp_path / "scheduler.json"
+    start = [sys.executable, "-m", "dask"]
+    quiet = {"cwd": ROOT, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    scheduler = subprocess.Popen(
+        [
+            *start,
+            "scheduler",
+            "--host",
+            "127.0.0.1",
+            "--port",
+            "0",
+            "--no-dashboard",
+            "--scheduler-file",
+            address,
+        ],
+        **quiet,
+    )
+    workers = [
+        subprocess.Popen(
+            [*start, "worker", "--scheduler-file", address, "--nthreads", "1", "--no-dashboard"],
+            start_new_session=True,
+            **quiet,
+        )
+        for _ in range(2)
+    ]
+    yield address, workers
+    for process in (*workers, scheduler):
+        process.terminate()
+    for process in (*workers, scheduler):
+        process.wait(timeout=30)
+
+
+def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed(library, undisturbed, cluster, tmp_path):
+    address, workers = cluster
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        command(library, out, "--scheduler", address), cwd=ROOT, stdout=subprocess.PIPE
+    )
+    while process.poll() is None and not list((out / WORK / "clips").glob("*.json")):
+        time.sleep(0.05)
+    os.killpg(workers[0].pid, signal.SIGKILL)
+    output = process.communicate(timeout=240)[0]
+    assert process.returncode == 0, output
+    assert hashes(out) == undisturbed
