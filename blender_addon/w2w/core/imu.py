@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -19,14 +19,8 @@ from .finite_difference import difference_signals
 from .gaps import bridge
 from .recording import ImuRecording
 from .rotations import into_frame, quaternions_of, rate_in_frame, unroll
-from .skinning import frames_from_edges, skin, skinning_transforms
 from .threads import for_each
 from .trajectory import MIN_FRAMES, spline_windows
-
-if TYPE_CHECKING:
-    from .body import Body
-    from .motion import Motion
-    from .patches import PatchSet
 
 STANDARD_GRAVITY = 9.80665
 """m/s2, by definition (CGPM 1901)."""
@@ -146,46 +140,6 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
 
     for_each(fill, chunks)
     return ImuRecording(acc=acc, gyr=gyr, rate=settings.rate_hz)
-
-
-def synthesize_motion(
-    body: Body,
-    patches: PatchSet,
-    motion: Motion,
-    settings: Synthesis = Synthesis(),
-) -> ImuRecording:
-    """Ideal signals of all patches of a moving body, in bounded memory however long the motion is.
-
-    Returns
-    -------
-    ImuRecording
-        Named after the patches and labelled as the motion.
-    """
-    recording = synthesize(_SkinnedPatches(body, patches.triangles, motion), motion.rate, settings)
-    return ImuRecording(
-        acc=recording.acc,
-        gyr=recording.gyr,
-        rate=recording.rate,
-        sites=patches.names,
-        activity=motion.activity,
-        subject=motion.subject,
-        clip=motion.clip,
-    )
-
-
-class _SkinnedPatches:
-    """World matrices of patches, skinned for the patches asked for and no others."""
-
-    def __init__(self, body: Body, triangles: np.ndarray, motion: Motion) -> None:
-        self._body = body
-        self._triangles = triangles
-        self._transforms = skinning_transforms(body, motion)
-        self.shape = (motion.n_frames, len(triangles), 4, 4)
-
-    def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
-        triangles = self._triangles[part[1]]
-        first, second, third = (skin(self._body, self._transforms, corner) for corner in triangles.T)
-        return frames_from_edges((first + second + third) / 3, second - first, third - first)
 
 
 def _check_poses(matrices: Poses, rate: float) -> tuple[int, int]:

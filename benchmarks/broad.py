@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Synthesis against a real IMU: BROAD's optical pose at 60 Hz in, the sensor on the same body as the truth.
+
+    python -m benchmarks.broad [TRIAL.hdf5 ...] [--pose-rate 60] [--lowpass 10] [--json OUT.json]
+
+Each method turns the same 60 Hz pose into signals; they and the sensor's are brought to the sensor's time
+stamps and low-passed alike (Butterworth, zero phase). Scores are over the samples that BROAD marks as
+movement and whose pose was seen: Pearson's r, the mean of the three axes, and the root mean square error.
+
+Three stages, each method alike. First as it stands, nothing fitted. Then with one time shift, found from the
+gyroscope: optics and IMU are synchronised to a few milliseconds only. Last, to see what is left of the method
+itself, also with the lever arm from the optical point to the accelerometer, found by least squares; this
+stage is no proof, for it fits three numbers to the signal it is scored on. Axes, biases and scales are never
+estimated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation, Slerp
+
+from blender_addon.w2w.core.files import write_json
+from blender_addon.w2w.core.filtering import butterworth
+from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis, synthesize
+from blender_addon.w2w.core.imu_datasets import BroadTrial, read_broad
+
+DEFAULT_TRIALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "broad"
+LARGEST_SHIFT_S = 0.05
+NEAR_GAP_S = 0.25
+
+Signals = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Times (T,), specific force (T, 3) in m/s2 and angular velocity (T, 3) in rad/s."""
+
+
+def pose_at(trial: BroadTrial, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times, and the optical pose at those times, (T, 4, 4): lines and great arcs between what was seen."""
+    seen = _seen(trial)
+    stamps = trial.recording.time[seen]
+    matrices = trial.matrices[seen, 0]
+    times = stamps[0] + np.arange(int((stamps[-1] - stamps[0]) * rate) + 1) / rate
+    pose = np.zeros((len(times), 4, 4))
+    pose[:, :3, :3] = Slerp(stamps, Rotation.from_matrix(matrices[:, :3, :3]))(times).as_matrix()
+    for axis in range(3):
+        pose[:, axis, 3] = np.interp(times, stamps, matrices[:, axis, 3])
+    pose[:, 3, 3] = 1
+    return times, pose
+
+
+def _seen(trial: BroadTrial) -> np.ndarray:
+    return np.isfinite(trial.matrices).all(axis=(1, 2, 3))
+
+
+def w2w(settings: Synthesis) -> Callable[[np.ndarray, np.ndarray], Signals]:
+    """This package."""
+
+    def method(times: np.ndarray, pose: np.ndarray) -> Signals:
+        recording = synthesize(pose[:, None], 1 / (times[1] - times[0]), settings)
+        return times[0] + recording.time, recording.acc[:, 0], recording.gyr[:, 0]
+
+    return method
+
+
+def central_differences(times: np.ndarray, pose: np.ndarray) -> Signals:
+    """Second central difference of the position, first of the rotation."""
+    step = times[1] - times[0]
+    turn, place = Rotation.from_matrix(pose[:, :3, :3]), pose[:, :3, 3]
+    acceleration = (place[2:] - 2 * place[1:-1] + place[:-2]) / step**2
+    force = turn[1:-1].inv().apply(acceleration + [0, 0, STANDARD_GRAVITY])
+    return times[1:-1], force, (turn[:-2].inv() * turn[2:]).as_rotvec() / (2 * step)
+
+
+def x_io(sample_rate: float | None) -> Callable[[np.ndarray, np.ndarray], Signals]:
+    """x-io's imusim 1.1.2 with its default bandwidth, at the pose's rate or another."""
+
+    def method(times: np.ndarray, pose: np.ndarray) -> Signals:
+        from imusim import Simulator
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "pose.csv"
+            quaternions = Rotation.from_matrix(pose[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
+            table = np.column_stack([times, pose[:, :3, 3], quaternions])
+            np.savetxt(path, table, delimiter=",", header="time,x,y,z,qw,qx,qy,qz")
+            simulator = Simulator(str(path), sample_rate=sample_rate)
+        force = simulator.accelerometer * Simulator.GRAVITY
+        return times[0] + simulator.time, np.asarray(force), np.radians(simulator.gyroscope)
+
+    return method
+
+
+def methods(sensor_rate: float) -> dict[str, Callable[[np.ndarray, np.ndarray], Signals]]:
+    """What is compared, by name."""
+    paper = {"method": "finite-difference", "convention": "paper", "cutoff_hz": None}
+    return {
+        "W2W splines": w2w(Synthesis(rate_hz=sensor_rate, cutoff_hz=20.0)),
+        "W2W splines, default 10 Hz band": w2w(Synthesis(rate_hz=sensor_rate)),
+        "plain central differences": central_differences,
+        "x-io imusim 1.1.2": x_io(None),
+        "x-io imusim at the sensor's rate": x_io(sensor_rate),
+        "paper as printed": w2w(Synthesis(rate_hz=60.0, gravity=(0, -9.81, 0), **paper)),
+        "paper, gravity along z": w2w(Synthesis(rate_hz=60.0, gravity=(0, 0, -9.81), **paper)),
+    }
+
+
+def score(trial: BroadTrial, signals: Signals, lowpass_hz: float) -> dict[str, float]:
+    """Agreement as it stands and at the best time shift, over moving samples with a pose."""
+    stamps, rate = trial.recording.time, trial.recording.rate
+    times, *channels = signals
+    inside = (stamps >= times[0]) & (stamps <= times[-1])
+    counted = (trial.movement & _far_from_gaps(trial))[inside]
+    filtered = lambda values: butterworth(values.T.astype(np.float64), rate, lowpass_hz, 2, zero_phase=True).T  # noqa: E731
+    real = [filtered(values[inside, 0])[counted] for values in (trial.recording.acc, trial.recording.gyr)]
+    made = [CubicSpline(stamps[inside], filtered(CubicSpline(times, c)(stamps[inside]))) for c in channels]
+    at = stamps[inside][counted]
+
+    def agreement(shift: float, lever_arm: bool = False) -> dict[str, float]:
+        acc, gyr = (spline(np.clip(at + shift, times[0], times[-1])) for spline in made)
+        found = {}
+        if lever_arm:
+            spin_up = made[1](np.clip(at + shift, times[0], times[-1]), nu=1)
+            arm, moved = _with_lever_arm(real[0], acc, gyr, spin_up)
+            found, acc = {"lever_arm_mm": (1e3 * arm).round(2).tolist()}, moved
+        return found | {
+            "acc_r": _mean_r(real[0], acc),
+            "acc_rmse": float(np.sqrt(((real[0] - acc) ** 2).mean())),
+            "gyr_r": _mean_r(real[1], gyr),
+            "gyr_rmse_deg": float(np.degrees(np.sqrt(((real[1] - gyr) ** 2).mean()))),
+        }
+
+    limits = (-LARGEST_SHIFT_S, LARGEST_SHIFT_S)
+    best = minimize_scalar(lambda shift: -agreement(shift)["gyr_r"], bounds=limits, method="bounded").x
+    return {
+        "as it stands": agreement(0.0),
+        "shifted": {"shift_ms": 1e3 * float(best), **agreement(best)},
+        "shifted, lever arm": agreement(best, lever_arm=True),
+    }
+
+
+def _with_lever_arm(
+    real: np.ndarray, acc: np.ndarray, spin: np.ndarray, spin_up: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lever arm r that brings acc + w' x r + w x (w x r) nearest to the real signal, and that sum."""
+    effects = np.stack(
+        [np.cross(spin_up, axis) + np.cross(spin, np.cross(spin, axis)) for axis in np.eye(3)], axis=-1
+    )
+    arm = np.linalg.lstsq(effects.reshape(-1, 3), (real - acc).ravel(), rcond=None)[0]
+    return arm, acc + effects @ arm
+
+
+def _far_from_gaps(trial: BroadTrial) -> np.ndarray:
+    reach = int(NEAR_GAP_S * trial.recording.rate)
+    return np.convolve(~_seen(trial), np.ones(2 * reach + 1), mode="same") < 0.5
+
+
+def _mean_r(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.mean([np.corrcoef(a[:, axis], b[:, axis])[0, 1] for axis in range(3)]))
+
+
+def run(path: Path, pose_rate: float, lowpass_hz: float) -> dict[str, dict]:
+    """Scores of all methods on one trial."""
+    trial = read_broad(path)
+    times, pose = pose_at(trial, pose_rate)
+    scores = {}
+    for name, method in methods(trial.recording.rate).items():
+        try:
+            scores[name] = score(trial, method(times, pose), lowpass_hz)
+        except ModuleNotFoundError as error:
+            print(f"{name}: left out, {error.name} is not installed")
+    return scores
+
+
+def main() -> None:
+    """Print a table for every trial."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("trials", nargs="*", type=Path, default=sorted(DEFAULT_TRIALS.glob("*.hdf5")))
+    parser.add_argument("--pose-rate", type=float, default=60.0, help="Hz")
+    parser.add_argument("--lowpass", type=float, default=10.0, help="Hz")
+    parser.add_argument("--json", type=Path, help="also write the scores here")
+    options = parser.parse_args()
+    if not options.trials:
+        parser.error(f"no trial given and none found in {DEFAULT_TRIALS}")
+    everything = {}
+    for path in options.trials:
+        everything[path.stem] = run(path, options.pose_rate, options.lowpass)
+        print(f"{path.stem}: pose at {options.pose_rate:g} Hz, all below {options.lowpass:g} Hz\n")
+        print(
+            "| method | acc r | acc RMSE | gyr r | shift ms | acc r | acc RMSE | gyr r | acc r | acc RMSE |"
+        )
+        print("|" + "---|" * 10)
+        for name, found in everything[path.stem].items():
+            here, shifted, moved = found.values()
+            print(
+                f"| {name} | {here['acc_r']:.4f} | {here['acc_rmse']:.3f} | {here['gyr_r']:.5f} "
+                f"| {shifted['shift_ms']:.1f} | {shifted['acc_r']:.4f} | {shifted['acc_rmse']:.3f} "
+                f"| {shifted['gyr_r']:.5f} | {moved['acc_r']:.4f} | {moved['acc_rmse']:.3f} |"
+            )
+        print("\nacc RMSE in m/s2; as it stands, then with a time shift, then with a lever arm too\n")
+    if options.json:
+        write_json(options.json, everything)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What sensors all over a moving body would record: skinning, synthesis and sensor model, part by part."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .filtering import count_resampled
+from .imu import Synthesis, synthesize
+from .recording import ImuRecording
+from .sensor import SensorModel
+from .skinning import frames_from_edges, skin, skinning_transforms
+
+if TYPE_CHECKING:
+    from .body import Body
+    from .motion import Motion
+    from .patches import PatchSet
+
+AS_DEFAULT = Synthesis()
+IDEAL = SensorModel.ideal()
+
+SENSORS_AT_ONCE = 128
+"""Sensors whose ideal signals are kept until the sensor model has run."""
+
+
+def record_motion(
+    body: Body,
+    patches: PatchSet,
+    motion: Motion,
+    settings: Synthesis = AS_DEFAULT,
+    sensor: SensorModel = IDEAL,
+    seed: int = 0,
+) -> ImuRecording:
+    """Recording of a sensor on every patch, in memory bounded by the recording itself.
+
+    The same as `synthesize` on `patch_matrices` and `SensorModel.apply` on the whole, to rounding.
+
+    Parameters
+    ----------
+    body : Body
+    patches : PatchSet, N patches
+    motion : Motion
+    settings : Synthesis, optional
+    sensor : SensorModel, optional
+        Ideal unless told.
+    seed : int
+        Of the sensors' errors.
+
+    Returns
+    -------
+    ImuRecording
+        Named after the patches and labelled as the motion.
+    """
+    rate = sensor.rate_hz or settings.rate_hz
+    n_ideal = count_resampled(motion.n_frames, motion.rate, settings.rate_hz)
+    n_samples = count_resampled(n_ideal, settings.rate_hz, rate)
+    acc = np.empty((n_samples, len(patches.triangles), 3), dtype=np.float32)
+    gyr = np.empty_like(acc)
+    transforms = skinning_transforms(body, motion)
+    for start in range(0, len(patches.triangles), SENSORS_AT_ONCE):
+        part = slice(start, start + SENSORS_AT_ONCE)
+        poses = _SkinnedPatches(body, transforms, patches.triangles[part])
+        ideal = synthesize(poses, motion.rate, settings)
+        labelled = ImuRecording(acc=ideal.acc, gyr=ideal.gyr, rate=ideal.rate, clip=motion.clip)
+        read = sensor.apply(labelled, seed, first_sensor=start)
+        acc[:, part], gyr[:, part] = read.acc, read.gyr
+    return ImuRecording(
+        acc=acc,
+        gyr=gyr,
+        rate=rate,
+        sites=patches.names,
+        activity=motion.activity,
+        subject=motion.subject,
+        clip=motion.clip,
+    )
+
+
+class _SkinnedPatches:
+    """World matrices of patches, made for the patches asked for when they are asked for."""
+
+    def __init__(self, body: Body, transforms: np.ndarray, triangles: np.ndarray) -> None:
+        self._body = body
+        self._transforms = transforms
+        self._triangles = triangles
+        self.shape = (len(transforms), len(triangles), 4, 4)
+
+    def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
+        corners = (skin(self._body, self._transforms, corner) for corner in self._triangles[part[1]].T)
+        first, second, third = corners
+        return frames_from_edges((first + second + third) / 3, second - first, third - first)
