@@ -58,13 +58,10 @@ class ExactSolver:
         values : ndarray, shape (K,)
             Never below the true distance, and equal to it where that is below `distance`.
         """
-        near = self._candidates(source, distance)
-        inside, faces = self._submesh(near)
+        inside, faces = self._submesh(source, self._candidates(source, distance))
         if len(faces) == 0:
             return np.array([source]), np.zeros(1)
-        return inside, _solve(
-            self.vertices[inside], faces, int(self._local_index[source]), float(distance.max())
-        )
+        return inside, _solve(self.vertices[inside], faces, int(self._local_index[source]))
 
     def _candidates(self, source: int, distance: np.ndarray) -> np.ndarray:
         """Vertices that the bound of `closer` cannot rule out, sorted."""
@@ -76,30 +73,51 @@ class ExactSolver:
         gap = np.linalg.norm(self.vertices[ball] - self.vertices[source], axis=1)
         return ball[gap < distance[ball] + 2 * self._reach[ball]]
 
-    def _submesh(self, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Faces whose three corners are all in `near`: their vertices and renumbered corners."""
+    def _submesh(self, source: int, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Faces that hang together with `source` and have all corners in `near`.
+
+        Returns
+        -------
+        vertices : ndarray of int, shape (K,)
+        faces : ndarray, shape (F', 3)
+            Numbered within `vertices`.
+        """
         starts, counts = self._corner_starts[near], np.diff(self._corner_starts)[near]
-        slots = np.repeat(starts - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts) + np.arange(
-            counts.sum()
-        )
+        first_slots = starts - np.concatenate([[0], np.cumsum(counts)[:-1]])
+        slots = np.repeat(first_slots, counts) + np.arange(counts.sum())
         found, hits = np.unique(self._corner_faces[slots], return_counts=True)
         faces = self.faces[found[hits == 3]]
-        inside = np.unique(faces)
+        used = np.unique(faces)
+        if source not in used:
+            return np.array([source]), faces[:0]
+        self._local_index[used] = np.arange(len(used))
+        # the solver leaves undefined what no way leads to, so only what hangs together goes in
+        joined = _joined(self._local_index[faces], len(used), int(self._local_index[source]))
+        inside, faces = used[joined], faces[joined[self._local_index[faces[:, 0]]]]
         self._local_index[inside] = np.arange(len(inside))
         return inside, self._local_index[faces]
 
 
-def _solve(vertices: np.ndarray, faces: np.ndarray, source: int, radius: float) -> np.ndarray:
-    """Exact distances from one vertex of a small mesh, right up to `radius` and never too short."""
+def _joined(faces: np.ndarray, n_vertices: int, source: int) -> np.ndarray:
+    """Which vertices hang together with one of them, shape (V,) of bool; grown ring by ring."""
+    joined = np.zeros(n_vertices, dtype=bool)
+    joined[source] = True
+    size = 0
+    while size < joined.sum():
+        size = joined.sum()
+        joined[faces[joined[faces].any(axis=1)]] = True
+    return joined
+
+
+def _solve(vertices: np.ndarray, faces: np.ndarray, source: int) -> np.ndarray:
+    """Exact distances of all vertices of a mesh in one piece from one of them."""
     try:
-        from pygeodesic import geodesic
+        from pygeodesic.geodesic import PyGeodesicAlgorithmExact
     except ImportError as error:
         raise ImportError(
             'exact geodesics need the package "pygeodesic"; install it or sample with mode="fast"'
         ) from error
-    solver = geodesic.PyGeodesicAlgorithmExact(vertices, faces)
-    values, _ = solver.geodesicDistances([source], None, max_distance=radius)
-    return values
+    return PyGeodesicAlgorithmExact(vertices, faces).geodesicDistances([source], None)[0]
 
 
 def _longest_edge_at_vertices(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

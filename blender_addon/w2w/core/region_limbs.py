@@ -31,7 +31,7 @@ LEG_SECTIONS: tuple[tuple[float, str], ...] = (
 POCKET = (0.32, -15.0, 70.0)
 """Trouser pocket: how far down the thigh, and between which degrees from the front to the side."""
 
-FINGERS = ("index finger", "middle finger", "ring finger", "little finger")
+FINGERS = ("thumb", "index finger", "middle finger", "ring finger", "little finger")
 
 FINGER_PROMINENCE = 0.2
 """How far a finger stands out from the hand at least, as a fraction of the hand's length."""
@@ -129,16 +129,12 @@ def _fingers(
     axis = joints[3] - joints[2]
     if len(branches) != 5:
         return {"fingers": vertices[(body.vertices[vertices] - joints[3]) @ axis > 0.35 * axis @ axis]}
-    thumb = min(range(5), key=lambda branch: reach[branches[branch]].min())
     to_thumb = np.cross(dorsal, axis)
-    to_thumb *= np.sign(to_thumb @ FORWARD)
-    tips = [vertices[branch[np.argmax(reach[branch])]] for branch in branches]
-    others = [branch for branch in range(5) if branch != thumb]
-    others.sort(key=lambda branch: -body.vertices[tips[branch]] @ to_thumb)
-    return {
-        "thumb": vertices[branches[thumb]],
-        **{name: vertices[branches[branch]] for name, branch in zip(FINGERS, others, strict=True)},
-    }
+    to_thumb *= np.sign(to_thumb @ (FORWARD + UP))
+    members = sorted(
+        (vertices[branch] for branch in branches), key=lambda m: -body.vertices[m].mean(0) @ to_thumb
+    )
+    return dict(zip(FINGERS, members, strict=True))
 
 
 def _reach_from_wrist(body: Body, vertices: np.ndarray, wrist: np.ndarray) -> np.ndarray:

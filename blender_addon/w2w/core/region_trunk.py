@@ -27,7 +27,8 @@ TRUNK_BANDS: dict[str, tuple[tuple[float, str], ...]] = {
         (0.22, "* hip"),
         (0.5, "* lateral oblique"),
         (0.75, "* side ribs"),
-        (np.inf, "* armpit"),
+        (1.0, "* armpit"),
+        (np.inf, "* shoulder top"),
     ),
     "back": (
         (0.2, "* buttock"),
@@ -116,16 +117,20 @@ def head_names(body: Body, vertices: np.ndarray) -> np.ndarray:
     Heights are measured from the tip of the nose, 0, to the crown, 1.
     """
     points = body.vertices[vertices]
-    out = np.abs(across(body)[vertices])
-    middle = out < 0.25 * out.max()
+    x = across(body)[vertices]
+    middle = np.abs(x) < 0.25 * np.abs(x).max()
     lower = points[:, 2] < points[:, 2].min() + 0.6 * np.ptp(points[:, 2])
     nose = points[middle & lower][np.argmin(points[middle & lower, 1])]
-    crown = points[:, 2].max()
-    level = (points[:, 2] - nose[2]) / (crown - nose[2])
+    level = (points[:, 2] - nose[2]) / (points[:, 2].max() - nose[2])
+    # the corner of the chin: far forward and low
+    chin = np.argmin(np.where(middle & (level < 0), points[:, 1] + 0.5 * points[:, 2], np.inf))
+    under_jaw = level < level[chin] - 0.06
     azimuth = _azimuth_about(body, vertices, (points[:, 1].min() + points[:, 1].max()) / 2)
     names = np.select(
         [
-            _ear(points, out, level),
+            _ears(points, x, level),
+            under_jaw & (azimuth < 40),
+            under_jaw & (azimuth < 100),
             level > 0.82,
             azimuth > 125,
             (azimuth > 100) & (level < 0.35),
@@ -140,9 +145,11 @@ def head_names(body: Body, vertices: np.ndarray) -> np.ndarray:
         ],
         [
             "* ear",
+            "throat",
+            "* neck",
             "scalp crown",
             "back of head",
-            "behind * ear",
+            "* behind ear",
             "* side of head",
             "* temple",
             "* jaw",
@@ -157,14 +164,17 @@ def head_names(body: Body, vertices: np.ndarray) -> np.ndarray:
     return _with_side(body, vertices, names)
 
 
-def _ear(points: np.ndarray, out: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Vertices of the ears: around what stands out most sideways near the nose's height."""
+def _ears(points: np.ndarray, x: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Vertices of the ears: on either side, around what stands out most near the nose's height."""
     height = np.ptp(points[:, 2])
     near_nose = (level > -0.25) & (level < 0.55)
-    widest = out[near_nose].max()
-    tips = near_nose & (out > 0.9 * widest)
-    offset = np.abs(points[:, 1:] - points[tips, 1:].mean(axis=0))
-    return (offset[:, 0] < 0.09 * height) & (offset[:, 1] < 0.16 * height) & (out > 0.78 * widest)
+    ears = np.zeros(len(points), dtype=bool)
+    for out in (x, -x):
+        widest = out[near_nose].max()
+        tips = near_nose & (out > 0.9 * widest)
+        offset = np.abs(points[:, 1:] - points[tips, 1:].mean(axis=0))
+        ears |= (offset[:, 0] < 0.09 * height) & (offset[:, 1] < 0.135 * height) & (out > 0.76 * widest)
+    return ears
 
 
 def _trunk_azimuth(body: Body, vertices: np.ndarray, level: np.ndarray) -> np.ndarray:

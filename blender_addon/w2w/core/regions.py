@@ -75,7 +75,7 @@ def _place(name: str) -> str:
 
 
 def _parts(body: Body) -> np.ndarray:
-    """Part of `PARTS` each vertex belongs to; trunk and legs part at the groin, not by weight."""
+    """Part of `PARTS` each vertex belongs to; legs and neck part from the trunk by place, not by weight."""
     joints = [[JOINT_INDEX[joint] for joint in joints] for joints in PARTS.values()]
     totals = np.stack([body.weights[:, members].sum(axis=1) for members in joints], axis=1)
     part = np.array(list(PARTS))[np.argmax(totals, axis=1)]
@@ -83,6 +83,8 @@ def _parts(body: Body) -> np.ndarray:
     leg = lower & (body.vertices[:, 2] < groin_height(body, lower))
     part[lower] = "trunk"
     part[leg] = np.where(across(body)[leg] >= 0, "left leg", "right leg")
+    below_neck = body.vertices[:, 2] < body.joints[JOINT_INDEX["neck"], 2]
+    part[(part == "neck") & below_neck] = "trunk"
     return part
 
 
