@@ -3,10 +3,61 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
+import bpy
+
+from . import (
+    body_ops,
+    jobs,
+    lists,
+    menus,
+    motion_ops,
+    overlay,
+    panels,
+    patch_ops,
+    pick_tool,
+    preferences,
+    properties,
+    signal_ops,
+    source_view,
+    utility_ops,
+)
+
+MODULES: tuple[ModuleType, ...] = (
+    preferences,
+    properties,
+    jobs,
+    body_ops,
+    motion_ops,
+    source_view,
+    patch_ops,
+    signal_ops,
+    utility_ops,
+    lists,
+    menus,
+    panels,
+    pick_tool,
+    overlay,
+)
+"""Modules with classes to register; those with a `register` of their own do it themselves."""
+
 
 def register() -> None:
     """Register every class, menu entry, tool and handler."""
+    for module in MODULES:
+        if hasattr(module, "register"):
+            module.register()
+        else:
+            for cls in module.CLASSES:
+                bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Take back what `register` did, in reverse order."""
+    for module in reversed(MODULES):
+        if hasattr(module, "unregister"):
+            module.unregister()
+        else:
+            for cls in reversed(module.CLASSES):
+                bpy.utils.unregister_class(cls)

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Signals of a study's clips and the ranking made of them, as jobs."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+
+import bpy
+import numpy as np
+
+from ..core.imu import synthesize
+from ..core.motion import Motion
+from ..core.motion_signature import motion_signature
+from ..core.patches import PatchSet
+from ..core.recording import ImuRecording
+from ..core.study import Recommendation, StudyConfig, describe, recommend, same_clips
+from ..scene.actions import InexpressibleActionError, read_action
+from ..scene.bake import PatchBaker
+from . import results, signal_cache
+from .jobs import Step, Steps, in_thread
+from .signal_cache import BakedClip
+from .study import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
+
+
+def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0) -> Steps:
+    """Bake clips of a body: the surface through Blender, the signals in a thread.
+
+    Parameters
+    ----------
+    mesh : Object
+    indices : sequence of int
+        Numbers of the clips in the study's list.
+    low, high : float
+        The job's fraction at the beginning and the end.
+    """
+    study, patches = mesh.w2w, patches_of(mesh)
+    config, settings = config_of(study), bake_settings(study)
+    baker = PatchBaker(mesh, patches)
+    before = {index: _signals_of(study.clips[index]) for index in indices}
+    n_general = 0
+    finished = False
+    try:
+        for number, index in enumerate(indices):
+            fraction = low + (high - low) * number / len(indices)
+            clip = study.clips[index]
+            name = clip.name
+            yield Step(fraction, name)
+            bake = baker.bake(clip.action)
+            motion = _motion_of(baker.armature, clip.action)
+            labels = (clip.activity, clip.subject, clip.name)
+            work = _signals(bake.matrices, bake.rate, patches, labels, config, motion)
+            baked = yield from in_thread(work, name, fraction, fraction)
+            key = _key(baked, settings)
+            signal_cache.save(key, baked)
+            clip = study.clips[index]
+            clip.signals, clip.baked_as = key, settings
+            clip.bake_path = f"{bake.path} path: {bake.reason}"
+            n_general += bake.path == "general"
+        finished = True
+    finally:
+        if not finished:
+            for index, values in before.items():
+                clip = study.clips[index]
+                clip.signals, clip.baked_as, clip.bake_path = values
+    text = f"Baked {len(indices)} clip{'s' * (len(indices) != 1)} on {len(patches)} patches"
+    return f"{text}, {n_general} by Blender's evaluated mesh" if n_general else text
+
+
+def rank_steps(mesh: bpy.types.Object) -> Steps:
+    """Rank every patch, after baking again what the cache has lost."""
+    study = mesh.w2w
+    settings = bake_settings(study)
+    clips = [
+        index
+        for index, clip in enumerate(study.clips)
+        if state_of(clip, settings) == BAKED and clip.activity.strip()
+    ]
+    lost = [index for index in clips if not signal_cache.has(study.clips[index].signals)]
+    if lost:
+        yield from bake_steps(mesh, lost, 0.0, 0.4)
+    ranked_as, config = rank_settings(study), config_of(study)
+    used = [
+        (clip.name, clip.signals, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)
+    ]
+    recommendation = yield from in_thread(
+        lambda told: _recommend(used, config, told), "training at every patch", 0.4 if lost else 0.0, 0.95
+    )
+    yield Step(0.95, "painting heatmaps")
+    results.store(mesh, recommendation, ranked_as)
+    results.show_colours(bpy.context)
+    left_out = recommendation.utility.left_out
+    text = f"Ranked {len(recommendation.utility.mean)} patches, {recommendation.utility.protocol}"
+    return f"{text}. Left out: {'; '.join(left_out.values())}" if left_out else text
+
+
+def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
+    """Numbers of the clips whose signals are missing or out of date."""
+    settings = bake_settings(study)
+    wanted = {clip.name for clip in usable(study)}
+    return [
+        index
+        for index, clip in enumerate(study.clips)
+        if clip.name in wanted
+        and not (state_of(clip, settings) == BAKED and signal_cache.has(clip.signals))
+        and clip.action is not None
+    ]
+
+
+def _signals(
+    matrices: np.ndarray,
+    rate: float,
+    patches: PatchSet,
+    labels: tuple[str, str, str],
+    config: StudyConfig,
+    motion: Motion | None,
+) -> Callable[[Callable[[float], None]], BakedClip]:
+    """Work for a thread: the signals of a clip and their features."""
+
+    def work(told: Callable[[float], None]) -> BakedClip:
+        ideal = synthesize(matrices, rate, config.synthesis)
+        told(0.5)
+        named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
+        recording = config.sensor_model().apply(named, seed=config.seed)
+        features, is_test = describe(recording, config)
+        return BakedClip(recording, features, is_test, _signature(motion, matrices))
+
+    return work
+
+
+def _recommend(
+    used: list[tuple[str, str, str, str]], config: StudyConfig, told: Callable[[float], None]
+) -> Recommendation:
+    """Rank clips given as name, key of the signals, activity and subject."""
+    names, keys, activities, subjects = zip(*used, strict=True)
+    features, is_test, signatures = zip(*(signal_cache.load_features(key) for key in keys), strict=True)
+    counts = [len(part) for part in is_test]
+    groups = same_clips(names, [""] * len(names), np.array(signatures))
+    group_names = np.array([f"motion {group}" for group in groups])
+    return recommend(
+        np.concatenate(features),
+        np.repeat(activities, counts),
+        np.repeat(group_names, counts),
+        np.repeat(subjects, counts),
+        np.concatenate(is_test),
+        config,
+        told,
+    )
+
+
+def _motion_of(armature: bpy.types.Object, action: bpy.types.Action) -> Motion | None:
+    try:
+        return read_action(armature, action)
+    except InexpressibleActionError:
+        return None
+
+
+def _signature(motion: Motion | None, matrices: np.ndarray) -> np.ndarray:
+    """By which equal motions are known; an action that no `Motion` tells gets one that equals no other."""
+    if motion is not None:
+        return motion_signature(motion)
+    size = len(motion_signature(Motion(np.tile(np.eye(3), (1, 24, 1, 1)), np.zeros((1, 3)), 1.0)))
+    seed = int.from_bytes(hashlib.sha256(matrices.tobytes()).digest()[:8], "little")
+    return np.random.default_rng(seed).normal(scale=1e3, size=size)
+
+
+def _key(baked: BakedClip, settings: str) -> str:
+    """Key of what was baked: equal content, equal key, whichever study it is of."""
+    digest = hashlib.sha256(settings.encode())
+    for array in (baked.recording.acc, baked.recording.gyr, baked.features):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()[:32]
+
+
+def _signals_of(clip: bpy.types.PropertyGroup) -> tuple[str, str, str]:
+    return clip.signals, clip.baked_as, clip.bake_path

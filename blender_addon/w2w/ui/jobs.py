@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Long work in small steps: the window stays alive, a progress bar shows, Esc cancels.
+
+A job is a generator that yields its `Step`s. It changes Blender's data only between yields, cleans up in
+`finally`, and puts everything back when it is closed early (GeneratorExit) or fails. In a window a modal
+operator runs it a few milliseconds at a time; without one it runs through at once.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeVar
+
+import bpy
+
+from ..core.source_motion import UnusableMotion
+
+BUDGET = 0.03
+"""Seconds of work between two redraws."""
+
+POLL = 0.02
+"""Seconds to wait for a thread before the window gets its turn."""
+
+PASSED_ON = {
+    "MOUSEMOVE",
+    "INBETWEEN_MOUSEMOVE",
+    "MIDDLEMOUSE",
+    "WHEELUPMOUSE",
+    "WHEELDOWNMOUSE",
+    "TRACKPADPAN",
+}
+"""Events that reach the rest of Blender while a job runs: looking around is harmless."""
+
+EXPECTED = (ValueError, UnusableMotion, OSError)
+"""What core and scene raise with a sentence for people."""
+
+T = TypeVar("T")
+
+
+class Step(NamedTuple):
+    """How far a job is."""
+
+    fraction: float
+    text: str
+
+
+Steps = Generator[Step, None, str]
+"""Yields steps and returns what was done, as a sentence."""
+
+
+@dataclass
+class Job:
+    """A job and how far it is."""
+
+    title: str
+    steps: Steps
+    fraction: float = 0.0
+    text: str = ""
+
+
+class Message(NamedTuple):
+    """The outcome that the panel shows."""
+
+    text: str
+    is_error: bool
+
+
+running: Job | None = None
+message: Message | None = None
+_pool = ThreadPoolExecutor(2, thread_name_prefix="w2w")
+
+
+class Cancelled(Exception):  # noqa: N818 - no error
+    """Raised inside a thread's work to end it early."""
+
+
+def start(operator: bpy.types.Operator, context: bpy.types.Context, title: str, steps: Steps) -> set[str]:
+    """Run a job modally, or at once where there is no window or the operator was executed by a script."""
+    global running, message
+    running, message = Job(title, steps), None
+    if bpy.app.background or context.window is None:
+        return _run_through(operator)
+    bpy.ops.w2w.run_job("INVOKE_DEFAULT")
+    return {"FINISHED"}
+
+
+def run_now(operator: bpy.types.Operator, title: str, steps: Steps) -> set[str]:
+    """Run a job from its beginning to its end."""
+    global running, message
+    running, message = Job(title, steps), None
+    return _run_through(operator)
+
+
+def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: float, high: float) -> Generator:
+    """Do numerical work in a thread while the window stays alive; bpy must not be touched there.
+
+    Parameters
+    ----------
+    work : callable
+        Given a function to tell the fraction done, which also ends the work when the job is cancelled.
+    text : str
+        What to show meanwhile.
+    low, high : float
+        The job's fraction at the beginning and the end of this work.
+
+    Returns
+    -------
+    Whatever the work returns.
+    """
+    state = {"fraction": 0.0, "stop": False}
+
+    def told(fraction: float) -> None:
+        state["fraction"] = fraction
+        if state["stop"]:
+            raise Cancelled
+
+    future: Future = _pool.submit(work, told)
+    try:
+        while not _is_done(future):
+            yield Step(low + (high - low) * state["fraction"], text)
+    except GeneratorExit:
+        state["stop"] = True
+        future.cancel()
+        raise
+    return future.result()
+
+
+def show_error(operator: bpy.types.Operator, text: str) -> set[str]:
+    """Say what went wrong in the status bar and in the panel."""
+    global message
+    message = Message(text, True)
+    operator.report({"ERROR"}, text)
+    return {"CANCELLED"}
+
+
+def dismiss() -> None:
+    """Take the panel's message away."""
+    global message
+    message = None
+
+
+def _is_done(future: Future) -> bool:
+    deadline = time.perf_counter() + POLL
+    while not future.done() and time.perf_counter() < deadline:
+        time.sleep(0.001)
+    return future.done()
+
+
+def _advance(job: Job, budget: float) -> str | None:
+    """Work for a while; the job's outcome where that finished it."""
+    deadline = time.perf_counter() + budget
+    while True:
+        try:
+            job.fraction, job.text = next(job.steps)
+        except StopIteration as stop:
+            return str(stop.value)
+        if time.perf_counter() >= deadline:
+            return None
+
+
+def _run_through(operator: bpy.types.Operator) -> set[str]:
+    global running, message
+    job = running
+    try:
+        text = _advance(job, float("inf"))
+    except EXPECTED as error:
+        return show_error(operator, str(error))
+    finally:
+        running = None
+    message = Message(text, False)
+    operator.report({"INFO"}, text)
+    return {"FINISHED"}
+
+
+class W2W_OT_run_job(bpy.types.Operator):
+    """Work in the background; Esc cancels"""
+
+    bl_idname = "w2w.run_job"
+    bl_label = "W2W Job"
+    bl_options = {"INTERNAL"}
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Start the timer that drives the job."""
+        if running is None:
+            return {"CANCELLED"}
+        self.timer = context.window_manager.event_timer_add(0.01, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        self.show(context)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Do a slice of the work on each tick."""
+        global message
+        if running is None:
+            return self.end(context, {"CANCELLED"})
+        if event.type == "ESC" and event.value == "PRESS":
+            running.steps.close()
+            message = Message(f"{running.title} cancelled: nothing was changed", False)
+            return self.end(context, {"CANCELLED"})
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"} if event.type in PASSED_ON else {"RUNNING_MODAL"}
+        try:
+            text = _advance(running, BUDGET)
+        except EXPECTED as error:
+            show_error(self, str(error))
+            return self.end(context, {"CANCELLED"})
+        except Exception:
+            self.end(context, {"CANCELLED"})
+            raise
+        if text is None:
+            self.show(context)
+            return {"RUNNING_MODAL"}
+        message = Message(text, False)
+        bpy.ops.ed.undo_push(message=running.title)
+        self.report({"INFO"}, text)
+        return self.end(context, {"FINISHED"})
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender ends the operator itself: another file is being opened, or Blender quits."""
+        if running is not None:
+            running.steps.close()
+        self.end(context, {"CANCELLED"})
+
+    def show(self, context: bpy.types.Context) -> None:
+        """Progress in the status bar and, by a redraw, in the panel."""
+        percent = round(100 * running.fraction)
+        context.workspace.status_text_set(f"{running.title}: {percent} %   {running.text}      Esc: cancel")
+        redraw(context)
+
+    def end(self, context: bpy.types.Context, result: set[str]) -> set[str]:
+        """Put the window back as it was."""
+        global running
+        running = None
+        context.window_manager.event_timer_remove(self.timer)
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+        redraw(context)
+        return result
+
+
+class W2W_OT_dismiss_message(bpy.types.Operator):
+    """Close this message"""
+
+    bl_idname = "w2w.dismiss_message"
+    bl_label = "Dismiss Message"
+    bl_options = {"INTERNAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Close it."""
+        dismiss()
+        return {"FINISHED"}
+
+
+def redraw(context: bpy.types.Context) -> None:
+    """Redraw every 3D view."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+CLASSES: tuple[Any, ...] = (W2W_OT_run_job, W2W_OT_dismiss_message)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rows of the lists of clips and activities."""
+
+from __future__ import annotations
+
+import bpy
+
+from .study import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
+
+ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
+
+
+class W2W_UL_clips(bpy.types.UIList):
+    """Clips: tick, name, activity in place, frames, state, preview."""
+
+    def draw_item(
+        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
+    ) -> None:  # fmt: skip
+        """Draw a row."""
+        state = state_of(item, self.settings(data))
+        row = layout.row(align=True)
+        row.prop(item, "selected", text="", emboss=False, icon=_tick(item.selected))
+        if state == FAILED:
+            row.alert = True
+            row.label(text=item.name)
+            row.label(text="", icon="ERROR")
+            return
+        split = row.split(factor=0.5)
+        split.label(text=item.name, translate=False)
+        split.prop(item, "activity", text="", emboss=False, placeholder="activity")
+        count = row.row()
+        count.ui_units_x = 2.2
+        count.alignment = "RIGHT"
+        count.label(text=str(item.n_frames))
+        row.label(text="", icon=ICONS.get(state, "BLANK1"))
+        playing = playing_clip(data.id_data) == item
+        preview = row.operator("w2w.preview_clip", text="", icon="PLAY", emboss=playing)
+        preview.index = index
+
+    def settings(self, study: bpy.types.PropertyGroup) -> str:
+        """What baked clips are compared with."""
+        return bake_settings(study)
+
+
+class W2W_UL_activities(bpy.types.UIList):
+    """Activities: whether they count, name, F1 of the best patch."""
+
+    def draw_item(
+        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
+    ) -> None:  # fmt: skip
+        """Draw a row."""
+        row = layout.row(align=True)
+        row.prop(item, "use", text="", emboss=False, icon=_tick(item.use))
+        row.label(text=item.name, translate=False)
+        utility = utility_of(data)
+        if utility is not None and index < utility.f1.shape[1]:
+            best = row.row()
+            best.alignment = "RIGHT"
+            best.label(text=f"{utility.f1[:, index].max():.2f}")
+
+
+def _tick(on: bool) -> str:
+    return "CHECKBOX_HLT" if on else "CHECKBOX_DEHLT"
+
+
+CLASSES = (W2W_UL_clips, W2W_UL_activities)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Menus: ticking clips, Add > Mesh, File > Import, dropped files, presets, the keymap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bl_operators.presets import AddPresetBase
+
+PRESETS = Path(__file__).parent / "presets"
+PRESET_FOLDER = "w2w/study"
+
+KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
+
+_keymap_items: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
+
+
+class W2W_MT_tick_clips(bpy.types.Menu):
+    """Which clips to tick."""
+
+    bl_label = "Tick Clips"
+    bl_idname = "W2W_MT_tick_clips"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the choices."""
+        self.layout.operator_enum("w2w.tick_clips", "which")
+
+
+class W2W_MT_study_presets(bpy.types.Menu):
+    """Presets of sensor and window."""
+
+    bl_label = "Study Presets"
+    bl_idname = "W2W_MT_study_presets"
+    preset_subdir = PRESET_FOLDER
+    preset_operator = "script.execute_preset"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the presets, and the ways to add and remove one."""
+        self.draw_preset(context)
+        self.layout.separator()
+        self.layout.operator("w2w.add_study_preset", text="New Preset", icon="ADD")
+        remove = self.layout.operator("w2w.add_study_preset", text="Remove Last Used", icon="REMOVE")
+        remove.remove_active = True
+
+    draw_preset = bpy.types.Menu.draw_preset
+
+
+class W2W_OT_add_study_preset(AddPresetBase, bpy.types.Operator):
+    """Save sensor, rate, window and folds as a preset, or remove one"""
+
+    bl_idname = "w2w.add_study_preset"
+    bl_label = "Add Study Preset"
+    preset_menu = "W2W_MT_study_presets"
+    preset_subdir = PRESET_FOLDER
+    preset_defines = ["study = bpy.context.scene.w2w.body.w2w"]
+    preset_values = ["study.sensor", "study.rate", "study.window_s", "study.folds", "study.by_subject"]
+
+
+class W2W_FH_motions(bpy.types.FileHandler):
+    """Motion files dropped on the 3D view go onto the body."""
+
+    bl_idname = "W2W_FH_motions"
+    bl_label = "Motions for W2W"
+    bl_import_operator = "w2w.import_motions"
+    bl_file_extensions = ".fbx;.bvh;.npz"
+
+    @classmethod
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
+        """Only 3D views take them."""
+        return context.area is not None and context.area.type == "VIEW_3D"
+
+
+def _add_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    self.layout.operator("w2w.add_body", text="W2W Body", icon="OUTLINER_OB_ARMATURE")
+
+
+def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.operator("w2w.import_motions", text="Motions for W2W (.fbx/.bvh/.npz)")
+
+
+CLASSES = (W2W_MT_tick_clips, W2W_MT_study_presets, W2W_OT_add_study_preset, W2W_FH_motions)
+
+
+def register() -> None:
+    """Register the menus and hang them into Blender's own."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_MT_mesh_add.append(_add_menu)
+    bpy.types.TOPBAR_MT_file_import.append(_import_menu)
+    bpy.utils.register_preset_path(str(PRESETS.parent))
+    configuration = bpy.context.window_manager.keyconfigs.addon
+    if configuration is not None:  # there is none without a window
+        keymap = configuration.keymaps.new(name="3D View", space_type="VIEW_3D")
+        item = keymap.keymap_items.new("wm.tool_set_by_id", **KEY)
+        item.properties.name = "w2w.pick_tool"
+        _keymap_items.append((keymap, item))
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    for keymap, item in _keymap_items:
+        keymap.keymap_items.remove(item)
+    _keymap_items.clear()
+    bpy.utils.unregister_preset_path(str(PRESETS.parent))
+    bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
+    bpy.types.VIEW3D_MT_mesh_add.remove(_add_menu)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

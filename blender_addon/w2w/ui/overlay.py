@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What W2W draws over the 3D viewport: the colour bar, marks on picked patches and their cards."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
+
+from ..core.colours import colour_table
+from ..core.patches import PatchSet
+from ..scene.actions import FIRST_FRAME, scene_rate
+from ..scene.patches import PATCH
+from . import signal_cache
+from .drawing import Colour, bar_of_colours, clipped, rectangle, ring, text
+from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
+from .results import colour_range, mean_scores, shown_scores, ticked, view_index
+from .study import current_body, patches_of, playing_clip, utility_of
+
+MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
+BAR_WIDTH, BAR_HEIGHT = 16, 190
+BAR_TICKS = 5
+
+_handler: object | None = None
+
+
+class Free(NamedTuple):
+    """The part of a region that no panel covers."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+
+def picks(context: bpy.types.Context, body: bpy.types.Object) -> list[int]:
+    """Patches looked at, one or two: the selected empties, or else those picked on the surface."""
+    study = body.w2w
+    picked = [patch for patch in (study.picked, study.compared) if patch >= 0]
+    active = context.view_layer.objects.active
+    if active is None or PATCH not in active or active.parent is not body or not active.select_get():
+        return picked
+    chosen = [item[PATCH] for item in context.selected_objects if PATCH in item and item.parent is body]
+    if set(picked) == set(chosen):
+        return picked
+    others = [patch for patch in chosen if patch != active[PATCH]]
+    return [*others[:1], active[PATCH]] if others else [active[PATCH]]
+
+
+def draw() -> None:
+    """Draw everything; Blender calls this for each 3D view."""
+    context = bpy.context
+    body = current_body(context)
+    space = context.space_data
+    if body is None or not context.scene.w2w.show_overlay or not space.overlay.show_overlays:
+        return
+    patches = patches_of(body)
+    if patches is None or not body.visible_get():
+        return
+    scale = context.preferences.system.ui_scale
+    free = _free_part(context)
+    if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
+        _draw_colour_bar(body, free, scale)
+    chosen = [patch for patch in picks(context, body) if patch < len(patches)]
+    for number, patch in enumerate(chosen):
+        _draw_mark(context, body, patches, patch, number, scale)
+    x = free.left + MARGIN * scale
+    for number, patch in enumerate(chosen):
+        card = _card(context, body, patches, patch, number)
+        if x + WIDTH * scale > free.right:
+            return
+        card.draw(x, free.bottom + MARGIN * scale, scale)
+        x += (WIDTH + MARGIN) * scale
+
+
+def _free_part(context: bpy.types.Context) -> Free:
+    region = context.region
+    free = [0.0, float(region.width), 0.0, float(region.height)]
+    if not context.preferences.system.use_region_overlap:
+        return Free(*free)
+    for other in context.area.regions:
+        if other.width <= 1 or other.height <= 1 or other.alignment == "NONE":
+            continue
+        if other.type == "UI":
+            free[1] = min(free[1], other.x - region.x)
+        elif other.type == "TOOLS":
+            free[0] = max(free[0], other.x + other.width - region.x)
+        elif other.type in ("HEADER", "TOOL_HEADER") and other.y > region.y + region.height / 2:
+            free[3] = min(free[3], other.y - region.y)
+    return Free(*free)
+
+
+def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
+    """Draw title, colours and numbers at the right, over the bottom."""
+    study = body.w2w
+    low, high = colour_range(study, shown_scores(study, utility_of(study)))
+    index = view_index(study)
+    name = "Mean F1" if index == 0 else f"F1: {study.activities[index - 1].name}"
+    width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
+    left, bottom = free.right - 104 * scale, free.bottom + 30 * scale
+    rectangle(left - 12 * scale, bottom - 16 * scale, 104 * scale, height + 62 * scale, BACKGROUND)
+    bar_of_colours(left, bottom, width, height, colour_table(study.colour_map, 64))
+    for tick in np.linspace(0, 1, BAR_TICKS):
+        y = bottom + tick * height
+        rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
+        text(left + width + 8 * scale, y - 4 * scale, f"{low + tick * (high - low):.2f}", 11 * scale, PALE)
+    text(left, bottom + height + 28 * scale, clipped(name, 82 * scale, 12 * scale), 12 * scale, PALE)
+    text(left, bottom + height + 14 * scale, "score, 0 to 1", 10 * scale, GREY)
+
+
+def _draw_mark(
+    context: bpy.types.Context,
+    body: bpy.types.Object,
+    patches: PatchSet,
+    patch: int,
+    number: int,
+    scale: float,
+) -> None:
+    """Put a ring and a letter on the patch, wherever the body moves it."""
+    evaluated = body.evaluated_get(context.view_layer.depsgraph)
+    mesh = evaluated.data
+    if len(mesh.vertices) != len(patches.labels):
+        return
+    corners = [mesh.vertices[vertex].co for vertex in patches.triangles[patch].tolist()]
+    place = evaluated.matrix_world @ (sum(corners, Vector()) / 3)
+    point = location_3d_to_region_2d(context.region, context.region_data, place)
+    if point is None:
+        return
+    mark, colour = MARKS[number]
+    ring(point.x, point.y, 9 * scale, (0.0, 0.0, 0.0, 0.8), 4.5 * scale)
+    ring(point.x, point.y, 9 * scale, colour, 2.5 * scale)
+    text(point.x + 13 * scale, point.y + 7 * scale, mark, 15 * scale, colour)
+
+
+def _card(
+    context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, patch: int, number: int
+) -> Card:
+    study, utility = body.w2w, utility_of(body.w2w)
+    mark, colour = MARKS[number]
+    clip = playing_clip(body)
+    recording = signal_cache.recording(clip.signals) if clip is not None and clip.signals else None
+    if recording is not None and recording.n_sensors != len(patches):
+        recording = None
+    if utility is None:
+        subtitle, f1, low, high = f"patch {patch}, not ranked yet", np.zeros(0), 0.0, 1.0
+    else:
+        mean = mean_scores(study, utility)
+        rank = 1 + int((mean > mean[patch]).sum())
+        subtitle = f"rank {rank} of {len(mean)}"
+        if ticked(study).all():
+            subtitle += f" (likely {utility.rank_low[patch]} to {utility.rank_high[patch]})"
+        subtitle += f", mean F1 {mean[patch]:.2f}"
+        f1 = utility.f1[patch]
+        low, high = colour_range(study, shown_scores(study, utility))
+    return Card(
+        mark=mark,
+        colour=colour,
+        title=patches.names[patch],
+        subtitle=subtitle,
+        activities=utility.activities if utility is not None else (),
+        f1=f1,
+        low=low,
+        high=high,
+        colour_map=study.colour_map,
+        recording=recording,
+        patch=patch,
+        clip=_clip_line(clip, recording is not None),
+        time=(context.scene.frame_current_final - FIRST_FRAME) / scene_rate(),
+    )
+
+
+def _clip_line(clip: bpy.types.PropertyGroup | None, baked: bool) -> str:
+    if clip is None:
+        return "Preview a clip (step 2) to see its signals"
+    if not baked:
+        return f"Bake '{clip.name}' (step 4) to see its signals"
+    return f"{clip.activity}: {clip.name}" if clip.activity else clip.name
+
+
+def register() -> None:
+    """Draw from now on."""
+    global _handler
+    if not bpy.app.background:
+        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_PIXEL")
+
+
+def unregister() -> None:
+    """Draw no more."""
+    global _handler
+    if _handler is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
+        _handler = None

@@ -1,0 +1,431 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The W2W tab of the 3D view's sidebar: five steps, each saying what it still needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from . import jobs
+from .results import mean_scores, ticked
+from .source_view import source_collections
+from .study import (
+    BAKED,
+    bake_settings,
+    bodies,
+    body_of_object,
+    current_body,
+    missing_for_bake,
+    missing_for_patches,
+    missing_for_rank,
+    patches_of,
+    rank_settings,
+    selected,
+    state_of,
+    usable,
+    utility_of,
+)
+from .text_lines import wrapped
+
+Context = bpy.types.Context
+Layout = bpy.types.UILayout
+
+
+class W2WPanel:
+    """Where all W2W panels are."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "W2W"
+
+
+class StepPanel(W2WPanel):
+    """A step: its header tells whether it is done, its body what it needs."""
+
+    bl_parent_id = "W2W_PT_main"
+
+    def draw_header_preset(self, context: Context) -> None:
+        """Put a tick behind the titles of finished steps."""
+        if self.is_done(context):
+            self.layout.label(text="", icon="CHECKMARK")
+
+    def draw(self, context: Context) -> None:
+        """Draw the step, or what it needs."""
+        missing = self.missing(context)
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        self.layout.enabled = jobs.running is None
+        if missing:
+            self.layout.label(text=missing, icon="INFO")
+        else:
+            self.draw_step(context, self.layout)
+
+    def missing(self, context: Context) -> str:
+        """What this step needs before it makes sense; empty where nothing."""
+        return ""
+
+    def is_done(self, context: Context) -> bool:
+        """Whether the step is done."""
+        return False
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        """Draw the step itself."""
+
+
+class W2W_PT_main(W2WPanel, bpy.types.Panel):
+    """The top: which body, what is going on."""
+
+    bl_label = "Where to Wear"
+    bl_idname = "W2W_PT_main"
+
+    def draw_header_preset(self, context: Context) -> None:
+        """Put the overlay's switch into the header."""
+        self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
+
+    def draw(self, context: Context) -> None:
+        """Draw the body's name, a running job, or the last message."""
+        layout = self.layout
+        if len(bodies(context.scene)) > 1:
+            layout.prop(context.scene.w2w, "body", text="")
+        if jobs.running is not None:
+            job = jobs.running
+            layout.label(text=job.title)
+            layout.progress(factor=job.fraction, text=f"{job.fraction:.0%}")
+            row = layout.row()
+            row.active = False
+            row.label(text=job.text, translate=False)
+            layout.label(text="Esc cancels", icon="EVENT_ESC")
+        elif jobs.message is not None:
+            draw_message(layout, context, jobs.message)
+
+
+class W2W_PT_body(StepPanel, bpy.types.Panel):
+    """Step 1."""
+
+    bl_label = "1  Body"
+    bl_idname = "W2W_PT_body"
+
+    def is_done(self, context: Context) -> bool:
+        """Whether there is a body."""
+        return current_body(context) is not None
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        """Draw the ways to get a body."""
+        body = current_body(context)
+        if body is None:
+            column = layout.column()
+            column.scale_y = 1.4
+            column.operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
+            layout.operator("w2w.use_mesh", icon="MESH_DATA")
+            return
+        row = layout.row(align=True)
+        row.prop(body, "name", text="", icon="OUTLINER_OB_MESH")
+        row.operator("w2w.select_body", text="", icon="RESTRICT_SELECT_OFF")
+        row.operator("w2w.add_body", text="", icon="ADD")
+        layout.prop(body.w2w, "show_armature")
+        other = body_of_object(context.object)
+        if context.object is not None and context.object.type == "MESH" and other is not body:
+            layout.operator("w2w.use_mesh", icon="MESH_DATA")
+
+
+class W2W_PT_motions(StepPanel, bpy.types.Panel):
+    """Step 2."""
+
+    bl_label = "2  Motions"
+    bl_idname = "W2W_PT_motions"
+
+    def missing(self, context: Context) -> str:
+        """A body comes first."""
+        return "" if current_body(context) else "Add a body first (step 1)"
+
+    def is_done(self, context: Context) -> bool:
+        """Whether there are usable clips."""
+        body = current_body(context)
+        return body is not None and bool(usable(body.w2w))
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        """Draw the ways to add motions and the list."""
+        body = current_body(context)
+        study = body.w2w
+        row = layout.row(align=True)
+        row.operator("w2w.import_motions", text="Files", icon="FILE")
+        row.operator("w2w.import_folder", text="Folder", icon="FILE_FOLDER")
+        row.operator("w2w.add_armature_motion", text="", icon="OUTLINER_OB_ARMATURE")
+        if not len(study.clips):
+            layout.label(text="FBX, BVH or AMASS npz files", icon="INFO")
+            return
+        row = layout.row()
+        row.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=12)
+        side = row.column(align=True)
+        side.operator("w2w.remove_clips", text="", icon="REMOVE")
+        side.operator("w2w.relabel_clips", text="", icon="GREASEPENCIL")
+        side.separator()
+        side.menu("W2W_MT_tick_clips", text="", icon="DOWNARROW_HLT")
+        self.draw_active(context, layout, study)
+
+    def draw_active(self, context: Context, layout: Layout, study: bpy.types.PropertyGroup) -> None:
+        """Draw what there is to know about the active clip."""
+        activities = {clip.activity for clip in usable(study)}
+        failed = sum(bool(clip.problem) for clip in study.clips)
+        text = f"{len(usable(study))} clips, {len(activities)} activities"
+        layout.label(text=f"{text}, {failed} unusable" if failed else text)
+        if not 0 <= study.clip_index < len(study.clips):
+            return
+        clip = study.clips[study.clip_index]
+        if clip.problem:
+            draw_text(layout, context, clip.problem[0].upper() + clip.problem[1:], icon="ERROR")
+            return
+        column = layout.column(align=True)
+        column.prop(clip, "subject")
+        row = column.row()
+        row.active = False
+        row.label(text=f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton")
+        shown = bool(source_collections(clip.name))
+        text = "Hide Source" if shown else "Show Source Beside"
+        if Path(clip.file).suffix.lower() in (".fbx", ".bvh"):
+            layout.operator("w2w.show_source", text=text, icon="ARMATURE_DATA", depress=shown)
+
+
+class W2W_PT_patches(StepPanel, bpy.types.Panel):
+    """Step 3."""
+
+    bl_label = "3  Patches"
+    bl_idname = "W2W_PT_patches"
+
+    def missing(self, context: Context) -> str:
+        """A body comes first."""
+        return missing_for_patches(current_body(context))
+
+    def is_done(self, context: Context) -> bool:
+        """Whether there are patches."""
+        body = current_body(context)
+        return body is not None and patches_of(body) is not None
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        """Draw how many, and how they look."""
+        body = current_body(context)
+        study = body.w2w
+        placed = patches_of(body)
+        layout.prop(study, "patch_count")
+        layout.prop(study, "patch_method")
+        layout.prop(study, "patch_seed")
+        row = layout.row(align=True)
+        row.scale_y = 1.2
+        row.operator(
+            "w2w.place_patches", text="Place Again" if placed else "Place Patches", icon="STICKY_UVS_DISABLE"
+        )
+        if placed is not None:
+            row.operator("w2w.remove_patches", text="", icon="TRASH")
+            column = layout.column()
+            column.prop(study, "patch_size")
+            column.prop(study, "show_patches")
+
+
+class W2W_PT_signals(StepPanel, bpy.types.Panel):
+    """Step 4."""
+
+    bl_label = "4  Signals"
+    bl_idname = "W2W_PT_signals"
+
+    def missing(self, context: Context) -> str:
+        """Body, motions and patches come first."""
+        return missing_for_bake(current_body(context))
+
+    def is_done(self, context: Context) -> bool:
+        """Whether every clip is baked."""
+        body = current_body(context)
+        if body is None or self.missing(context):
+            return False
+        settings = bake_settings(body.w2w)
+        return all(state_of(clip, settings) == BAKED for clip in usable(body.w2w))
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        """Draw the sensor and the bake buttons."""
+        study = current_body(context).w2w
+        row = layout.row(align=True)
+        row.prop(study, "sensor")
+        row.menu("W2W_MT_study_presets", text="", icon="PRESET")
+        layout.prop(study, "rate")
+        layout.prop(study, "seed")
+        settings = bake_settings(study)
+        clips = usable(study)
+        done = sum(state_of(clip, settings) == BAKED for clip in clips)
+        row = layout.row(align=True)
+        row.scale_y = 1.2
+        row.operator("w2w.bake_signals", text="Bake All", icon="REC").which = "ALL"
+        row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(selected(study))})").which = "TICKED"
+        layout.label(text=f"{done} of {len(clips)} clips are up to date")
+        if 0 <= study.clip_index < len(study.clips):
+            clip = study.clips[study.clip_index]
+            if clip.bake_path.startswith("general"):
+                draw_text(layout, context, f"{clip.name}: {clip.bake_path}", icon="INFO")
+
+
+class W2W_PT_utility(StepPanel, bpy.types.Panel):
+    """Step 5."""
+
+    bl_label = "5  Utility"
+    bl_idname = "W2W_PT_utility"
+
+    def missing(self, context: Context) -> str:
+        """Signals come first, unless there is a ranking already."""
+        body = current_body(context)
+        if body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None:
+            return ""
+        return missing_for_rank(body)
+
+    def is_done(self, context: Context) -> bool:
+        """Whether there is a ranking that fits the settings."""
+        body = current_body(context)
+        return (
+            body is not None
+            and utility_of(body.w2w) is not None
+            and body.w2w.ranked_as == rank_settings(body.w2w)
+        )
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        """Draw the ranking's settings, and the results."""
+        study = current_body(context).w2w
+        layout.prop(study, "window_s")
+        layout.prop(study, "by_subject")
+        if not study.by_subject:
+            layout.prop(study, "folds")
+        row = layout.row()
+        row.scale_y = 1.2
+        ranked = utility_of(study) is not None
+        row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
+        missing = missing_for_rank(current_body(context))
+        if missing:
+            layout.label(text=missing, icon="INFO")
+        elif ranked and study.ranked_as != rank_settings(study):
+            layout.label(text="Settings or clips have changed: rank again", icon="INFO")
+
+
+class ResultPanel(W2WPanel):
+    """A part of the results."""
+
+    bl_parent_id = "W2W_PT_utility"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be a ranking."""
+        body = current_body(context)
+        return body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None
+
+
+class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
+    """What the colours show."""
+
+    bl_label = "Heatmap"
+    bl_idname = "W2W_PT_heatmap"
+
+    def draw(self, context: Context) -> None:
+        """Draw the choice of the heatmap and its colours."""
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = jobs.running is None
+        layout.use_property_decorate = False
+        layout.prop(study, "view", text="")
+        layout.template_list(
+            "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
+        )
+        layout.use_property_split = True
+        layout.prop(study, "colour_map")
+        layout.prop(study, "fix_range")
+        if study.fix_range:
+            row = layout.row(align=True)
+            row.use_property_split = False
+            row.prop(study, "range_low")
+            row.prop(study, "range_high")
+            row.operator("w2w.fit_range", text="", icon="FULLSCREEN_EXIT")
+
+
+class W2W_PT_places(ResultPanel, bpy.types.Panel):
+    """The smallest set of sensors."""
+
+    bl_label = "Sensor Places"
+    bl_idname = "W2W_PT_places"
+
+    def draw(self, context: Context) -> None:
+        """Draw the target and the places chosen for it."""
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = jobs.running is None
+        layout.use_property_decorate = False
+        layout.prop(study, "target", slider=True)
+        layout.prop(study, "max_places")
+        draw_rows(layout, study, study.chosen, numbered=True)
+        if study.verdict:
+            draw_text(layout, context, study.verdict)
+
+
+class W2W_PT_regions(ResultPanel, bpy.types.Panel):
+    """The best regions."""
+
+    bl_label = "Top Regions"
+    bl_idname = "W2W_PT_regions"
+
+    def draw(self, context: Context) -> None:
+        """Draw the table of regions, each by its best patch."""
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = jobs.running is None
+        draw_rows(layout, study, study.regions, numbered=False)
+        if ticked(study).all():
+            utility = utility_of(study)
+            best = int(mean_scores(study, utility).argmax())
+            same = int(utility.same_as(best).sum()) - 1
+            draw_text(layout, context, f"{same} patches cannot be told from the best one")
+
+
+def draw_rows(
+    layout: Layout, study: bpy.types.PropertyGroup, rows: bpy.types.bpy_prop_collection, numbered: bool
+) -> None:
+    """Draw a table of patches; a click on one looks at it."""
+    column = layout.column(align=True)
+    for number, place in enumerate(rows, start=1):
+        row = column.row(align=True)
+        split = row.split(factor=0.7, align=True)
+        text = f"{number}  {place.label}" if numbered else place.label
+        look = split.operator(
+            "w2w.select_patch",
+            text=text,
+            translate=False,
+            depress=place.patch in (study.picked, study.compared),
+        )
+        look.patch = place.patch
+        value = split.row(align=True)
+        value.alignment = "RIGHT"
+        interval = f" {place.low:.2f}–{place.high:.2f}" if place.high > 0 else ""
+        value.label(text=f"{place.f1:.3f}" if not interval else f"{place.f1:.2f} ({interval.strip()})")
+
+
+def draw_message(layout: Layout, context: Context, message: jobs.Message) -> None:
+    """Draw the outcome of the last job, with a button that closes it."""
+    box = layout.box()
+    box.alert = message.is_error
+    row = box.row()
+    column = row.column(align=True)
+    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=3)
+    row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
+
+
+def draw_text(layout: Layout, context: Context, text: str, icon: str = "NONE", indent: int = 0) -> None:
+    """Draw a text in as many lines as the sidebar needs."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    units = context.region.width / (10 * context.preferences.system.ui_scale) - 3 - indent
+    for number, line in enumerate(wrapped(text, units * 10 * context.preferences.system.ui_scale)):
+        shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
+        column.label(text=line, icon=shown, translate=False)
+
+
+CLASSES = (
+    W2W_PT_main,
+    W2W_PT_body,
+    W2W_PT_motions,
+    W2W_PT_patches,
+    W2W_PT_signals,
+    W2W_PT_utility,
+    W2W_PT_heatmap,
+    W2W_PT_places,
+    W2W_PT_regions,
+)

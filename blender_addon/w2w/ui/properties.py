@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a study is made of, as properties of its body's mesh, saved with the file."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ..core.imu import Synthesis
+from ..core.patches import DEFAULT_PATCHES
+from ..core.sensor_presets import DEFAULT_SENSOR, PRESETS
+from ..core.windows import WindowSpec
+from ..scene.patches import EMPTY_SIZE
+from . import updates
+from .results import MEAN_VIEW
+
+COLOUR_MAPS = (
+    ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
+    ("cividis", "Cividis", "Blue to yellow; looks alike to colour-blind and other eyes"),
+    ("magma", "Magma", "Black to pale yellow, even in lightness"),
+    ("batlow", "Batlow", "Dark blue to pink, even in lightness; safe for colour-blind eyes"),
+)
+
+SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "Smartwatch"}
+
+_view_items: list[tuple[str, str, str, int]] = []
+"""Blender keeps no reference to the strings of a dynamic enum: this does."""
+
+
+def sensor_items() -> list[tuple[str, str, str]]:
+    """Sensor presets for a menu."""
+    return [
+        (
+            name,
+            SENSOR_NAMES.get(name, name.upper() if len(name) < 10 else name.title()),
+            f"Signals as of {name}",
+        )
+        for name in PRESETS
+    ]
+
+
+def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    _view_items[:] = [(MEAN_VIEW, "Mean of Activities", "Mean F1 over the ticked activities", 0)]
+    for number, activity in enumerate(self.activities, start=1):
+        _view_items.append((f"A{number}", activity.name, f"F1 for telling '{activity.name}' apart", number))
+    return _view_items
+
+
+def _is_body(_self: W2W_PG_scene, item: bpy.types.Object) -> bool:
+    return item.type == "MESH" and item.w2w.is_body
+
+
+class W2W_PG_clip(bpy.types.PropertyGroup):
+    """A motion in a study's list."""
+
+    name: StringProperty(name="Clip", description="Name of the clip")
+    file: StringProperty(name="File", description="File the motion was read from", subtype="FILE_PATH")
+    activity: StringProperty(
+        name="Activity",
+        description="What the motion shows; clips with the same label are one activity",
+        update=updates.relabel_action,
+    )
+    subject: StringProperty(name="Subject", description="Who moves, where that is known")
+    action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
+    n_frames: IntProperty(name="Frames", description="Frames of the motion")
+    rate: FloatProperty(name="Frame Rate", description="Frames per second of the motion")
+    skeleton: StringProperty(name="Skeleton", description="Naming that the file's bones follow")
+    scale: FloatProperty(name="Scale", description="Body metres in one unit of the file", default=1.0)
+    selected: BoolProperty(name="Select", description="Take part in Relabel, Remove and Bake Selected")
+    signals: StringProperty(name="Signals", description="Key of the baked signals")
+    baked_as: StringProperty(name="Baked As", description="Settings that the signals were baked with")
+    bake_path: StringProperty(name="Bake Path", description="How the surface was read, and why")
+    problem: StringProperty(name="Problem", description="Why this file cannot be used")
+
+
+class W2W_PG_activity(bpy.types.PropertyGroup):
+    """An activity of the ranking."""
+
+    name: StringProperty(name="Activity")
+    use: BoolProperty(
+        name="Use",
+        description="Count this activity in the mean and in the choice of sensor places",
+        default=True,
+        update=updates.reweigh,
+    )
+
+
+class W2W_PG_place(bpy.types.PropertyGroup):
+    """A patch in a table of results."""
+
+    patch: IntProperty(name="Patch")
+    label: StringProperty(name="Place")
+    f1: FloatProperty(name="F1")
+    low: FloatProperty(name="Lower Limit")
+    high: FloatProperty(name="Upper Limit")
+
+
+class W2W_PG_study(bpy.types.PropertyGroup):
+    """A study: everything W2W knows about one body."""
+
+    is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
+    show_armature: BoolProperty(
+        name="Show Armature",
+        description="Show the body's bones",
+        default=False,
+        update=updates.show_armature,
+    )
+
+    clips: CollectionProperty(type=W2W_PG_clip)
+    clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
+
+    patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
+    chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
+    patch_count: IntProperty(
+        name="Patches",
+        description="How many places on the body are compared",
+        default=DEFAULT_PATCHES,
+        min=2,
+        max=6890,
+        soft_max=1024,
+    )
+    patch_method: EnumProperty(
+        name="Distances",
+        description="How distances over the surface are measured when patches are spread",
+        items=(
+            ("exact", "Exact", "Exact geodesic distances"),
+            ("fast", "Fast", "Graph distances, 0.6 % off on average"),
+        ),
+    )
+    patch_seed: IntProperty(name="Seed", description="Chooses the patch that spreading starts from", min=0)
+    patch_size: FloatProperty(
+        name="Size",
+        description="Length of the patches' axes",
+        default=EMPTY_SIZE,
+        min=0.001,
+        max=0.1,
+        unit="LENGTH",
+        update=updates.resize_patches,
+    )
+    show_patches: BoolProperty(
+        name="Show Patches", description="Show all patches", default=True, update=updates.show_patches
+    )
+    patches_text: StringProperty(options={"HIDDEN"})
+    patches_key: StringProperty(options={"HIDDEN"})
+
+    sensor: EnumProperty(
+        name="Sensor",
+        description="The part whose noise, bias and range the signals get",
+        items=sensor_items(),
+        default=DEFAULT_SENSOR,
+    )
+    rate: FloatProperty(
+        name="Rate",
+        description="Samples a second, Hz",
+        default=Synthesis().rate_hz,
+        min=5,
+        max=1000,
+        soft_min=10,
+        soft_max=200,
+        precision=0,
+        step=1000,
+    )
+    seed: IntProperty(name="Noise Seed", description="Decides every random draw of the sensor model", min=0)
+
+    window_s: FloatProperty(
+        name="Window",
+        description="Seconds of signal that an activity is recognised from",
+        default=WindowSpec().length_s,
+        min=0.2,
+        max=30,
+        precision=1,
+        unit="TIME_ABSOLUTE",
+    )
+    folds: IntProperty(
+        name="Folds", description="Parts of the cross-validation; no clip is in two", default=5, min=2, max=20
+    )
+    by_subject: BoolProperty(
+        name="Leave One Subject Out",
+        description="Test on people that were not trained on; every clip needs its subject's name",
+    )
+    utility_text: StringProperty(options={"HIDDEN"})
+    utility_key: StringProperty(options={"HIDDEN"})
+    ranked_as: StringProperty(options={"HIDDEN"})
+    activities: CollectionProperty(type=W2W_PG_activity)
+    activity_index: IntProperty(name="Active Activity", update=updates.view_activity)
+    view: EnumProperty(
+        name="Heatmap",
+        description="What the colours of the body show",
+        items=_views,
+        update=updates.show_view,
+    )
+    colour_map: EnumProperty(
+        name="Colours",
+        description="Colour map of the heatmaps",
+        items=COLOUR_MAPS,
+        update=updates.repaint,
+    )
+    fix_range: BoolProperty(
+        name="Same Range for All",
+        description="Give all heatmaps the same colours for the same F1, so that activities can be compared",
+        update=updates.repaint,
+    )
+    range_low: FloatProperty(
+        name="Low",
+        description="F1 at the low end of the colours",
+        default=0.0,
+        min=0,
+        max=1,
+        update=updates.repaint,
+    )
+    range_high: FloatProperty(
+        name="High",
+        description="F1 at the high end of the colours",
+        default=1.0,
+        min=0,
+        max=1,
+        update=updates.repaint,
+    )
+    target: FloatProperty(
+        name="Target F1",
+        description="Mean over activities of the best F1 among the chosen places that the set shall reach",
+        default=0.9,
+        min=0.05,
+        max=1.0,
+        precision=2,
+        subtype="FACTOR",
+        update=updates.choose_places,
+    )
+    max_places: IntProperty(
+        name="At Most",
+        description="Most sensors in the set; 0 sets no limit",
+        default=0,
+        min=0,
+        soft_max=12,
+        update=updates.choose_places,
+    )
+    verdict: StringProperty(name="Verdict")
+    chosen: CollectionProperty(type=W2W_PG_place)
+    regions: CollectionProperty(type=W2W_PG_place)
+
+    picked: IntProperty(name="Picked Patch", default=-1)
+    compared: IntProperty(name="Compared Patch", default=-1)
+
+
+class W2W_PG_scene(bpy.types.PropertyGroup):
+    """What the panel works on in a scene."""
+
+    body: PointerProperty(
+        type=bpy.types.Object,
+        name="Body",
+        description="The body that the panel works on",
+        poll=_is_body,
+        update=updates.change_body,
+    )
+    show_overlay: BoolProperty(
+        name="Show Overlay",
+        description="Draw the picked patch and the colour bar in the 3D viewport",
+        default=True,
+        update=updates.redraw_views,
+    )
+
+
+CLASSES = (W2W_PG_clip, W2W_PG_activity, W2W_PG_place, W2W_PG_study, W2W_PG_scene)
+
+
+def register() -> None:
+    """Register the groups and hang them on objects and scenes."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.w2w = PointerProperty(type=W2W_PG_study)
+    bpy.types.Scene.w2w = PointerProperty(type=W2W_PG_scene)
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    del bpy.types.Scene.w2w
+    del bpy.types.Object.w2w
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

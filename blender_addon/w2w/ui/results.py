@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A ranking on the body: heatmaps, the chosen places and the table of regions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+import numpy as np
+
+from ..core.placement import greedy_subset
+from ..core.study import Recommendation
+from ..core.utility import UtilityMap
+from ..scene import heatmap
+from ..scene.patches import patch_empties
+from .packing import pack
+from .silence import without_updates
+from .study import patches_of, utility_of
+
+TABLE_ROWS = 8
+CHOSEN_SCALE = 1.4
+"""Radius of a chosen place's sphere, in lengths of a patch's axes."""
+
+MEAN_VIEW = "MEAN"
+"""Value of the study's `view` that shows the mean."""
+
+
+def store(body: bpy.types.Object, recommendation: Recommendation, ranked_as: str) -> None:
+    """Keep a ranking in the file and show it on the body."""
+    study = body.w2w
+    utility = recommendation.utility
+    ticked = {activity.name: activity.use for activity in study.activities}
+    study.utility_text, study.utility_key = pack(utility)
+    study.ranked_as = ranked_as
+    study.activities.clear()
+    with without_updates():
+        for name in utility.activities:
+            activity = study.activities.add()
+            activity.name = name
+            activity.use = ticked.get(name, True)
+        study.view = MEAN_VIEW
+    if not body.data.materials:
+        body.data.materials.append(heatmap.heatmap_material())
+    paint(body)
+    list_regions(body)
+    choose(body)
+
+
+def clear(body: bpy.types.Object) -> None:
+    """Take a ranking away: it was of other patches."""
+    study = body.w2w
+    study.utility_text = study.utility_key = study.ranked_as = study.verdict = ""
+    study.activities.clear()
+    study.chosen.clear()
+    study.regions.clear()
+    study.picked = study.compared = -1
+    heatmap.remove_heatmaps(body)
+    if study.chosen_collection is not None:
+        bpy.data.collections.remove(study.chosen_collection)
+
+
+def ticked(study: bpy.types.PropertyGroup) -> np.ndarray:
+    """Which activities count, shape (A,), bool; all where none is ticked."""
+    used = np.array([activity.use for activity in study.activities], dtype=bool)
+    return used if used.any() else np.ones(len(used), dtype=bool)
+
+
+def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Mean F1 over the activities that count, shape (N,)."""
+    return utility.f1[:, ticked(study)].mean(axis=1)
+
+
+def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Scores of the heatmap that is shown, shape (N,)."""
+    index = view_index(study)
+    return mean_scores(study, utility) if index == 0 else utility.f1[:, index - 1]
+
+
+def view_index(study: bpy.types.PropertyGroup) -> int:
+    """Number of the heatmap that is shown: 0 is the mean, then the activities."""
+    index = 0 if study.view in ("", MEAN_VIEW) else int(study.view[1:])
+    return index if index <= len(study.activities) else 0
+
+
+def colour_range(study: bpy.types.PropertyGroup, scores: np.ndarray) -> tuple[float, float]:
+    """F1 at the two ends of the colours."""
+    if study.fix_range:
+        return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
+    return float(np.nanmin(scores)), float(np.nanmax(scores))
+
+
+def fit_range(body: bpy.types.Object) -> None:
+    """Let one fixed colour range span the scores of all activities."""
+    study, utility = body.w2w, utility_of(body.w2w)
+    with without_updates():
+        study.fix_range = True
+        study.range_low, study.range_high = float(utility.f1.min()), float(utility.f1.max())
+    paint(body)
+
+
+def paint(body: bpy.types.Object) -> None:
+    """Colour the body's heatmaps, and show the one chosen."""
+    study, patches = body.w2w, patches_of(body)
+    utility = utility_of(study)
+    if utility is None or patches is None:
+        return
+    low, high = colour_range(study, np.zeros(1)) if study.fix_range else (None, None)
+    heatmap.add_heatmaps(
+        body,
+        patches,
+        utility.f1,
+        utility.activities,
+        mean_scores(study, utility),
+        low,
+        high,
+        study.colour_map,
+    )
+    show(body)
+
+
+def show(body: bpy.types.Object) -> None:
+    """Show the heatmap that the study's view names."""
+    names = heatmap.heatmap_names(body)
+    if names:
+        heatmap.show_heatmap(body, names[min(view_index(body.w2w), len(names) - 1)])
+
+
+def list_regions(body: bpy.types.Object) -> None:
+    """Fill the table of regions, each by its best patch."""
+    study, patches = body.w2w, patches_of(body)
+    utility = utility_of(study)
+    study.regions.clear()
+    if utility is None or patches is None:
+        return
+    mean = mean_scores(study, utility)
+    whole = ticked(study).all()
+    seen: set[str] = set()
+    for patch in np.argsort(-mean, kind="stable").tolist():
+        region = patches.regions[patch]
+        if region in seen:
+            continue
+        seen.add(region)
+        row = study.regions.add()
+        row.patch, row.label, row.f1 = patch, region, mean[patch]
+        row.low, row.high = (utility.mean_low[patch], utility.mean_high[patch]) if whole else (0.0, 0.0)
+        if len(seen) == TABLE_ROWS:
+            return
+
+
+def choose(body: bpy.types.Object) -> None:
+    """Choose the smallest set of places for the target, and mark it on the body."""
+    study, patches = body.w2w, patches_of(body)
+    utility = utility_of(study)
+    if utility is None or patches is None:
+        return
+    subset = greedy_subset(utility.f1[:, ticked(study)], study.target, study.max_places or None)
+    study.chosen.clear()
+    for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True):
+        row = study.chosen.add()
+        row.patch, row.label, row.f1 = patch, patches.names[patch], value
+    study.verdict = subset.sentence()
+    mark_chosen(body)
+
+
+def mark_chosen(body: bpy.types.Object) -> None:
+    """Draw the chosen places as spheres, in a collection of their own, and the others as axes."""
+    study = body.w2w
+    if study.patch_collection is None:
+        return
+    empties = patch_empties(study.patch_collection)
+    wanted = {row.patch for row in study.chosen}
+    collection = _chosen_collection(body)
+    for empty in list(collection.objects):
+        if empties.index(empty) not in wanted:
+            collection.objects.unlink(empty)
+            empty.empty_display_type = "ARROWS"
+            empty.empty_display_size = study.patch_size
+            empty.show_in_front = empty.show_name = False
+    for patch in wanted:
+        empty = empties[patch]
+        if empty.name not in collection.objects:
+            collection.objects.link(empty)
+        empty.empty_display_type = "SPHERE"
+        empty.empty_display_size = CHOSEN_SCALE * study.patch_size
+        empty.show_in_front = empty.show_name = True
+
+
+def hide_patches(view_layer: bpy.types.ViewLayer, study: bpy.types.PropertyGroup) -> None:
+    """Show or hide the collection of all patches, as the study says."""
+    for layer in _layer_collections(view_layer.layer_collection):
+        if layer.collection == study.patch_collection:
+            layer.hide_viewport = not study.show_patches
+
+
+def show_colours(context: bpy.types.Context) -> None:
+    """Let solid 3D views show colour attributes, or nobody would see the heatmap."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
+                area.spaces.active.shading.color_type = "VERTEX"
+
+
+def _chosen_collection(body: bpy.types.Object) -> bpy.types.Collection:
+    study = body.w2w
+    if study.chosen_collection is None:
+        collection = bpy.data.collections.new(f"Sensor Places: {body.name}")
+        collection.color_tag = "COLOR_01"
+        study.chosen_collection = collection
+        home = body.users_collection[0] if body.users_collection else bpy.context.scene.collection
+        home.children.link(collection)
+    return study.chosen_collection
+
+
+def _layer_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:
+    for child in layer.children:
+        yield child
+        yield from _layer_collections(child)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baked signals on disk, under keys of everything they were made from, so that no study gets another's."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..core.files import write_npz
+from ..core.recording import ImuRecording
+from .preferences import cache_folder
+
+KEPT = 4
+"""Recordings kept in memory for the overlay."""
+
+
+@dataclass(frozen=True, eq=False)
+class BakedClip:
+    """What a bake makes of a clip.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+    features : ndarray, shape (W, N, D), float32
+    is_test : ndarray, shape (W,), bool
+    signature : ndarray, shape (K,)
+        By which equal motions are known (`core.motion_signature`).
+    """
+
+    recording: ImuRecording
+    features: np.ndarray
+    is_test: np.ndarray
+    signature: np.ndarray
+
+
+_recordings: OrderedDict[str, ImuRecording | None] = OrderedDict()
+
+
+def path_of(key: str) -> Path:
+    """File of a key."""
+    return cache_folder() / f"{key}.w2w.npz"
+
+
+def has(key: str) -> bool:
+    """Whether a key's signals are there."""
+    return bool(key) and path_of(key).is_file()
+
+
+def save(key: str, baked: BakedClip) -> None:
+    """Keep a baked clip."""
+    recording = baked.recording
+    write_npz(
+        path_of(key),
+        {
+            "acc": recording.acc,
+            "gyr": recording.gyr,
+            "rate": np.array(recording.rate),
+            "features": baked.features,
+            "is_test": baked.is_test,
+            "signature": baked.signature,
+        },
+    )
+    _recordings.pop(key, None)
+
+
+def load_features(key: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Features, test mask and signature of a key."""
+    with np.load(path_of(key), allow_pickle=False) as data:
+        return data["features"], data["is_test"], data["signature"]
+
+
+def recording(key: str) -> ImuRecording | None:
+    """Recording of a key, or None where it is not in the cache (any more)."""
+    if key not in _recordings:
+        _recordings[key] = _load_recording(key)
+        while len(_recordings) > KEPT:
+            _recordings.popitem(last=False)
+    _recordings.move_to_end(key)
+    return _recordings[key]
+
+
+def forget() -> None:
+    """Look at the disk again."""
+    _recordings.clear()
+
+
+def _load_recording(key: str) -> ImuRecording | None:
+    if not has(key):
+        return None
+    with np.load(path_of(key), allow_pickle=False) as data:
+        return ImuRecording(data["acc"], data["gyr"], float(data["rate"]))

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What happens at once when a property of a study is changed."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..scene.body import armature_of
+from ..scene.patches import patch_empties
+from ..scene.patches import resize_patches as resize_empties
+from . import results
+from .jobs import redraw
+from .silence import is_silent
+
+Context = bpy.types.Context
+Group = bpy.types.PropertyGroup
+
+
+def relabel_action(clip: Group, _context: Context) -> None:
+    """The motion's label travels with its action."""
+    if clip.action is not None:
+        clip.action["activity"] = clip.activity
+
+
+def show_armature(study: Group, _context: Context) -> None:
+    """Show or hide the bones."""
+    armature_of(study.id_data).hide_set(not study.show_armature)
+
+
+def resize_patches(study: Group, _context: Context) -> None:
+    """Draw patches larger or smaller."""
+    if study.patch_collection is not None:
+        resize_empties(patch_empties(study.patch_collection), study.patch_size)
+        results.mark_chosen(study.id_data)
+
+
+def show_patches(study: Group, context: Context) -> None:
+    """Show or hide all patches; chosen places stay visible through their own collection."""
+    results.hide_patches(context.view_layer, study)
+
+
+def reweigh(activity: Group, context: Context) -> None:
+    """Count other activities in the mean and the choice."""
+    if is_silent():
+        return
+    body = activity.id_data
+    results.paint(body)
+    results.list_regions(body)
+    results.choose(body)
+    redraw(context)
+
+
+def choose_places(study: Group, context: Context) -> None:
+    """Choose the smallest set for the new target."""
+    if is_silent():
+        return
+    results.choose(study.id_data)
+    redraw(context)
+
+
+def repaint(study: Group, context: Context) -> None:
+    """Colour the heatmaps anew."""
+    if is_silent():
+        return
+    results.paint(study.id_data)
+    redraw(context)
+
+
+def show_view(study: Group, context: Context) -> None:
+    """Show another heatmap."""
+    if is_silent():
+        return
+    results.show(study.id_data)
+    redraw(context)
+
+
+def view_activity(study: Group, _context: Context) -> None:
+    """A click on an activity in the list shows its heatmap."""
+    if is_silent():
+        return
+    if 0 <= study.activity_index < len(study.activities):
+        study.view = f"A{study.activity_index + 1}"
+
+
+def change_body(_settings: Group, context: Context) -> None:
+    """Show the new body's study."""
+    redraw(context)
+
+
+def redraw_views(_settings: Group, context: Context) -> None:
+    """Draw the overlay, or no longer."""
+    redraw(context)
