@@ -10,17 +10,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from blender_addon.w2w.core.colours import COLOUR_MAP, colour_table
 from blender_addon.w2w.core.files import atomic_write
 
 DPI = 200
-INK, FAINT, HAIRLINE = "#1d2530", "#7a8391", "#d9dde3"
-FONT = "DejaVu Sans"
-"""Comes with matplotlib, so that a figure looks the same on every machine."""
+INK, FAINT, HAIRLINE, ACCENT = "#1d2530", "#7a8391", "#d9dde3", "#31688e"
+OTHER_SCRIPTS = ("Noto Sans CJK SC", "Noto Sans CJK JP", "Microsoft YaHei", "PingFang SC", "Noto Sans Arabic")
+FONT = ["DejaVu Sans", *(name for name in OTHER_SCRIPTS if name in fontManager.get_font_names())]
+"""The first comes with matplotlib, so that a figure looks the same on every machine; the others
+are for letters that it lacks."""
 
 MARGIN = 0.45
 """White edge around everything, inches."""
@@ -31,10 +34,16 @@ HEADER = 0.78
 VIEW_SIZE = 4.3
 """Height that a square view is drawn with, inches."""
 
-BAR_COLUMN = 0.95
+BAR_COLUMN = 1.05
 LIST_COLUMN = 3.7
+ROW, BAR = 0.52, 0.06
+"""Height of a row of the list, where there is room, and of its bar, inches."""
+
 BADGE = 0.088
 """Radius of a numbered marker, inches."""
+
+SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
+"""Which of the body's sides is on the left and on the right of a view."""
 
 Place = tuple[int, float, float]
 """Index of a view, and the column and row of a pixel in it."""
@@ -90,6 +99,8 @@ def subset_figure(
     target: float | None = None,
     subtitle: str = "",
     view_names: Sequence[str] = ("Front", "Back"),
+    scale: tuple[float, float] | None = None,
+    colour_map: str = COLOUR_MAP,
 ) -> None:
     """Write a picture of chosen places: numbered markers on the body and a list beside it.
 
@@ -115,6 +126,10 @@ def subset_figure(
         A second, quieter line.
     view_names : sequence of str
         What to write under each view.
+    scale : (low, high), optional
+        Scores at the two ends of a colour bar, where the body is coloured by score.
+    colour_map : str
+        The colour map that the views were coloured with.
 
     Raises
     ------
@@ -126,13 +141,18 @@ def subset_figure(
             f"places ({len(places)}), names ({len(names)}) and scores ({len(scores)}) must be as many"
         )
     crop = _common_crop(views)
-    figure, left = _page(views, crop, LIST_COLUMN, title, subtitle)
+    bar = BAR_COLUMN if scale else 0.0
+    figure, left = _page(views, crop, bar + LIST_COLUMN, title, subtitle)
     axes = _draw_views(figure, views, crop, view_names)
-    scale = (crop[1] - crop[0]) / VIEW_SIZE
+    if scale:
+        _draw_bar(figure, left + 0.3, *scale, label, colour_map)
+    pixels_an_inch = (crop[1] - crop[0]) / VIEW_SIZE
     for number, view in enumerate(axes):
         here = [index for index, place in enumerate(places) if place[0] == number]
-        _draw_markers(view, np.array([places[index][1:] for index in here]).reshape(-1, 2), here, scale)
-    _draw_list(figure, left + 0.3, names, scores, label, target)
+        _draw_markers(
+            view, np.array([places[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
+        )
+    _draw_list(figure, left + bar + 0.3, names, scores, label, target)
     _save(figure, path)
 
 
@@ -175,8 +195,25 @@ def _draw_views(
         axes.imshow(view, interpolation="lanczos", aspect="auto", extent=(0, view.shape[1], view.shape[0], 0))
         axes.set(xlim=(first, last), ylim=(bottom, top))
         _write(figure, left, MARGIN + 0.02, name, size=9.5, color=FAINT, va="bottom")
+        _draw_sides(axes, view, SIDES.get(name, ("", "")))
         drawn.append(axes)
     return drawn
+
+
+def _draw_sides(axes: Axes, view: np.ndarray, sides: tuple[str, str]) -> None:
+    """A faint letter below each hand: which side of the body it is."""
+    covered = view[..., 3] > 127
+    columns = np.flatnonzero(covered.any(axis=0))
+    if not columns.size:
+        return
+    reach = max((columns[-1] - columns[0]) // 12, 1)
+    for edge, inward, letter in ((columns[0], 1, sides[0]), (columns[-1], -1, sides[1])):
+        tip = covered[:, min(edge, edge + inward * reach) : max(edge, edge + inward * reach) + 1]
+        lowest = np.flatnonzero(tip.any(axis=1))[-1]
+        axes.annotate(
+            letter, (edge + inward * reach / 2, lowest), (0, -6), textcoords="offset points", ha="center",
+            va="top", fontsize=8.5, color=FAINT, fontfamily=FONT,
+        )  # fmt: skip
 
 
 def _draw_bar(figure: Figure, left: float, low: float, high: float, label: str, colour_map: str) -> None:
@@ -189,6 +226,8 @@ def _draw_bar(figure: Figure, left: float, low: float, high: float, label: str, 
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if high > low else MaxNLocator(1))
     if not high > low:
         axes.set_yticks([low], [f"{low:.2f}"])
+    else:
+        axes.yaxis.set_major_formatter(ScalarFormatter(useOffset=False))
     axes.set_xticks([])
     axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=INK, labelfontfamily=FONT)
     for spine in axes.spines.values():
@@ -229,29 +268,27 @@ def _draw_list(
 ) -> None:
     """One row a place: its badge, its name, and a bar of the score reached with it."""
     width, height = LIST_COLUMN - 0.3, VIEW_SIZE
-    row = min(0.52, (height - 0.5) / max(len(names), 1))
+    row = min(ROW, (height - 0.55) / max(len(names), 1))
     axes = _axes(figure, left, MARGIN, width, height)
     axes.set(xlim=(0, width), ylim=(0, height))
-    start, stop, top = 0.34, width - 0.45, height - 0.42
+    start, stop, top = 0.34, width - 0.45, height - 0.3
     axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, fontfamily=FONT)
+    style = {"color": INK, "fontfamily": FONT, "fontsize": 10 if row > 0.4 else 9}
     for number, (name, score) in enumerate(zip(names, scores, strict=True)):
-        middle = top - (number + 0.5) * row
-        _draw_badge(axes, (0.1, middle), number + 1)
-        text = axes.text(start, middle + 0.05, name, fontsize=10, color=INK, fontfamily=FONT)
-        _fit(figure, text, width - start)
-        lower = middle - 0.13
-        axes.add_patch(Rectangle((start, lower), stop - start, 0.07, color=HAIRLINE, linewidth=0))
-        axes.add_patch(Rectangle((start, lower), (stop - start) * score, 0.07, color="#31688e", linewidth=0))
-        axes.text(
-            stop + 0.1, lower + 0.035, f"{score:.2f}", fontsize=9.5, color=INK, va="center_baseline",
-            fontfamily=FONT,
-        )  # fmt: skip
+        bar = top - (number + 0.5) * row - 0.13
+        _draw_badge(axes, (0.1, bar + 0.1), number + 1)
+        _fit(figure, axes.text(start, bar + 0.115, name, **style), width - start)
+        axes.add_patch(Rectangle((start, bar), stop - start, BAR, color=HAIRLINE, linewidth=0))
+        axes.add_patch(Rectangle((start, bar), (stop - start) * score, BAR, color=ACCENT, linewidth=0))
+        axes.text(stop + 0.1, bar + BAR / 2, f"{score:.2f}", va="center_baseline", **style)
+        if target is not None:
+            x = start + (stop - start) * target
+            axes.plot([x, x], [bar - 0.02, bar + BAR + 0.02], color=INK, linewidth=1.2, solid_capstyle="butt")
     if target is not None and len(names):
-        x, bottom = start + (stop - start) * target, top - len(names) * row
-        axes.plot([x, x], [bottom + 0.06, top], color=INK, linewidth=0.9, linestyle=(0, (2, 2)))
         axes.text(
-            x, bottom - 0.1, f"target {target:.2f}", fontsize=8.5, color=FAINT, ha="center", fontfamily=FONT
-        )
+            start + (stop - start) * target, bar - 0.17, f"target {target:.2f}", fontsize=8.5, color=FAINT,
+            ha="center", fontfamily=FONT,
+        )  # fmt: skip
 
 
 def _apart(anchors: np.ndarray, gap: float, rounds: int = 200) -> np.ndarray:
@@ -298,9 +335,10 @@ def _write(
 
 def _fit(figure: Figure, text: Text, width: float) -> None:
     """Shrink a text until it is no wider than so many inches."""
-    extent = text.get_window_extent(figure.canvas.get_renderer()).width / DPI
-    if extent > width:
-        text.set_fontsize(text.get_fontsize() * width / extent)
+    renderer = figure.canvas.get_renderer()
+    # hinting makes widths jump, so one step may not be enough
+    while (extent := text.get_window_extent(renderer).width / DPI) > width:
+        text.set_fontsize(min(width / extent, 0.98) * text.get_fontsize())
 
 
 def _save(figure: Figure, path: str | Path) -> None:

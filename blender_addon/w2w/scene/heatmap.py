@@ -106,7 +106,8 @@ def remove_heatmaps(mesh: bpy.types.Object) -> None:
 def heatmap_material(name: str = "Heatmap") -> bpy.types.Material:
     """A matt material that shows the heatmap chosen with `show_heatmap`, in every renderer."""
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    if material.node_tree is None:  # from 5.0 on every material has nodes
+        material.use_nodes = True
     nodes = material.node_tree.nodes
     surface = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
     colour = nodes.new("ShaderNodeVertexColor")

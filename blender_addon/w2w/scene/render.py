@@ -25,6 +25,9 @@ MARGIN = 1.04
 SHADE_DEPTH = 0.5
 """How much darker than its colour the darkest shade of the body is."""
 
+GLEAM = 0.06
+"""How far towards white the brightest parts are lifted, without which dark colours hide the shape."""
+
 MARKER_RADIUS = 0.011
 """Radius of a marker, in heights of the body."""
 
@@ -82,6 +85,7 @@ class _Shade:
     """Light and outline of one view: all of a picture but its colours."""
 
     light: np.ndarray
+    gleam: np.ndarray
     alpha: np.ndarray
     nearest: np.ndarray
 
@@ -93,13 +97,16 @@ class _Shade:
         alpha = picture[..., 3] / max(picture[..., 3].max(), np.finfo(np.float32).tiny)
         solid = alpha > 0.99
         brightest = np.percentile(brightness[solid], 95) if solid.any() else 1.0
-        light = 1 - SHADE_DEPTH * (1 - np.clip(brightness / brightest, 0, 1))
+        bright = np.clip(brightness / brightest, 0, 1)
+        light = 1 - SHADE_DEPTH * (1 - bright)
+        gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2
         nearest = distance_transform_edt(~covered, return_distances=False, return_indices=True)
-        return cls(light[..., None], alpha[..., None], nearest)
+        return cls(light[..., None], gleam[..., None], alpha[..., None], nearest)
 
     def over(self, flat: np.ndarray) -> np.ndarray:
         """Shade flat colours; pixels of the soft outline take the colour of the nearest covered one."""
-        colours = flat[self.nearest[0], self.nearest[1], :3] * self.light
+        own = flat[self.nearest[0], self.nearest[1], :3]
+        colours = own * self.light + (1 - own) * self.gleam
         picture = np.concatenate([colours, self.alpha], axis=-1)
         return np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)
 

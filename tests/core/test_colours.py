@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colours of scores: in order for every eye, exact at the ends, honest about what is missing."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from blender_addon.w2w.core.colours import NEUTRAL_GREY, colour_table, score_colours, score_range
+
+COLOUR_BLINDNESS = {
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritanopia": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+"""Simulation matrices on linear RGB (Machado, Oliveira & Fernandes 2009, doi:10.1109/TVCG.2009.113)."""
+
+
+def linear(colours):
+    return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+
+
+def lightness(rgb):
+    """CIE L* of linear RGB."""
+    luminance = np.clip(rgb, 0, 1) @ (0.2126, 0.7152, 0.0722)
+    return np.where(luminance > 0.008856, 116 * np.cbrt(luminance) - 16, 903.3 * luminance)
+
+
+@pytest.mark.parametrize("blindness", [None, *COLOUR_BLINDNESS])
+def test_higher_scores_are_lighter_for_every_eye(blindness):
+    rgb = linear(colour_table())
+    if blindness:
+        rgb = rgb @ np.transpose(COLOUR_BLINDNESS[blindness])
+    steps = np.diff(lightness(rgb)[::16])
+    assert (steps > 0).all()
+    # evenly: no stretch of scores looks flat and none like an edge
+    assert steps.max() < 4 * np.median(steps)
+
+
+@given(st.lists(st.floats(-5, 5), min_size=1, max_size=30))
+def test_colours_do_not_depend_on_shape_and_clip_at_the_ends(values):
+    scores = np.array(values)
+    colours = score_colours(scores, 0, 1)
+    assert colours.shape == (len(values), 3)
+    assert ((colours >= 0) & (colours <= 1)).all()
+    np.testing.assert_array_equal(score_colours(scores[:, None], 0, 1)[:, 0], colours)
+    np.testing.assert_array_equal(score_colours(np.clip(scores, 0, 1), 0, 1), colours)
+
+
+def test_the_ends_have_the_map_s_end_colours():
+    table = colour_table()
+    np.testing.assert_allclose(score_colours([0.2, 0.9, 0.55], 0.2, 0.9), table[[0, -1, 512]], atol=0.003)
+    np.testing.assert_allclose(score_colours([3.0, 7.0]), table[[0, -1]])
+
+
+def test_missing_scores_are_grey_and_leave_the_range_alone():
+    colours = score_colours([0.2, np.nan, 0.9])
+    np.testing.assert_array_equal(colours[1], NEUTRAL_GREY)
+    np.testing.assert_array_equal(colours[[0, 2]], score_colours([0.2, 0.9]))
+    np.testing.assert_array_equal(score_colours(np.full(4, np.nan)), np.tile(NEUTRAL_GREY, (4, 1)))
+    assert score_range([np.nan, 0.3, 0.1]) == (0.1, 0.3)
+
+
+def test_equal_scores_take_the_middle_colour():
+    np.testing.assert_allclose(score_colours([0.7, 0.7]), colour_table()[[512, 512]], atol=0.003)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.9, 0.2), (np.nan, 1), (0, np.inf)])
+def test_a_range_that_is_none_is_refused(low, high):
+    with pytest.raises(ValueError, match="colour range must run"):
+        score_colours([0.5], low, high)
