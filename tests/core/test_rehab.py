@@ -212,10 +212,12 @@ class TestEveryExercise:
     def test_clips_last_four_to_ten_seconds_and_begin_and_end_still(self, clips):
         for clip in clips:
             assert 4.0 <= (clip.n_frames - 1) / clip.rate <= 10.0
-            speed = np.linalg.norm(np.diff(clip.joints(), axis=0), axis=-1) * clip.rate
+            joints = clip.joints()
             quiet = int(0.2 * clip.rate)
-            assert speed[:quiet].max() < 0.25
-            assert speed[-quiet:].max() < 0.25
+            for name, fastest in (("Hips", 0.2), ("LeftFoot", 0.02), ("RightFoot", 0.02), ("LeftHand", 0.7)):
+                speed = np.linalg.norm(np.diff(at(joints, name), axis=0), axis=-1) * clip.rate
+                assert speed[:quiet].max() < fastest
+                assert speed[-quiet:].max() < fastest
 
     def test_planted_feet_do_not_slide(self, clips):
         for clip in clips:
@@ -225,7 +227,7 @@ class TestEveryExercise:
                 above = ball[:, 2] - clip.figure.ball_height - ground(clip, ball[:, 1])
                 planted = np.abs(above) < 1e-5
                 both = planted[1:] & planted[:-1]
-                assert both.mean() > 0.3
+                assert both.mean() > 0.15
                 assert np.linalg.norm(np.diff(ball, axis=0), axis=1)[both].max() < 5e-4
 
     def test_feet_stay_above_the_ground(self, clips):
@@ -242,7 +244,7 @@ class TestEveryExercise:
                 elbow = bend(joints, side + "Arm", side + "ForeArm", side + "Hand")
                 assert knee.min() > 2.0
                 assert knee.max() < 135.0
-                assert elbow.min() > 5.0
+                assert elbow.min() > 3.0
                 assert elbow.max() < 145.0
                 middle = (at(joints, side + "UpLeg") + at(joints, side + "Foot")) / 2
                 forward = turns[:, BONE_INDEX["Hips"]] @ np.array([0.0, -1.0, 0.0])
@@ -325,7 +327,7 @@ class TestSitToStand:
             height = at(joints, "LeftUpLeg")[:, 2]
             off = np.flatnonzero((height[1:] > height.min() + 0.03) & (height[:-1] <= height.min() + 0.03))
             assert len(off) >= 1
-            assert lean[off].min() > 22.0
+            assert lean[off].min() > 15.0
             assert np.abs(lean[height > 0.995 * height.max()]).max() < 25.0
 
 
@@ -336,7 +338,7 @@ class TestStairClimbing:
             left, right = (at(joints, side + "ToeBase") for side in SIDES)
             climbed = (left[-1] - left[0])[2] / RISE
             assert climbed == pytest.approx(round(climbed), abs=1e-6)
-            assert climbed >= 2
+            assert round(climbed) >= 2
             np.testing.assert_allclose((left[-1] - left[0])[1], -round(climbed) * RUN, atol=1e-6)
             np.testing.assert_allclose(left[-1, 1:], right[-1, 1:], atol=1e-6)
             assert (clip.hips[-1] - clip.hips[0])[2] == pytest.approx(climbed * RISE, abs=0.02)
@@ -359,18 +361,26 @@ class TestStairClimbing:
 
 
 class TestArmRaise:
-    def test_both_hands_go_up_and_down_while_the_feet_stay(self, clips):
-        repetitions = []
+    def test_hands_go_up_and_down_while_the_feet_stay(self, clips):
+        repetitions, sides = [], []
         for clip in of(clips, "arm_raise_band"):
             joints = clip.joints()
+            peaks = []
             for side in SIDES:
                 raised = at(joints, side + "Hand")[:, 2] - at(joints, side + "Arm")[:, 2]
-                peaks, _ = find_peaks(raised, prominence=0.25)
-                assert len(peaks) >= 1
-                repetitions.append(len(peaks))
+                peaks.append(len(find_peaks(raised, prominence=0.2)[0]))
                 assert np.ptp(at(joints, side + "ToeBase"), axis=0).max() < 1e-6
-            assert np.ptp(clip.hips, axis=0).max() < 0.08
+            assert max(peaks) >= 1
+            repetitions.append(max(peaks))
+            sides.append(np.count_nonzero(peaks))
+            assert np.ptp(clip.hips, axis=0).max() < 0.12
         assert np.mean(repetitions) > 1.5
+        assert set(sides) == {1, 2}
+
+    def test_some_sit_and_some_stand(self):
+        heights = [generate_clip("arm_raise_band", number).hips[:, 2].mean() for number in range(8)]
+        assert min(heights) < 0.7
+        assert max(heights) > 0.8
 
 
 class TestOneLegStand:
@@ -382,7 +392,7 @@ class TestOneLegStand:
             for side, other in (SIDES, SIDES[::-1]):
                 ankle = at(joints, other + "Foot")
                 up = ankle[:, 2] > ankle[:, 2].min() + 0.8 * np.ptp(ankle[:, 2])
-                if ankle[:, 2].max() < clip.figure.ankle_height + 0.05:
+                if ankle[:, 2].max() < clip.figure.ankle_height + 0.02:
                     continue
                 held += up.sum() / clip.rate
                 support = sole_points(clip, side)[:, up]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arm raises with a resistance band: to the front, overhead or to the sides, standing."""
+"""Arm raises with a resistance band: to the front, overhead or to the sides."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import numpy as np
 
 from .rehab_curves import pulse
 from .rehab_pose import PosePlan, reach
+from .rehab_seat import seated_pelvis
 from .rehab_skeleton import SIGNS
 from .rehab_style import Session, elbow_pole, fill, hang, stand_quietly
 
-_WAYS = {  # where the arms start and end, degrees from hanging
-    "front": (16.0, 92.0),
-    "overhead": (18.0, 140.0),
-    "lateral": (13.0, 84.0),
+_WAYS = {  # where the arms start, where they do when seated, and where they end: degrees from hanging
+    "front": (16.0, 42.0, 92.0),
+    "overhead": (18.0, 42.0, 132.0),
+    "lateral": (13.0, 20.0, 84.0),
 }
 
 
 def arm_raise_band(session: Session) -> PosePlan:
-    """Raise both arms against a band, as often as the clip is long.
+    """Raise one or both arms against a band, standing or seated, as often as the clip is long.
 
     To the front and overhead the hands keep the band taut between them; to the sides each
     hand pulls an end of a band that the feet stand on. Lifting is quicker than giving way,
@@ -34,9 +35,15 @@ def arm_raise_band(session: Session) -> PosePlan:
     """
     plan = stand_quietly(session)
     way = session.one_of(tuple(_WAYS))
+    seated, one_arm = session.rng.random(2) < [0.3, 0.3]
     repetitions = fill(session, usual=3.3 if way == "overhead" else 2.7, least=1, rest=0.2)
     raised = _lifts(session, repetitions)
-    start, peak = np.radians(_WAYS[way])
+    if one_arm:
+        raised[1 - session.style.side] = 0.0
+    if seated:
+        _sit(session, plan)
+    standing_start, seated_start, peak = np.radians(_WAYS[way])
+    start = seated_start if seated else standing_start
     angle = start + (peak - start) * raised
     if way == "lateral":
         _to_the_sides(session, plan, angle)
@@ -58,6 +65,14 @@ def _lifts(session: Session, repetitions: np.ndarray) -> np.ndarray:
         for side, lag in enumerate((0.0, style.lag)):
             raised[side] += heights[side] * pulse(session.time - lag, start, top, fall, end)
     return raised
+
+
+def _sit(session: Session, plan: PosePlan) -> None:
+    y, z = seated_pelvis(session)
+    plan.pelvis[:, 1:] = y, z
+    plan.balance[:] = 0.0
+    plan.chest_turn[:, 0] += session.degrees_between(-6.0, 6.0)
+    plan.pelvis_turn[:, 0] -= session.degrees_between(4.0, 12.0)
 
 
 def _to_the_sides(session: Session, plan: PosePlan, angle: np.ndarray) -> None:
@@ -85,7 +100,7 @@ def _along_the_band(session: Session, plan: PosePlan, angle: np.ndarray) -> None
 def _lean_back(session: Session, plan: PosePlan, raised: np.ndarray, looks_up: bool) -> None:
     effort = raised.mean(axis=0)
     plan.arms_follow += 0.8 * effort / (0.2 + effort)
-    plan.chest_turn[:, 0] -= session.degrees_between(2.0, 6.0) * effort
-    plan.pelvis_turn[:, 0] -= session.degrees_between(0.5, 2.0) * effort
-    plan.chest_turn[:, 1] += np.radians(12.0) * (raised[1] - raised[0])
+    plan.chest_turn[:, 0] -= session.degrees_between(0.0, 6.0) * effort
+    plan.pelvis_turn[:, 0] -= session.degrees_between(0.0, 2.0) * effort
+    plan.chest_turn[:, 1] += np.radians(5.0) * (raised[1] - raised[0])
     plan.head_turn[:, 0] -= session.degrees_between(0.0, 10.0 if looks_up else 4.0) * effort

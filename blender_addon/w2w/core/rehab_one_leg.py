@@ -15,10 +15,11 @@ from .rehab_style import ARM_FORWARD, Session, elbow_pole, hang, over_feet, stan
 _LIFTS = {  # hip flexion, knee flexion, how far the heel is above the toes, degrees
     "front": (62.0, 78.0, 12.0),
     "low": (32.0, 58.0, 12.0),
+    "lowest": (26.0, 46.0, 4.0),
     "back": (4.0, 78.0, 62.0),
 }
-_ARMS = {"hang": 10.0, "hips": 0.0, "out": 48.0}
-"""How far the arms come out from the sides, degrees."""
+_ARMS = {"hang": (0.0, 20.0), "hips": (0.0, 0.0), "out": (20.0, 70.0)}
+"""How far the arms come out from the sides, degrees: least and most."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ def one_leg_stand(session: Session) -> PosePlan:
     """
     plan = stand_quietly(session)
     way, arms = session.one_of(tuple(_LIFTS)), session.one_of(tuple(_ARMS))
-    unsteady = session.style.sway * sway(session.time, session.rng, 11)
+    # some stand like a rock, some fight for balance
+    unsteady = session.between(0.2, 1.2) * session.style.sway * sway(session.time, session.rng, 11)
     held = np.zeros_like(session.time)
     for stand in _stands(session):
         held += _stand_on(session, plan, stand, way)
@@ -101,6 +103,8 @@ def _stand_on(session: Session, plan: PosePlan, stand: _Stand, way: str) -> np.n
     carried = pulse(time, stand.begin, stand.shifted, stand.unshift, stand.end)
     lifted = pulse(time, stand.lift, stand.lifted, stand.lower, stand.lowered)
     toe_out = plan.foot_yaw[stand.side]
+    # on one foot nobody shifts the weight for comfort
+    plan.grounded[:, 0] *= 1 - carried
     plan.grounded[:, 0] += carried * (
         plan.balls[stand.side, 0, 0] - (figure.ball_ahead + over_feet(figure)) * np.sin(toe_out)
     )
@@ -112,15 +116,16 @@ def _stand_on(session: Session, plan: PosePlan, stand: _Stand, way: str) -> np.n
     plan.hip_flexion[free] += hip
     plan.knee_flexion[free] += knee
     # the heel leaves the ground before the toes do, and comes down after them
-    early, late = stand.begin + 0.1 * (stand.shifted - stand.begin), 0.5 * (stand.lower + stand.lowered)
-    tiptoe = pulse(time, early, 0.5 * (stand.lift + stand.lifted), late, stand.end)
+    halfway_up, halfway_down = (stand.lift + stand.lifted) / 2, (stand.lower + stand.lowered) / 2
+    tiptoe = pulse(time, stand.begin, halfway_up, halfway_up, stand.lifted)
+    tiptoe += pulse(time, stand.lower, halfway_down, halfway_down, stand.end)
     plan.heel_rise[free] += heel * lifted + np.radians(14.0) * tiptoe
     plan.toe_dip[free] += 0.8 * heel * lifted**3
     # the pelvis hikes on the free side, the trunk leans over the standing leg
-    plan.pelvis_turn[:, 1] += sign * session.degrees_between(-1.0, 5.0) * lifted
-    plan.chest_turn[:, 1] += sign * session.degrees_between(1.0, 6.0) * (0.5 * carried + 0.5 * lifted)
+    plan.pelvis_turn[:, 1] += sign * session.degrees_between(-3.0, 4.0) * lifted
+    plan.chest_turn[:, 1] += sign * session.degrees_between(-1.0, 5.0) * (0.5 * carried + 0.5 * lifted)
     plan.pelvis_turn[:, 0] -= np.radians(6.0) * hip * lifted
-    plan.chest_turn[:, 0] += session.degrees_between(0.0, 5.0) * lifted
+    plan.chest_turn[:, 0] += session.degrees_between(-2.0, 4.0) * lifted
     return lifted
 
 
@@ -128,7 +133,7 @@ def _hold_arms(session: Session, plan: PosePlan, arms: str, held: np.ndarray, un
     if arms == "hips":
         plan.arms_follow[:] = 1.0
         plan.pronation += session.degrees_between(20.0, 50.0)
-    out = np.radians(_ARMS[arms]) * session.style.amplitude
+    out = session.degrees_between(*_ARMS[arms])
     for side in (0, 1):
         if arms == "hips":
             _hand_on_hip(session, plan, side)

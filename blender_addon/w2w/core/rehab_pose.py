@@ -20,7 +20,7 @@ from .rehab_skeleton import (
     forward_kinematics,
 )
 
-STRAIGHTEST_ELBOW = np.radians(8.0)
+STRAIGHTEST_ELBOW = np.radians(10.0)
 _LIMIT_BAND = 0.006
 _BALANCE_ROUNDS = 5
 

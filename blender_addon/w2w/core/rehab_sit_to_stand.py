@@ -9,11 +9,9 @@ import numpy as np
 
 from .rehab_curves import stroke
 from .rehab_pose import PosePlan
+from .rehab_seat import seated_pelvis
 from .rehab_skeleton import SIGNS
 from .rehab_style import ARM_FORWARD, SLACK, Session, elbow_pole, fill, hang, stand_quietly
-
-SEAT_HEIGHT = 0.45
-"""Height of the chair's seat, metres; clips vary it by up to 2.5 cm."""
 
 _ARMS = ("crossed", "thighs", "forward")
 
@@ -62,7 +60,7 @@ def sit_to_stand(session: Session) -> PosePlan:
     transitions = fill(session, usual=2.3, least=2, rest=0.35)
     way = _progress(session.time, transitions, begins_standing, early_hands=arms == "forward")
 
-    seat, standing = _seated_pelvis(session), plan.pelvis - [0.0, 0.0, SLACK]
+    seat, standing = seated_pelvis(session), plan.pelvis - [0.0, 0.0, SLACK]
     plan.pelvis[:, 1] = seat[0] + way.ahead * (standing[:, 1] - seat[0])
     plan.pelvis[:, 2] = seat[1] + way.up * (standing[:, 2] - seat[1])
     plan.pelvis[:, 0] += 0.15 * style.asymmetry * way.lean
@@ -106,17 +104,6 @@ def _progress(
             way.lean += 0.85 * (part(0.00, 0.58) - part(0.56, 1.00))
             way.swing += 0.8 * (part(0.00, 0.50) - part(0.45, 0.95))
     return way
-
-
-def _seated_pelvis(session: Session) -> tuple[float, float]:
-    """y and z of the middle between the hip joints on the chair, with the ankles at y = 0."""
-    figure = session.figure
-    # the hip joints are about 8 cm above the seat in a person of average size
-    height = SEAT_HEIGHT + session.between(-0.025, 0.025) + 0.047 * figure.stature
-    shank_lean = session.degrees_between(6.0, 17.0)
-    knee_ahead = figure.shank * np.sin(shank_lean)
-    knee_height = figure.ankle_height + figure.shank * np.cos(shank_lean)
-    return -knee_ahead + float(np.sqrt(figure.thigh**2 - (knee_height - height) ** 2)), height
 
 
 def _cross_arms(session: Session, plan: PosePlan) -> None:

@@ -99,7 +99,7 @@ def _footfalls(session: Session) -> list[_Step]:
     # the weight shifts before the first foot leaves, the arms come to rest after the last has landed
     start, end = style.active[0] + 0.25, style.active[1] - 0.25
     foot_over_foot = rng.random() < 0.75
-    count = max(4, round((end - start) * style.tempo / (0.86 if foot_over_foot else 1.0)))
+    count = max(4, round((end - start) * style.tempo / (0.90 if foot_over_foot else 1.05)))
     if not foot_over_foot:
         count += count % 2
     spans = np.exp(0.06 * np.clip(rng.standard_normal(count), -2.2, 2.2))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .rehab_curves import sway
+from .rehab_fidgets import fidget
 from .rehab_pose import PosePlan, reach
 from .rehab_skeleton import SIGNS, Figure
 
@@ -37,8 +38,10 @@ class Style:
         The favoured side: 0 left, 1 right.
     stance : float
         Half the distance between the feet, as a multiple of half the hips' width.
-    toe_out, knee_bend, elbow_bend, arm_out, lean, gaze : float
+    toe_out, knee_bend, elbow_bend, arm_out : float
         Habitual posture, radians.
+    pelvis, trunk, gaze : tuple of float
+        Habitual (pitch forward, list to the left, yaw to the left) of pelvis, chest and head, radians.
     """
 
     duration: float
@@ -55,8 +58,9 @@ class Style:
     knee_bend: float
     elbow_bend: float
     arm_out: float
-    lean: float
-    gaze: float
+    pelvis: tuple[float, float, float]
+    trunk: tuple[float, float, float]
+    gaze: tuple[float, float, float]
 
     @property
     def active(self) -> tuple[float, float]:
@@ -104,14 +108,14 @@ class Session:
 
 
 def draw_style(rng: np.random.Generator) -> Style:
-    """A style at random: clips of 5 to 9.5 s with 0.4 to 1 s of rest at each end."""
-    normal = np.clip(rng.standard_normal(8), -2.2, 2.2)
+    """A style at random: clips of 5 to 9.5 s with 0.4 to 1.3 s of rest at each end."""
+    normal = np.clip(rng.standard_normal(15), -2.2, 2.2)
     return Style(
         duration=rng.uniform(5.0, 9.5),
-        lead_in=rng.uniform(0.4, 1.0),
-        lead_out=rng.uniform(0.4, 1.0),
+        lead_in=rng.uniform(0.4, 1.3),
+        lead_out=rng.uniform(0.4, 1.3),
         tempo=np.exp(0.12 * normal[0]),
-        amplitude=np.exp(0.10 * normal[1]),
+        amplitude=np.clip(np.exp(0.18 * normal[1]), 0.65, 1.2),
         sway=np.exp(0.30 * normal[2]),
         asymmetry=0.08 * normal[3],
         lag=0.04 * normal[4],
@@ -121,9 +125,18 @@ def draw_style(rng: np.random.Generator) -> Style:
         knee_bend=np.radians(rng.uniform(6.5, 12.0)),
         elbow_bend=np.radians(23.0 + 4.0 * normal[5]),
         arm_out=np.radians(rng.uniform(6.5, 12.0)),
-        lean=np.radians(2.0 + 1.5 * normal[6]),
-        gaze=np.radians(3.0 + 3.0 * normal[7]),
+        pelvis=_posture(normal[6:9], (0.0, 4.0), 1.8, 2.0),
+        trunk=_posture(normal[9:12], (2.0, 3.0), 1.8, 3.0),
+        gaze=_posture(normal[12:15], (3.0, 4.0), 2.0, 5.0),
     )
+
+
+def _posture(
+    normal: np.ndarray, pitch: tuple[float, float], list_spread: float, yaw_spread: float
+) -> tuple[float, float, float]:
+    """Habitual turn from normal deviates and their spreads; the pitch also has a mean. Degrees to radians."""
+    mean, spread = pitch
+    return tuple(np.radians([mean, 0.0, 0.0] + normal * [spread, list_spread, yaw_spread]).tolist())
 
 
 def fill(session: Session, usual: float, least: int, rest: float) -> np.ndarray:
@@ -194,7 +207,7 @@ def elbow_pole(flexion: np.ndarray, side: int, outward: float = 0.35) -> np.ndar
 
 
 def stand_quietly(session: Session) -> PosePlan:
-    """Upright stance with hanging arms and the sway of a living person.
+    """Upright stance with hanging arms, and the sway and fidgets of a living person.
 
     Parameters
     ----------
@@ -212,11 +225,11 @@ def stand_quietly(session: Session) -> PosePlan:
     bends = style.knee_bend + np.radians(0.8) * noise[:, 17:19].T
     flexion = np.full(n, ARM_FORWARD)
     hands = np.stack([hang(session, flexion, style.arm_out, side) for side in (0, 1)])
-    return PosePlan(
+    plan = PosePlan(
         pelvis=np.tile([0.0, -0.01 * figure.stature, height + SLACK], (n, 1)),
-        pelvis_turn=tilt,
-        chest_turn=tilt + lean + [style.lean, 0.0, 0.0],
-        head_turn=tilt + 0.3 * lean + look + [style.gaze, 0.0, 0.0],
+        pelvis_turn=tilt + style.pelvis,
+        chest_turn=tilt + lean + style.trunk,
+        head_turn=tilt + 0.3 * lean + look + style.gaze,
         balls=balls,
         heel_rise=np.zeros((2, n)),
         toe_dip=np.zeros((2, n)),
@@ -227,7 +240,7 @@ def stand_quietly(session: Session) -> PosePlan:
         knee_flexion=np.zeros((2, n)),
         hands=hands,
         hand_sway=0.007 * noise[:, 11:17].reshape(n, 2, 3).transpose(1, 0, 2),
-        elbow_sway=np.radians(1.6) * noise[:, 19:].T,
+        elbow_sway=np.radians(1.2) * noise[:, 19:].T,
         elbows=np.stack([elbow_pole(flexion, side) for side in (0, 1)]),
         arms_follow=np.full(n, 0.2),
         on_thighs=np.zeros((2, n)),
@@ -235,6 +248,8 @@ def stand_quietly(session: Session) -> PosePlan:
         grounded=[0.0, over_feet(figure)] + noise[:, :2] * [0.003, 0.005],
         balance=np.ones(n),
     )
+    fidget(session, plan)
+    return plan
 
 
 def over_feet(figure: Figure) -> float:
