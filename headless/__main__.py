@@ -11,7 +11,9 @@ from .demo import demo
 from .demo_library import demo_library
 from .inspect_file import inspect
 from .run import run
+from .sensors import sensors
 from .status import status
+from .synth import synth
 
 APP = typer.Typer(
     name="w2w",
@@ -33,6 +35,8 @@ APP = typer.Typer(
 APP.command()(run)
 APP.command()(demo)
 APP.command(name="inspect")(inspect)
+APP.command()(synth)
+APP.command()(sensors)
 APP.command()(status)
 APP.command(name="demo-library")(demo_library)
 

@@ -12,15 +12,15 @@ import numpy as np
 from .body import Body
 from .crossval import same_motion_groups
 from .features import window_features
-from .imu import Synthesis, synthesize
+from .imu import Synthesis
 from .motion import Motion
 from .patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .placement import Subset, best_single, greedy_subset
 from .recording import ImuRecording
 from .sensor import SensorModel
 from .sensor_presets import DEFAULT_SENSOR, preset
-from .skinning import patch_matrices
 from .utility import UtilityMap, utility_map
+from .virtual_imu import record_motion
 from .windows import WindowSpec, cut_windows
 
 SAME_MOTION = 0.1
@@ -140,11 +140,7 @@ def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -
     ValueError
         If the motion is too short for the synthesis.
     """
-    ideal = synthesize(patch_matrices(body, patches, motion), motion.rate, config.synthesis)
-    named = ImuRecording(
-        ideal.acc, ideal.gyr, ideal.rate, patches.names, motion.activity, motion.subject, motion.clip
-    )
-    return config.sensor_model().apply(named, seed=config.seed)
+    return record_motion(body, patches, motion, config.synthesis, config.sensor_model(), config.seed)
 
 
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:

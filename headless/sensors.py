@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w sensors`: the sensor presets and what sets them apart."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/sensors.py
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.__main__ import from_blender
+
+    from_blender("sensors")
+
+from math import degrees
+
+from rich.console import Console
+from rich.table import Table
+
+from blender_addon.w2w.core.imu import STANDARD_GRAVITY
+from blender_addon.w2w.core.sensor import SensorModel
+from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR, PRESETS
+
+
+def sensors() -> None:
+    """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope."""
+    table = Table(title=f"Sensor presets ('{DEFAULT_SENSOR}' unless told)", title_justify="left")
+    table.add_column("name")
+    for column in (
+        "acc range\\ng",
+        "noise\\nug/rtHz",
+        "bandwidth\\nHz",
+        "gyr range\\ndeg/s",
+        "noise\\nmdps/rtHz",
+        "bandwidth\\nHz",
+    ):
+        table.add_column(column.replace("\\n", "\n"), justify="right")
+    for name, model in PRESETS.items():
+        table.add_row(name, *_figures(model))
+    Console(highlight=False).print(table)
+
+
+def _figures(model: SensorModel) -> list[str]:
+    acc, gyr = model.accelerometer, model.gyroscope
+    return [
+        _number(acc.full_scale, 1 / STANDARD_GRAVITY),
+        _number(acc.noise_density, 1e6 / STANDARD_GRAVITY),
+        _bandwidth(acc.lowpass_hz, acc.lowpass_of_rate),
+        _number(gyr.full_scale, degrees(1)),
+        _number(gyr.noise_density, 1e3 * degrees(1)),
+        _bandwidth(gyr.lowpass_hz, gyr.lowpass_of_rate),
+    ]
+
+
+def _number(value: float | None, factor: float) -> str:
+    return f"{value * factor:.3g}" if value else "-"
+
+
+def _bandwidth(hertz: float | None, of_rate: float | None) -> str:
+    if of_rate is not None:
+        return f"{of_rate:.3g} x rate"
+    return _number(hertz, 1)

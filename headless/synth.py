@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w synth`: what one sensor at one spot would record of one clip, as a table and a picture."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/synth.py -- CLIP --patch "left wrist" ...
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.__main__ import from_blender
+
+    from_blender("synth")
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.imu import Synthesis
+from blender_addon.w2w.core.library import Clip, activity_of
+from blender_addon.w2w.core.patches import PatchSet
+from blender_addon.w2w.core.placements import resolve
+from blender_addon.w2w.core.recording_formats import write_csv
+from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
+from blender_addon.w2w.core.source_motion import UnusableMotion
+from blender_addon.w2w.core.study import StudyConfig, place_patches, record
+
+from .clip_job import carry, quiet_output, read_source
+from .exit_codes import NOTHING_TO_DO, USAGE
+from .signal_figure import signal_figure
+
+
+def synth(
+    clip: Annotated[Path, typer.Argument(metavar="CLIP", help="A motion file: FBX, BVH or npz.")],
+    patch: Annotated[
+        str, typer.Option(help="Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name.")
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="csv file to write.")],
+    plot: Annotated[Path | None, typer.Option(help="png file to draw the signal to.")] = None,
+    sensor: Annotated[
+        str, typer.Option(help="Sensor preset (see 'w2w sensors'), or 'ideal'.")
+    ] = DEFAULT_SENSOR,
+    rate: Annotated[float, typer.Option(min=5, max=1000, help="Samples per second.")] = 100.0,
+    acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
+    gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
+) -> None:
+    """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.
+
+    Exit codes: 0 written, 1 the clip cannot be used (and why), 2 wrong use.
+    """
+    console = Console(highlight=False)
+    try:
+        config = StudyConfig(sensor=sensor, synthesis=Synthesis(rate_hz=rate), seed=seed)
+        body = Body.bundled()
+        patches = place_patches(body, config)
+        chosen = resolve(patch, body, patches)
+    except ValueError as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    try:
+        with quiet_output():
+            source = read_source(clip)
+        motion, _ = carry(Clip(clip, clip.name, clip.stem, activity_of(clip.name)), source, body)
+        recording = record(body, _only(patches, chosen), motion, config)
+        write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
+    except (UnusableMotion, ValueError, OSError) as error:
+        console.print(f"[red]No signal of {clip.name}: {error}[/red]")
+        raise typer.Exit(NOTHING_TO_DO) from error
+    name = patches.names[chosen]
+    console.print(
+        f"{recording.n_samples} samples at {recording.rate:g} Hz of a {sensor} at the {name}: {out}"
+    )
+    if plot is not None:
+        signal_figure(
+            plot, recording, title=f"{clip.stem}: {name}", subtitle=f"{sensor}, {recording.rate:g} Hz"
+        )
+        console.print(f"Picture: {plot}")
+
+
+def _only(patches: PatchSet, chosen: int) -> PatchSet:
+    """The same places, of which only one carries a sensor."""
+    return replace(
+        patches,
+        vertices=patches.vertices[[chosen]],
+        triangles=patches.triangles[[chosen]],
+        regions=(patches.regions[chosen],),
+    )

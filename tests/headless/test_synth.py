@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w synth` and `w2w sensors` give a designer one sensor's signal, and say which sensors there are."""
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from blender_addon.w2w.core.recording_formats import read_csv
+from blender_addon.w2w.core.sensor_presets import PRESETS
+from headless.__main__ import APP
+
+JACKS = "mixamo/Sushim30__ARFitness/Jumping Jacks.fbx"
+
+
+def call(*arguments):
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
+    return result.exit_code, " ".join(result.output.split())
+
+
+def test_a_signal_and_its_picture(shared_data, tmp_path):
+    out, plot = tmp_path / "x.csv", tmp_path / "x.png"
+    code, output = call(
+        "synth", shared_data / JACKS, "--patch", "left wrist", "--sensor", "ideal", "--rate", 100,
+        "--out", out, "--plot", plot,
+    )  # fmt: skip
+    assert code == 0, output
+    recording = read_csv(out)
+    assert (recording.rate, recording.n_sensors) == (100, 1)
+    assert recording.n_samples == pytest.approx(107, abs=1)
+    assert "left wrist" in recording.sites[0]
+    turning = np.abs(np.linalg.norm(recording.gyr[:, 0], axis=1))
+    assert 5 < turning.max() < 40  # an arm that swings half a turn in half a second
+    with Image.open(plot) as picture:
+        assert picture.size[0] > 1000
+
+
+def test_units_on_request(shared_data, tmp_path):
+    call("synth", shared_data / JACKS, "--patch", "sternum", "--sensor", "ideal", "--out", tmp_path / "a.csv")
+    call(
+        "synth", shared_data / JACKS, "--patch", "sternum", "--sensor", "ideal", "--out", tmp_path / "b.csv",
+        "--acc-unit", "g", "--gyr-unit", "deg/s",
+    )  # fmt: skip
+    a, b = (np.loadtxt(tmp_path / name, delimiter=",", skiprows=8) for name in ("a.csv", "b.csv"))
+    np.testing.assert_allclose(b[:, 1:4] * 9.80665, a[:, 1:4], rtol=1e-6)
+    np.testing.assert_allclose(np.radians(b[:, 4:]), a[:, 4:], rtol=1e-6)
+    assert 'acc_unit: "g"' in (tmp_path / "b.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (["--patch", "lft wirst"], 2, "did you mean left wrist"),
+        (["--patch", "wrist", "--sensor", "nosuch"], 2, "there is no sensor preset"),
+    ],
+)
+def test_wrong_use_is_explained(shared_data, tmp_path, options, code, message):
+    found, output = call("synth", shared_data / JACKS, "--out", tmp_path / "x.csv", *options)
+    assert found == code
+    assert message in output
+    assert not (tmp_path / "x.csv").exists()
+
+
+def test_a_clip_that_cannot_be_used_is_explained(shared_data, tmp_path):
+    code, output = call(
+        "synth",
+        shared_data / "mixamo/_broken/zero_bytes.fbx",
+        "--patch",
+        "wrist",
+        "--out",
+        tmp_path / "x.csv",
+    )
+    assert code == 1
+    assert "the file is empty" in output
+
+
+def test_every_preset_is_listed():
+    code, output = call("sensors")
+    assert code == 0
+    assert all(name in output for name in PRESETS)
