@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Vertices and polygons of OBJ and PLY files, as they stand: nothing merged, cut or reordered."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from .ply import read_ply
+
+LARGEST = 4
+"""Most corners of a polygon that a body's mesh has."""
+
+
+def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
+    """Read a mesh without rig.
+
+    Parameters
+    ----------
+    path : str or Path
+        OBJ or PLY.
+
+    Returns
+    -------
+    vertices : ndarray, shape (V, 3), float64
+    polygons : ndarray, shape (F, 4), int64
+        -1 in the last column of triangles.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, holds no faces, or faces of more than four corners.
+    """
+    path = Path(path)
+    reader = _read_obj if path.suffix.lower() == ".obj" else read_ply
+    vertices, corners, sizes = reader(path)
+    if len(vertices) == 0 or len(sizes) == 0:
+        raise ValueError("it holds no mesh: no vertices or no faces")
+    if sizes.min() < 3 or sizes.max() > LARGEST:
+        raise ValueError(f"it holds faces of {sizes.min()} to {sizes.max()} corners, expected 3 or 4")
+    if corners.min() < 0 or corners.max() >= len(vertices):
+        raise ValueError(f"its faces name vertices that it does not hold ({len(vertices)} vertices)")
+    polygons = np.full((len(sizes), LARGEST), -1, dtype=np.int64)
+    polygons[np.arange(LARGEST) < sizes[:, None]] = corners
+    return vertices, polygons
+
+
+def _read_obj(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The lines ``v`` and ``f`` of an OBJ; trimesh would cut its quads."""
+    positions, corners, sizes = [], [], []
+    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+        kind, *fields = line.split("#", 1)[0].split() or [""]
+        try:
+            if kind == "v":
+                positions.append([float(field) for field in fields[:3]])
+            elif kind == "f":
+                named = [int(field.partition("/")[0]) for field in fields]
+                corners += [name - 1 if name > 0 else len(positions) + name for name in named]
+                sizes.append(len(named))
+        except ValueError as error:
+            raise ValueError(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}") from error
+    if any(len(position) != 3 for position in positions):
+        raise ValueError("a vertex has fewer than three coordinates")
+    return np.array(positions, dtype=float).reshape(-1, 3), np.array(corners, int), np.array(sizes, int)

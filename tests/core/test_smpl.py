@@ -1,0 +1,526 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A user's own SMPL body: official files of the very format, meshes in any order, nothing executed."""
+
+import io
+import pickle
+import pickletools
+import struct
+import sys
+import types
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.spatial.transform import Rotation
+
+from blender_addon.w2w.core.mesh_files import read_mesh
+from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.placements import has_smpl_topology
+from blender_addon.w2w.core.registration import register
+from blender_addon.w2w.core.rest_pose import in_t_pose, metres_per_unit, to_axes
+from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from blender_addon.w2w.core.skinning import skin, skinning_transforms
+from blender_addon.w2w.core.smpl import BodyError, load_body
+from blender_addon.w2w.core.smpl_topology import (
+    NUMBERING,
+    QUADS_SHA256,
+    TRIANGLES_SHA256,
+    describe_topology,
+    recognise,
+)
+
+OFFICIAL_NAMES = {
+    "__builtin__ set", "chumpy.ch Ch", "chumpy.reordering Select", "numpy dtype", "numpy ndarray",
+    "numpy.core.multiarray _reconstruct", "scipy.sparse.csc csc_matrix",
+}  # fmt: skip
+"""What the released SMPL and MANO pickles name, and nothing else."""
+
+
+class Python2Pickler(pickle._Pickler):
+    """Writes bytes as Python 2 wrote its strings, as in the official files."""
+
+    def save_bytes(self, value):
+        self.write(b"T" + struct.pack("<i", len(value)) + value)
+        self.memoize(value)
+
+    dispatch: ClassVar = pickle._Pickler.dispatch | {bytes: save_bytes}
+
+
+@pytest.fixture
+def chumpy(monkeypatch):
+    """Stands for chumpy, which stopped working on Python 3.11: its classes by name, with their state."""
+    modules = {name: types.ModuleType(name) for name in ("chumpy", "chumpy.ch", "chumpy.reordering")}
+    for module, name in (("chumpy.ch", "Ch"), ("chumpy.reordering", "Select")):
+        setattr(modules[module], name, type(name, (), {"__module__": module}))
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    return modules
+
+
+@pytest.fixture
+def model(bundled_body):
+    """The arrays of an official model, made of the bundled body."""
+    regressor = sparse.lil_matrix((N_JOINTS, len(bundled_body.vertices)))
+    generator = np.random.default_rng(3)
+    for joint in range(N_JOINTS):
+        chosen = generator.choice(len(bundled_body.vertices), 20, replace=False)
+        regressor[joint, chosen] = generator.dirichlet(np.ones(20))
+    parents = np.array(PARENTS, dtype=np.int64).astype(np.uint32)  # the root's -1 is 4294967295 in the files
+    return {
+        "v_template": bundled_body.vertices @ Y_UP_TO_Z_UP,
+        "f": bundled_body.faces.astype(np.uint32),
+        "J_regressor": sparse.csc_matrix(regressor),
+        "weights": bundled_body.weights,
+        "kintree_table": np.array([parents, np.arange(N_JOINTS, dtype=np.uint32)]),
+        "shapedirs": generator.normal(size=(len(bundled_body.vertices), 3, 2)),
+        "posedirs": np.zeros((len(bundled_body.vertices), 3, 4)),
+        "bs_style": "lbs",
+    }
+
+
+def write_official_pickle(path, model, chumpy, protocol):
+    arrays = dict(model)
+    wrapped = chumpy["chumpy.ch"].Ch()
+    wrapped.__dict__.update(x=model["v_template"], _dirty_vars=set(), _itr=None, _depends_on_deps={})
+    chosen = chumpy["chumpy.reordering"].Select()
+    flat = model["shapedirs"]
+    chosen.__dict__.update(a=flat, idxs=np.arange(flat.size), preferred_shape=np.array(flat.shape))
+    arrays |= {"v_template": wrapped, "shapedirs": chosen}
+    stream = io.BytesIO()
+    (Python2Pickler if protocol == 2 else pickle._Pickler)(stream, protocol).dump(arrays)
+    content = stream.getvalue().replace(b"scipy.sparse._csc", b"scipy.sparse.csc")
+    named = {arg for code, arg, _ in pickletools.genops(content) if code.name == "GLOBAL"}
+    assert named >= OFFICIAL_NAMES
+    path.write_bytes(content)
+
+
+def check_official(body, model):
+    expected = model["v_template"] @ Y_UP_TO_Z_UP.T
+    joints = np.asarray(model["J_regressor"] @ model["v_template"]) @ Y_UP_TO_Z_UP.T
+    shift = body.joints[0] - joints[0]
+    np.testing.assert_allclose(body.vertices - shift, expected, atol=1e-12)
+    np.testing.assert_allclose(body.joints - shift, joints, atol=1e-12)
+    np.testing.assert_allclose(body.weights, model["weights"], atol=1e-12)
+    np.testing.assert_array_equal(body.faces, model["f"])
+    assert body.vertices[:, 2].min() == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(body.joints[0, :2], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("protocol", [0, 2])
+def test_an_official_pickle(tmp_path, model, chumpy, protocol):
+    path = tmp_path / "basicModel_f_lbs_10_207_0_v1.0.0.pkl"
+    write_official_pickle(path, model, chumpy, protocol)
+    body = load_body(path)
+    check_official(body, model)
+    assert body.name == path.stem
+
+
+@pytest.mark.parametrize("as_object", [False, True])
+def test_an_official_npz(tmp_path, model, as_object):
+    """Some releases keep the sparse regressor as a pickled object inside the npz."""
+    regressor = model["J_regressor"]
+    stored = np.array(regressor, dtype=object) if as_object else regressor.toarray()
+    np.savez(tmp_path / "SMPL_NEUTRAL.npz", **(model | {"J_regressor": stored}))
+    check_official(load_body(tmp_path / "SMPL_NEUTRAL.npz"), model)
+
+
+def test_fingers_of_smpl_h_go_to_the_hands(tmp_path, model):
+    fingers = [20, 22, 23, 20, 25, 26, 20, 28, 29, 20, 31, 32, 20, 34, 35]
+    parents = [*PARENTS[:22], *fingers, *(21 if parent == 20 else parent + 15 for parent in fingers)]
+    weights = np.zeros((len(model["weights"]), 52))
+    weights[:, :22] = model["weights"][:, :22]
+    weights[:, 25], weights[:, 24] = 0.75 * model["weights"][:, 22], 0.25 * model["weights"][:, 22]
+    weights[:, 41] = model["weights"][:, 23]
+    regressor = np.zeros((52, weights.shape[0]))
+    regressor[:22] = model["J_regressor"].toarray()[:22]
+    regressor[np.arange(22, 52), np.arange(30) * 100] = 1
+    table = np.array([parents, range(52)])
+    changed = model | {"weights": weights, "J_regressor": regressor, "kintree_table": table}
+    np.savez(tmp_path / "SMPLH_MALE.npz", **changed)
+    body = load_body(tmp_path / "SMPLH_MALE.npz")
+    np.testing.assert_allclose(body.weights, model["weights"], atol=1e-12)
+    knuckles = body.vertices[(np.flatnonzero(np.array(parents) == 20) - 22) * 100]
+    np.testing.assert_allclose(body.joints[JOINT_INDEX["left_hand"]], knuckles.mean(axis=0), atol=1e-12)
+
+
+class Evil:
+    def __init__(self, function, *arguments):
+        self.call = function, arguments
+
+    def __reduce__(self):
+        return self.call
+
+
+def evil_pickles(target):
+    import os
+
+    command = f"touch {target}"
+    return {
+        "os.system": Evil(os.system, command),
+        "eval": Evil(eval, f"open({str(target)!r}, 'w')"),
+        "getattr": Evil(getattr, command, "upper"),
+        "numpy.load": Evil(np.load, str(target)),
+        "inside an object array": np.array([Evil(os.system, command)], dtype=object),
+        "as a chumpy value": {"v_template": Evil(os.system, command)},
+    }
+
+
+@pytest.mark.parametrize("name", list(evil_pickles("x")))
+@pytest.mark.parametrize("protocol", [0, 2, 4])
+def test_a_malicious_pickle_is_refused_and_runs_nothing(tmp_path, name, protocol):
+    target = tmp_path / "executed"
+    path = tmp_path / "SMPL_FEMALE.pkl"
+    path.write_bytes(pickle.dumps({"v_template": evil_pickles(target)[name]}, protocol))
+    with pytest.raises(BodyError, match=r"SMPL_FEMALE\.pkl: it names .*arrays only"):
+        load_body(path)
+    assert not target.exists()
+
+
+def test_a_malicious_object_array_in_an_npz_is_refused(tmp_path, model):
+    target = tmp_path / "executed"
+    evil = np.array([evil_pickles(target)["os.system"]], dtype=object)
+    np.savez(tmp_path / "SMPL_MALE.npz", **(model | {"J_regressor": evil}))
+    with pytest.raises(BodyError, match=r"it names posix\.system"):
+        load_body(tmp_path / "SMPL_MALE.npz")
+    assert not target.exists()
+
+
+def test_a_sparse_matrix_may_not_point_outside_itself(tmp_path, model):
+    """Indices out of range would read and write memory that is not the matrix's."""
+    bad = model["J_regressor"].copy()
+    bad.indices[0] = 10**6
+    (tmp_path / "bad.pkl").write_bytes(pickle.dumps(model | {"J_regressor": bad}, 2))
+    with pytest.raises(BodyError, match=r"bad\.pkl"):
+        load_body(tmp_path / "bad.pkl")
+
+
+def test_reading_a_pickle_leaves_numpy_s_types_alone(tmp_path):
+    """A type's state follows its name in a pickle: given to the shared type it would change all arrays."""
+    swapped = np.arange(4, dtype=">f8")
+    (tmp_path / "a.pkl").write_bytes(pickle.dumps({"v_template": swapped}, 2))
+    with pytest.raises(BodyError):
+        load_body(tmp_path / "a.pkl")
+    assert np.dtype("f8").byteorder == "="
+    assert np.arange(3.0).tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"weights": None}, "lacks weights"),
+        ({"v_template": np.zeros((5, 3))}, "'J_regressor' has shape"),
+        ({"v_template": np.zeros(5)}, "'v_template' is no table"),
+        ({"kintree_table": np.zeros((2, 24), int)}, "not joined like SMPL's 24"),
+    ],
+)
+def test_models_that_are_none_are_refused_in_words(tmp_path, model, change, words):
+    changed = {key: value for key, value in (model | change).items() if value is not None}
+    (tmp_path / "model.pkl").write_bytes(pickle.dumps(changed, 2))
+    with pytest.raises(BodyError, match=words):
+        load_body(tmp_path / "model.pkl")
+
+
+def test_other_files_are_refused_in_words(tmp_path):
+    for name, content, words in (
+        ("list.pkl", pickle.dumps([1, 2]), "holds a list"),
+        ("cut.pkl", b"\x80\x02}q\x00(U", "cannot be read as a pickled model"),
+        ("text.npz", b"hello", "text.npz"),
+        ("empty.obj", b"# nothing\n", "holds no mesh"),
+        ("word.obj", b"v 0 0 zero\n", "line 1"),
+        ("far.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "name vertices that it does not hold"),
+        ("five.obj", b"v 0 0 0\n" * 5 + b"f 1 2 3 4 5\n", "faces of 5 to 5 corners"),
+        ("word.ply", b"plywood", "not a PLY file"),
+        ("body.glb", b"glTF", "hold no body that can be read here"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(BodyError, match=words):
+            load_body(tmp_path / name)
+    with pytest.raises(BodyError, match="is not there"):
+        load_body(tmp_path / "none.pkl")
+
+
+def test_a_mesh_of_another_kind_says_what_was_expected_and_found(tmp_path, bundled_body):
+    cube = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
+    sides = ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4")
+    (tmp_path / "cube.obj").write_text(cube + "".join(f"f {side}\n" for side in sides))
+    with pytest.raises(BodyError, match=r"expected 6890 vertices and 13776 tri.*found 8 vertices and 12 tri"):
+        load_body(tmp_path / "cube.obj")
+    lines = [f"v {x} {y} {z}" for x, y, z in bundled_body.vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in bundled_body.faces + 1]
+    (tmp_path / "ours.obj").write_text("\n".join(lines))
+    with pytest.raises(BodyError, match="joined in another way"):
+        load_body(tmp_path / "ours.obj")
+
+
+def test_a_body_w2w_saved_comes_back(tmp_path, bundled_body):
+    bundled_body.save(tmp_path / "ours.npz")
+    np.testing.assert_array_equal(load_body(tmp_path / "ours.npz").vertices, bundled_body.vertices)
+
+
+# --- recognising the face list
+
+
+@pytest.fixture(scope="module")
+def smpl_faces(shared_data):
+    return np.load(shared_data / "smpl_body" / "smpl_faces_from_ccby.npy")
+
+
+@pytest.fixture(scope="module")
+def a_pose(shared_data):
+    """Vertices in SMPL's order and mostly quads."""
+    return read_mesh(shared_data / "smpl_body" / "m_smpl_average_A40.obj")
+
+
+def as_set(faces):
+    start = faces.argmin(axis=1)[:, None]
+    return set(map(tuple, np.take_along_axis(faces, (start + np.arange(3)) % 3, axis=1).tolist()))
+
+
+def test_what_is_stored_of_smpl_s_faces_is_what_they_give(smpl_faces, a_pose):
+    arrays, triangles, quads = describe_topology(smpl_faces, a_pose[1])
+    assert (triangles, quads) == (TRIANGLES_SHA256, QUADS_SHA256)
+    with np.load(NUMBERING) as stored:
+        assert set(stored.files) == set(arrays)
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(stored[name], array)
+
+
+@pytest.mark.parametrize(
+    ("seed", "quads", "clockwise"), [(0, False, True), (1, True, False), (2, True, True)]
+)
+def test_faces_are_recognised_in_any_order(smpl_faces, a_pose, seed, quads, clockwise):
+    generator = np.random.default_rng(seed)
+    polygons = a_pose[1] if quads else smpl_faces
+    renamed = generator.permutation(6890)
+    shuffled = np.where(polygons >= 0, renamed[polygons], -1)[generator.permutation(len(polygons))]
+    if not quads:
+        shuffled = np.roll(shuffled, seed + 1, axis=1)
+    if clockwise:
+        shuffled = np.where(shuffled[:, -1:] >= 0, shuffled[:, ::-1], np.roll(shuffled[:, ::-1], -1, axis=1))
+    vertices = np.empty_like(a_pose[0])
+    vertices[renamed] = a_pose[0]
+    mesh = recognise(shuffled, vertices)
+    np.testing.assert_array_equal(mesh.order, renamed)
+    assert as_set(mesh.faces) == as_set(smpl_faces)
+
+
+def test_a_single_flipped_edge_is_another_mesh(smpl_faces, a_pose):
+    faces = smpl_faces.copy()
+    a, b, c = faces[0]
+    other = next(i for i, face in enumerate(faces) if i and {a, b} <= set(face.tolist()))
+    d = next(corner for corner in faces[other] if corner not in (a, b))
+    faces[0], faces[other] = (a, d, c), (d, b, c)
+    assert recognise(faces, a_pose[0]) is None
+    assert recognise(smpl_faces[1:], a_pose[0]) is None
+
+
+def test_a_mirrored_mesh_is_numbered_as_the_person_it_shows(smpl_faces, a_pose):
+    """Its left arm is the one at the left of its front, though the file's maker took it for the right."""
+    mesh = recognise(smpl_faces, a_pose[0] * [-1, 1, 1])
+    mirrored = (a_pose[0] * [-1, 1, 1])[mesh.order]
+    assert np.linalg.norm(mirrored - a_pose[0], axis=1).max() < 0.02
+
+
+def test_the_triangle_order_that_smpl_body_kept_agrees(shared_data, smpl_faces):
+    """human_man.obj lists SMPL's triangles in SMPL's order over its own vertices: an independent truth."""
+    vertices, polygons = read_mesh(shared_data / "smpl_body" / "human_man.obj")
+    truth = np.empty(6890, dtype=int)
+    truth[smpl_faces.ravel()] = polygons[:, :3].ravel()
+    np.testing.assert_array_equal(recognise(polygons[:, :3], vertices).order, truth)
+
+
+# --- adopting real bodies
+
+
+@pytest.fixture(scope="module")
+def adopted(shared_data, tmp_path_factory):
+    """The man as published in both poses; the woman's A-pose renumbered, in centimetres, lying, as PLY."""
+    folder = shared_data / "smpl_body"
+    vertices, polygons = read_mesh(folder / "f_smpl_average_A40.obj")
+    renamed = np.random.default_rng(5).permutation(len(vertices))
+    moved = np.empty_like(vertices)
+    moved[renamed] = 100 * vertices[:, [1, 2, 0]] + [300, -20, 8]
+    changed = tmp_path_factory.mktemp("adopt") / "woman.ply"
+    write_binary_ply(changed, moved, np.where(polygons >= 0, renamed[polygons], -1))
+    return {
+        "man T": load_body(folder / "human_man.obj"),
+        "man A": load_body(folder / "m_smpl_average_A40.obj"),
+        "woman A": load_body(changed),
+    }
+
+
+def write_binary_ply(path, vertices, polygons, order="<"):
+    name = {"<": "little", ">": "big"}[order]
+    header = (
+        f"ply\nformat binary_{name}_endian 1.0\ncomment made for a test\nelement vertex {len(vertices)}\n"
+        "property double x\nproperty double y\nproperty double z\n"
+        f"element face {len(polygons)}\nproperty uchar flags\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    )
+    rows = []
+    for polygon in polygons.tolist():
+        corners = [corner for corner in polygon if corner >= 0]
+        rows.append(struct.pack(f"{order}BB{len(corners)}i", 0, len(corners), *corners))
+    path.write_bytes(header.encode() + vertices.astype(order + "f8").tobytes() + b"".join(rows))
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_binary_ply_of_mixed_polygons(tmp_path, order):
+    vertices = np.arange(15.0).reshape(5, 3)
+    polygons = np.array([[0, 1, 2, 3], [0, 1, 4, -1]])
+    write_binary_ply(tmp_path / "a.ply", vertices, polygons, order)
+    read, faces = read_mesh(tmp_path / "a.ply")
+    np.testing.assert_array_equal(read, vertices)
+    np.testing.assert_array_equal(faces, polygons)
+    (tmp_path / "cut.ply").write_bytes((tmp_path / "a.ply").read_bytes()[:-9])
+    with pytest.raises(ValueError, match="cut short"):
+        read_mesh(tmp_path / "cut.ply")
+
+
+def test_text_ply_of_mixed_polygons(tmp_path):
+    (tmp_path / "a.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "property uchar red\nelement face 2\nproperty list uchar int vertex_index\nend_header\n"
+        "0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0.5 9\n4 0 1 2 3\n3 0 1 2\n"
+    )
+    vertices, polygons = read_mesh(tmp_path / "a.ply")
+    assert vertices[3].tolist() == [0, 1, 0.5]
+    assert polygons.tolist() == [[0, 1, 2, 3], [0, 1, 2, -1]]
+
+
+def test_adopted_bodies_keep_smpl_s_topology_and_the_convention(adopted):
+    for body in adopted.values():
+        assert has_smpl_topology(body)
+        assert body.vertices[:, 2].min() == pytest.approx(0, abs=1e-9)
+        hand, other = body.joints[JOINT_INDEX["left_hand"]], body.joints[JOINT_INDEX["right_hand"]]
+        assert min(hand[0], -other[0]) > 0.65
+        assert abs(hand[2] - body.joints[JOINT_INDEX["left_shoulder"], 2]) < 0.05
+        assert body.vertices[332, 1] < body.vertices[3021, 1]  # nose before the small of the back
+        volume = np.einsum(
+            "fa,fa->", body.vertices[body.faces[:, 0]],
+            np.cross(body.vertices[body.faces[:, 1]], body.vertices[body.faces[:, 2]]),
+        ) / 6  # fmt: skip
+        assert 0.05 < volume < 0.1
+    assert adopted["man A"].height == pytest.approx(1.791, abs=0.002)
+    assert adopted["woman A"].height == pytest.approx(1.658, abs=0.002)
+
+
+def test_a_t_pose_file_is_not_bent(adopted, shared_data, smpl_faces):
+    vertices, polygons = read_mesh(shared_data / "smpl_body" / "human_man.obj")
+    order = np.empty(6890, dtype=int)
+    order[smpl_faces.ravel()] = polygons[:, :3].ravel()
+    turned = vertices[order] @ Y_UP_TO_Z_UP.T
+    offset = adopted["man T"].vertices - turned
+    assert np.abs(offset - offset[0]).max() < 1e-9
+
+
+def test_an_a_pose_file_is_brought_to_the_t_pose(adopted, shared_data, smpl_faces):
+    """The same two people stand in a T-pose in other files, which the A-pose files never saw."""
+    for name, file in (("man A", "human_man.obj"), ("woman A", "human_woman.obj")):
+        vertices, polygons = read_mesh(shared_data / "smpl_body" / file)
+        order = np.empty(6890, dtype=int)
+        order[smpl_faces.ravel()] = polygons[:, :3].ravel()
+        truth = vertices[order] @ Y_UP_TO_Z_UP.T
+        gap = adopted[name].vertices - truth
+        gap = np.linalg.norm(gap - np.median(gap, axis=0), axis=1)
+        assert gap.mean() < 0.005
+        assert np.percentile(gap, 95) < 0.015
+
+
+def test_weights_move_the_parts_that_smpl_s_move(adopted):
+    """The published sensor vertices follow the joints their papers name."""
+    for body in adopted.values():
+        for vertex, joint in (
+            (1961, "left_elbow"), (5424, "right_elbow"), (1176, "left_knee"), (4662, "right_knee"),
+            (876, "left_hip"), (4362, "right_hip"), (411, "head"), (2445, "left_hand"), (3387, "left_ankle"),
+        ):  # fmt: skip
+            assert body.weights[vertex, JOINT_INDEX[joint]] > 0.5, (body.name, vertex)
+
+
+def test_a_body_adopted_in_a_t_pose_can_take_the_a_pose(adopted, a_pose):
+    """The A-pose file is the T-pose with both shoulders turned by 40 degrees, as its arms show."""
+    body = adopted["man T"]
+    rotations = np.tile(np.eye(3), (1, N_JOINTS, 1, 1))
+    for joint, sign in (("left_shoulder", 1), ("right_shoulder", -1)):
+        rotations[0, JOINT_INDEX[joint]] = Rotation.from_rotvec([0, sign * np.radians(40), 0]).as_matrix()
+    posed = skin(body, skinning_transforms(body, Motion(rotations, body.joints[:1], 30)))[0]
+    gap = posed - a_pose[0] @ Y_UP_TO_Z_UP.T
+    gap = np.linalg.norm(gap - np.median(gap, axis=0), axis=1)
+    assert gap.mean() < 0.006
+    assert np.percentile(gap, 95) < 0.016
+
+
+def test_registration_finds_the_rig_of_a_body_it_knows(bundled_body):
+    """The target is the template itself, smaller and posed, so rig and weights are known."""
+    rotations = np.tile(np.eye(3), (1, N_JOINTS, 1, 1))
+    rotations[0, JOINT_INDEX["left_shoulder"]] = Rotation.from_rotvec([0, 0.6, 0]).as_matrix()
+    rotations[0, JOINT_INDEX["right_shoulder"]] = Rotation.from_rotvec([0, -0.6, 0]).as_matrix()
+    transforms = skinning_transforms(bundled_body, Motion(rotations, bundled_body.joints[:1], 30))
+    target = 0.95 * skin(bundled_body, transforms)[0]
+    marks = np.arange(0, len(target), 400)
+    fit = register(bundled_body, target, bundled_body.faces, (marks, marks))
+    assert fit.residual.mean() < 0.0005
+    wrong = np.abs(fit.weights - bundled_body.weights).sum(axis=1) / 2
+    assert wrong.mean() < 0.02
+    shoulders = [JOINT_INDEX[f"{side}_shoulder"] for side in ("left", "right")]
+    elbows = [JOINT_INDEX[f"{side}_elbow"] for side in ("left", "right")]
+    np.testing.assert_allclose(fit.joints[shoulders], 0.95 * bundled_body.joints[shoulders], atol=0.012)
+    moved = bundled_body.joints[shoulders] + np.einsum(
+        "jab,jb->ja", rotations[0, shoulders], bundled_body.joints[elbows] - bundled_body.joints[shoulders]
+    )
+    np.testing.assert_allclose(fit.joints[elbows], 0.95 * moved, atol=0.012)
+
+
+# --- convention
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(13, 80), st.floats(0, 70), st.floats(21, 90))
+def test_posed_limbs_come_back_to_the_t_pose(bundled_body, lowered, bent, spread):
+    """Posing by linear blend skinning and straightening are each other's inverse."""
+    rotations = np.tile(np.eye(3), (1, N_JOINTS, 1, 1))
+    elbow = bent if bent > 25 else 0  # less is taken for how someone is built
+    for side, sign in (("left", 1), ("right", -1)):
+        shoulder = Rotation.from_rotvec([0, sign * np.radians(lowered), 0])
+        rotations[0, JOINT_INDEX[f"{side}_shoulder"]] = shoulder.as_matrix()
+        forearm = Rotation.from_rotvec([0, 0, -sign * np.radians(elbow)])
+        rotations[0, JOINT_INDEX[f"{side}_elbow"]] = forearm.as_matrix()
+        thigh = Rotation.from_rotvec([0, -sign * np.radians(spread / 3 + 6), 0])
+        rotations[0, JOINT_INDEX[f"{side}_hip"]] = thigh.as_matrix()
+    motion = Motion(rotations, bundled_body.joints[:1], 30)
+    transforms = skinning_transforms(bundled_body, motion)
+    posed = skin(bundled_body, transforms)[0]
+    joints = np.einsum("jab,jb->ja", transforms[0, :, :, :3], bundled_body.joints) + transforms[0, :, :, 3]
+    vertices, straight = in_t_pose(posed, joints, bundled_body.weights, bundled_body)
+    np.testing.assert_allclose(straight, bundled_body.joints, atol=1e-9)
+    np.testing.assert_allclose(vertices, bundled_body.vertices, atol=1e-6)
+
+
+def test_a_t_pose_stays_bit_for_bit(bundled_body):
+    vertices, joints = in_t_pose(
+        bundled_body.vertices, bundled_body.joints, bundled_body.weights, bundled_body
+    )
+    assert vertices is bundled_body.vertices
+    assert joints is bundled_body.joints
+
+
+@given(st.integers(0, 23), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))
+def test_leaning_bodies_stand_along_the_file_s_axes(which, lean, aside):
+    axes = Rotation.create_group("O").as_matrix()[which]
+    left = axes.T @ np.array([1, aside, 0.0])
+    up = axes.T @ np.array([0, lean, 1.0])
+    np.testing.assert_allclose(to_axes(left, up), axes, atol=1e-12)
+
+
+def test_bodies_askew_are_turned_by_their_own_axes():
+    turn = Rotation.from_euler("xyz", [40, 35, 10], degrees=True).as_matrix()
+    np.testing.assert_allclose(to_axes(turn.T @ [1.0, 0, 0], turn.T @ [0, 0, 1.0]), turn, atol=1e-12)
+
+
+def test_units_are_told_by_height():
+    assert [metres_per_unit(height) for height in (1.7, 170, 1700, 0.5)] == [1, 0.01, 0.001, 1]
+    with pytest.raises(ValueError, match=r"expected 0\.4 to 2.5 metres"):
+        metres_per_unit(17)
