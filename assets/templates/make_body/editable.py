@@ -161,7 +161,7 @@ class EditableMesh:
                 return None
         return c, d
 
-    def flip(self, a: int, b: int, smallest_cosine: float = MIN_NORMAL_AGREEMENT) -> bool:
+    def flip(self, a: int, b: int) -> bool:
         """Turn an edge to join the two opposite vertices, unless the surface would bend by it."""
         ends = self.flip_ends(a, b)
         if ends is None:
@@ -174,7 +174,7 @@ class EditableMesh:
         pa, pb, pc, pd = (self.points[vertex] for vertex in (a, b, c, d))
         old = _normal(pa, pb, pc), _normal(pb, pa, pd)
         new = _normal(pa, pd, pc), _normal(pd, pb, pc)
-        if not all(_agree(one, other, smallest_cosine) for one in old for other in new):
+        if not all(_agree(one, other) for one in old for other in new):
             return False
         self._remove(first)
         self._remove(second)
@@ -208,7 +208,7 @@ def _normal(p: Point, q: Point, r: Point) -> Point:
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-def _agree(n: Point, m: Point, smallest_cosine: float = MIN_NORMAL_AGREEMENT) -> bool:
+def _agree(n: Point, m: Point) -> bool:
     dot = n[0] * m[0] + n[1] * m[1] + n[2] * m[2]
     lengths = ((n[0] ** 2 + n[1] ** 2 + n[2] ** 2) * (m[0] ** 2 + m[1] ** 2 + m[2] ** 2)) ** 0.5
-    return dot > smallest_cosine * lengths
+    return dot > MIN_NORMAL_AGREEMENT * lengths

@@ -108,22 +108,39 @@ def _whole_body(
     half: np.ndarray, half_faces: np.ndarray, half_weights: np.ndarray, joints: np.ndarray
 ) -> Body:
     """Mirror the left half, weld it along the seam and stand it on z = 0."""
-    seam = np.zeros(len(half), dtype=bool)
-    seam[np.unique(boundary_edges(half_faces))] = True
-    inner = np.flatnonzero(~seam)
+    vertices, faces, mirror = _mirror_and_weld(half, half_faces)
+    if (len(vertices), len(faces)) != (N_VERTICES, N_FACES):
+        raise RuntimeError(
+            f"the body has {len(vertices)} vertices and {len(faces)} faces: the half is no disk"
+        )
+    weights = smooth_weights(vertices, faces, _symmetric(half_weights, mirror))
+    joints = (joints + joints[list(MIRRORED_JOINTS)] * FLIP) / 2
+    floor = np.array([0, 0, vertices[:, 2].min()])
+    return Body(
+        vertices - floor,
+        faces,
+        joints - floor,
+        _symmetric(weights[: len(half)], mirror),
+        name="neutral",
+        mirror=mirror,
+    )
+
+
+def _mirror_and_weld(half: np.ndarray, half_faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices and faces of both halves, the left one first, and every vertex's mirror image."""
+    inner = np.setdiff1d(np.arange(len(half)), boundary_edges(half_faces))
     to_right = np.arange(len(half))
     to_right[inner] = len(half) + np.arange(len(inner))
-    mirror = np.concatenate([to_right, inner])
-    vertices = np.concatenate([half, half[inner] * FLIP])
     faces = np.concatenate([half_faces, to_right[half_faces][:, ::-1]])
+    return np.concatenate([half, half[inner] * FLIP]), faces, np.concatenate([to_right, inner])
+
+
+def _symmetric(half_weights: np.ndarray, mirror: np.ndarray) -> np.ndarray:
+    """Weights of the left half given to both, and made symmetric on the seam."""
     flipped = list(MIRRORED_JOINTS)
-    weights = np.concatenate([half_weights, half_weights[inner][:, flipped]])
-    weights = smooth_weights(vertices, faces, (weights + weights[mirror][:, flipped]) / 2)
-    weights = np.concatenate([weights[: len(half)], weights[inner][:, flipped]])
-    weights[: len(half)][seam] = (weights[: len(half)][seam] + weights[: len(half)][seam][:, flipped]) / 2
-    joints = (joints + joints[flipped] * FLIP) / 2
-    floor = np.array([0, 0, vertices[:, 2].min()])
-    return Body(vertices - floor, faces, joints - floor, weights, name="neutral", mirror=mirror)
+    n_half = len(half_weights)
+    weights = np.concatenate([half_weights, half_weights[mirror[n_half:]][:, flipped]])
+    return (weights + weights[mirror][:, flipped]) / 2
 
 
 def _left_half(posed: PosedSource) -> tuple[np.ndarray, np.ndarray]:

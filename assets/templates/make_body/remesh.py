@@ -16,9 +16,16 @@ from .quality import smallest_angles
 from .surface import Surface
 
 TOO_LONG, TOO_SHORT = 4 / 3, 4 / 5
+"""Edges longer or shorter than this share of the wanted length are split or collapsed (Botsch and Kobbelt)."""
+
 MIN_VALENCE = 4
 POOR_ANGLE = np.deg2rad(30.0)
+
 SETTLING_ROUNDS, ROUNDS, POLISH_ROUNDS = 6, 12, 24
+"""Rounds at a fixed length, rounds in all, and rounds of relaxation at the exact count."""
+
+RESPONSE = 0.4
+"""How fast the length follows the count; 0.5 would answer in full, were nothing else to change."""
 
 START_SCALE = 0.9
 """The first rounds work with shorter edges than wanted: thin parts that are lost never come back."""
@@ -49,7 +56,7 @@ def remesh_half(surface: Surface, n_faces: int) -> tuple[np.ndarray, np.ndarray]
         for _ in range(3):
             _relax(mesh, surface)
         if turn >= SETTLING_ROUNDS:
-            scale *= (len(mesh.triangles) / n_faces) ** 0.4
+            scale *= (len(mesh.triangles) / n_faces) ** RESPONSE
     for turn in range(POLISH_ROUNDS):
         if turn < POLISH_ROUNDS / 2:
             _collapse_poor(mesh, surface)
