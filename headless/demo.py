@@ -21,14 +21,15 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.study import StudyConfig
 
-from .demo_library import ACTIVITIES, write_demo_library
+from .demo_library import ACTIVITIES, LABELS, write_demo_library
 from .pipeline import Engine
 from .progress import Progress
-from .run import execute
+from .run import execute, show_labels
 from .versions import code_sha256, versions
 
 
@@ -45,7 +46,11 @@ def demo(
     console = Console(highlight=False)
     library = out / "library"
     _write_library_once(library, clips, seed, console)
-    execute(read_library(library), StudyConfig(seed=seed), out / "results", Engine(workers), True, console)
+    clips_found = read_library(library, library / LABELS)
+    show_labels(clips_found, console)
+    execute(
+        clips_found, Body.bundled(), StudyConfig(seed=seed), out / "results", Engine(workers), True, console
+    )
 
 
 def _write_library_once(library: Path, clips: int, seed: int, console: Console) -> None:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,9 +14,10 @@ from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import PatchSet
+from blender_addon.w2w.core.shapes import bundled_targets
 from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches, recommend, same_clips
 
-from .clip_job import LIMIT_S, WORK, Job, Outcome
+from .clip_job import LIMIT_S, WORK, Job, Outcome, file_sha256
 from .engine import run_jobs
 from .progress import Progress
 from .versions import code_sha256, versions
@@ -82,13 +82,20 @@ class Study:
 
 
 def run_study(
-    library: Library, config: StudyConfig, out: Path, engine: Engine, progress: Progress, watch: Watch
+    library: Library,
+    body: Body,
+    config: StudyConfig,
+    out: Path,
+    engine: Engine,
+    progress: Progress,
+    watch: Watch,
 ) -> Study:
     """Bake every clip, rank every patch.
 
     Parameters
     ----------
     library : Library
+    body : Body
     config : StudyConfig
     out : Path
         Output folder, made by `make_folders`.
@@ -106,7 +113,8 @@ def run_study(
         If the disk is full or the folder cannot be written.
     """
     watch.step("placing patches")
-    body, patches = _prepare(config, out, progress)
+    _forget_running(out)
+    patches = _prepare(body, config, out, progress)
     watch.step("turning motions to signals")
     outcomes = _bake(library, config, out, engine, progress, watch)
     used = [outcome.clip for outcome in outcomes if outcome.used]
@@ -120,33 +128,40 @@ def run_study(
 
 
 def make_folders(out: Path) -> None:
-    """Make the output folder; forget which clips a run that was killed was at."""
-    shutil.rmtree(out / WORK / "running", ignore_errors=True)
+    """Make the output folder."""
     for folder in ("motions", "signals", f"{WORK}/features", f"{WORK}/clips", f"{WORK}/running"):
         (out / folder).mkdir(parents=True, exist_ok=True)
 
 
-def write_config(config: StudyConfig, library: Library, outcomes: list[Outcome], out: Path) -> None:
+def write_config(study: Study) -> None:
     """Save every parameter, the versions and the hashes of all inputs beside the results."""
     write_json(
-        out / "config.json",
+        study.out / "config.json",
         {
-            "parameters": config.as_dict(),
+            "parameters": study.config.as_dict(),
+            "body": {"name": study.body.name, "sha256": file_sha256(study.out / WORK / "body.npz")},
             "versions": versions(),
             "code_sha256": code_sha256(),
-            "labelled_by": library.labelled_by,
-            "inputs": {outcome.clip.file: outcome.source_sha256 for outcome in outcomes},
+            "labelled_by": study.library.labelled_by,
+            "inputs": {outcome.clip.file: outcome.source_sha256 for outcome in study.outcomes},
         },
     )
 
 
-def _prepare(config: StudyConfig, out: Path, progress: Progress) -> tuple[Body, PatchSet]:
+def _forget_running(out: Path) -> None:
+    """Forget which clips a run that was killed was at."""
+    for marker in (out / WORK / "running").iterdir():
+        marker.unlink(missing_ok=True)
+
+
+def _prepare(body: Body, config: StudyConfig, out: Path, progress: Progress) -> PatchSet:
+    """Place the patches; on the bundled body's shapes they stay at the vertices of the neutral one."""
     with progress.spinner("Placing patches on the body"):
-        body = Body.bundled()
-        patches = place_patches(body, config)
+        neutral = Body.bundled()
+        patches = place_patches(neutral if bundled_targets().fit(body) else body, config)
         body.save(out / WORK / "body.npz")
         patches.save(out / WORK / "patches.npz")
-    return body, patches
+    return patches
 
 
 def _bake(

@@ -14,18 +14,20 @@ if __name__ == "__main__":  # blender --background --python headless/run.py -- L
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
+from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.imu import Synthesis
 from blender_addon.w2w.core.library import Library, LibraryError, read_library
 from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.windows import WindowSpec
 
+from .bodies import parse_bodies, write_comparison
 from .clip_job import LIMIT_S, WORK
 from .engine import EngineError
 from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
@@ -51,6 +53,13 @@ def run(
             help="csv with columns file, activity[, subject]. Else folder names, else file names label."
         ),
     ] = None,
+    bodies: Annotated[
+        str,
+        typer.Option(
+            help="Body or bodies, by commas: neutral, female, male, with height=1.6 (m) weight=55 (kg) "
+            "muscle= age= arms= legs=, or an SMPL file. Several give a study each, and how far they agree."
+        ),
+    ] = "neutral",
     patches: Annotated[int, typer.Option(min=2, max=6890, help="Places on the body.")] = 512,
     rate: Annotated[float, typer.Option(min=5, max=1000, help="Sensor rate, Hz.")] = 50.0,
     sensor: Annotated[str, typer.Option(help="Sensor preset, or 'ideal' for no errors.")] = DEFAULT_SENSOR,
@@ -98,17 +107,33 @@ def run(
             seed=seed,
         )
         found = read_library(library, labels)
+        chosen = parse_bodies(bodies)
     except (ValueError, LibraryError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
-    study = execute(found, config, out, Engine(workers, scheduler, clip_limit), pictures, console)
-    if strict and len(study.used) < len(study.outcomes) + len(found.skipped):
+    engine = Engine(workers, scheduler, clip_limit)
+    show_labels(found, console)
+    if len(chosen) == 1:
+        studies = [("", execute(found, chosen[0][1], config, out, engine, pictures, console))]
+    else:
+        studies = [
+            (name, execute(found, body, config, out / name, engine, pictures, console))
+            for name, body in chosen
+        ]
+        show_comparison(write_comparison(studies, out), console)
+    if strict and any(len(study.used) < len(study.outcomes) + len(found.skipped) for _, study in studies):
         console.print("[red]Clips were skipped and --strict was asked for.[/red]")
         raise typer.Exit(SKIPPED)
 
 
 def execute(
-    library: Library, config: StudyConfig, out: Path, engine: Engine, pictures: bool, console: Console
+    library: Library,
+    body: Body,
+    config: StudyConfig,
+    out: Path,
+    engine: Engine,
+    pictures: bool,
+    console: Console,
 ) -> Study:
     """Run a study with its progress on the console, and write everything down.
 
@@ -117,12 +142,11 @@ def execute(
     typer.Exit
         With the exit code, when there is no result.
     """
-    show_labels(library, console)
     try:
         make_folders(out)
         watch = Watch(out, len(library.clips))
         with only_run(out / WORK):
-            study = _execute(library, config, out, engine, pictures, console, watch)
+            study = _execute(library, body, config, out, engine, pictures, console, watch)
     except FolderBusyError as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(BUSY) from error
@@ -135,6 +159,7 @@ def execute(
 
 def _execute(
     library: Library,
+    body: Body,
     config: StudyConfig,
     out: Path,
     engine: Engine,
@@ -144,9 +169,9 @@ def _execute(
 ) -> Study:
     progress = Progress(console)
     try:
-        study = run_study(library, config, out, engine, progress, watch)
+        study = run_study(library, body, config, out, engine, progress, watch)
         watch.step("writing results")
-        write_config(config, library, list(study.outcomes), out)
+        write_config(study)
         write_results(study)
         if pictures:
             write_pictures(study, progress)
@@ -206,3 +231,17 @@ def show_outcome(study: Study, pictures: bool, console: Console) -> None:
     console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
     if pictures:
         console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")
+
+
+def show_comparison(comparison: dict[str, Any], console: Console) -> None:
+    """Print how far the maps of several bodies agree."""
+    table = Table(
+        title="How far the maps agree (Spearman's rho of mean F1 over places)", title_justify="left"
+    )
+    table.add_column("bodies")
+    table.add_column("rho", justify="right")
+    table.add_column("95 % interval", justify="right")
+    for pair in comparison["agreement"]:
+        low, high = pair["interval"]
+        table.add_row(" and ".join(pair["bodies"]), f"{pair['spearman_mean']}", f"{low} to {high}")
+    console.print(table)

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bodies that a study is run on, and how far their maps agree."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from blender_addon.w2w.core.agreement import rank_agreement
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.files import write_json
+
+from .pipeline import Study
+from .results import DIGITS, place
+
+GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
+SHAPE_PARAMETERS = ("height", "weight", "muscle", "age", "arms", "legs")
+
+EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
+
+
+def parse_bodies(text: str) -> list[tuple[str, Body]]:
+    """Bodies from what a person writes: descriptions or files, separated by commas.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"neutral, female height=1.55, male"`` or ``"SMPL_NEUTRAL.npz"``.
+
+    Returns
+    -------
+    list of (str, Body)
+        A name that can be a folder's, and the body.
+
+    Raises
+    ------
+    ValueError
+        If a description is not understood or a shape cannot be reached.
+    """
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    if not parts:
+        raise ValueError(f"give at least one body, such as {EXAMPLE}")
+    bodies = [(re.sub(r"[^0-9A-Za-z.]+", "_", Path(part).name), _body(part)) for part in parts]
+    if len({name.lower() for name, _ in bodies}) < len(bodies):
+        raise ValueError(f"two of the bodies are the same: {text}")
+    return bodies
+
+
+def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
+    """Write `bodies.json`: each body's best spot and set, and how far the maps agree pair by pair.
+
+    Returns
+    -------
+    dict
+        What was written.
+    """
+    content = {
+        "bodies": {
+            name: {
+                "body": study.body.name,
+                "height_m": round(study.body.height, 3),
+                "best_single_patch": place(study, study.recommendation.best),
+                "subset": [study.patches.names[patch] for patch in study.recommendation.subset.order],
+            }
+            for name, study in studies
+        },
+        "agreement": [
+            {"bodies": [first, second], **_agreement(a, b)}
+            for (first, a), (second, b) in combinations(studies, 2)
+        ],
+    }
+    write_json(out / "bodies.json", content)
+    return content
+
+
+def _body(text: str) -> Body:
+    words = text.split()
+    if words[0] in GENDERS:
+        return _shaped(words)
+    if Path(text).suffix:
+        from blender_addon.w2w.core.smpl import load_body
+
+        return load_body(text)
+    raise ValueError(f"'{text}' is no body that W2W knows: write {EXAMPLE}")
+
+
+def _shaped(words: list[str]) -> Body:
+    given = {}
+    for word in words[1:]:
+        name, _, value = word.partition("=")
+        try:
+            given[name] = float(value)
+        except ValueError:
+            raise ValueError(f"'{word}' is not understood: write a shape as {EXAMPLE}") from None
+        if name not in SHAPE_PARAMETERS:
+            raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
+    if words == ["neutral"]:
+        return Body.bundled()
+    return Body.bundled().shaped(gender=GENDERS[words[0]], **given)
+
+
+def _agreement(first: Study, second: Study) -> dict[str, Any]:
+    """Spearman's rho of two maps over the same places, of the mean and by activity."""
+    a, b = first.recommendation.utility, second.recommendation.utility
+    mean = rank_agreement(a.mean, b.mean, a.mean_samples, b.mean_samples)
+    shared = [name for name in a.activities if name in b.activities]
+    by_activity = {
+        name: rank_agreement(a.f1[:, a.activities.index(name)], b.f1[:, b.activities.index(name)]).spearman
+        for name in shared
+    }
+    return {
+        "spearman_mean": _number(mean.spearman),
+        "interval": [_number(mean.low), _number(mean.high)],
+        "spearman_by_activity": {name: _number(value) for name, value in by_activity.items()},
+    }
+
+
+def _number(value: float) -> float | None:
+    return round(float(value), DIGITS) if value == value else None

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Studies on several bodies: what a person writes is understood, and the maps are compared."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from headless.__main__ import APP
+from headless.bodies import parse_bodies
+from headless.demo_library import write_demo_library
+
+
+def test_bodies_are_understood():
+    bodies = dict(parse_bodies("neutral, female height=1.55,male weight=95"))
+    assert list(bodies) == ["neutral", "female_height_1.55", "male_weight_95"]
+    assert bodies["female_height_1.55"].height == pytest.approx(1.55, abs=1e-3)
+    assert bodies["male_weight_95"].height > bodies["female_height_1.55"].height
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "at least one body"),
+        ("giant", "no body that W2W knows"),
+        ("female height=tall", "not understood"),
+        ("male shoe=44", "no shape parameter"),
+        ("male height=5", "height"),
+        ("female, female", "the same"),
+    ],
+)
+def test_what_is_not_understood_is_said(text, message):
+    with pytest.raises(ValueError, match=message):
+        parse_bodies(text)
+
+
+def test_a_study_on_two_bodies_says_how_far_they_agree(tmp_path):
+    library = tmp_path / "library"
+    write_demo_library(library, clips_per_activity=2)
+    result = CliRunner().invoke(
+        APP,
+        ["run", str(library), "--out", str(tmp_path / "out"), "--bodies", "female, male", "--patches", "12",
+         "--no-pictures"],
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    comparison = json.loads((tmp_path / "out/bodies.json").read_text())
+    assert set(comparison["bodies"]) == {"female", "male"}
+    assert comparison["bodies"]["male"]["height_m"] > comparison["bodies"]["female"]["height_m"]
+    pair = comparison["agreement"][0]
+    assert pair["interval"][0] <= pair["spearman_mean"] <= pair["interval"][1]
+    tables = [(tmp_path / "out" / name / "utility.csv").read_text() for name in ("female", "male")]
+    assert tables[0] != tables[1]
+    vertices = [[line.split(",")[2] for line in table.splitlines()] for table in tables]
+    assert vertices[0] == vertices[1]  # patches stay put
