@@ -16,7 +16,7 @@ from .quality import smallest_angles
 from .surface import Surface
 
 TOO_LONG, TOO_SHORT = 4 / 3, 4 / 5
-"""Edges longer or shorter than this share of the wanted length are split or collapsed (Botsch and Kobbelt)."""
+"""Edges beyond these shares of the wanted length are split or collapsed (Botsch and Kobbelt)."""
 
 MIN_VALENCE = 4
 POOR_ANGLE = np.deg2rad(30.0)
