@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from .filtering import butterworth
-from .rotations import into_frame, turn_between
+from .rotations import double_inverse, into_frame, turn_between
 
 if TYPE_CHECKING:
     from .imu import Synthesis
@@ -49,11 +49,12 @@ def difference_signals(
     acceleration = np.pad((p[:, 2:] - 2 * p[:, 1:-1] + p[:, :-2]) * rate**2, ((0, 0), (1, 1), (0, 0)), "edge")
     gravity = np.array(settings.gravity)[:, None, None]
     force = np.empty_like(acceleration)
+    scale = double_inverse(q)
     if settings.convention == "physical":
-        into_frame(q, acceleration - gravity, force)
+        into_frame(q, scale, acceleration - gravity, force)
         spin = np.pad(turn_between(q[:, :-2], q[:, 2:]) * (rate / 2), ((0, 0), (1, 1), (0, 0)), "edge")
     else:
-        into_frame(q, np.broadcast_to(gravity, acceleration.shape), force)
+        into_frame(q, scale, np.broadcast_to(gravity, acceleration.shape), force)
         force += acceleration
         inverse = q * np.array([1, -1, -1, -1])[:, None, None]
         # q_k q_(k-1)^-1 is a^-1 b with a and b the inverses of q_k and q_(k-1)

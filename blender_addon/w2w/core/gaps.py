@@ -33,10 +33,11 @@ def bridge(positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_
     ValueError
         If a gap is longer, or stands at the beginning or end of the clip.
     """
-    lost = ~(np.isfinite(positions).all(axis=1) & np.isfinite(quaternions).all(axis=1))
-    if lost.any():
+    doubtful = _repeats(positions, quaternions, rate)
+    if not np.isfinite(positions.sum() + quaternions.sum()):
+        lost = ~(np.isfinite(positions).all(axis=1) & np.isfinite(quaternions).all(axis=1))
         _refuse_long_gaps(lost, rate, max_gap_s)
-    doubtful = lost | _repeats(positions, quaternions, rate)
+        doubtful |= lost
     affected = np.flatnonzero(doubtful.any(axis=0))
     if len(affected) == 0:
         return

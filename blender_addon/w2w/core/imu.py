@@ -18,7 +18,7 @@ from .filtering import count_resampled
 from .finite_difference import difference_signals
 from .gaps import bridge
 from .recording import ImuRecording
-from .rotations import into_frame, quaternions_of, rate_in_frame, unroll
+from .rotations import double_inverse, into_frame, quaternions_of, rate_in_frame, unroll
 from .threads import for_each
 from .trajectory import MIN_FRAMES, spline_windows
 
@@ -194,13 +194,14 @@ def _spline_signals(
             )
         )
         acc_out, gyr_out = (out[window.samples].transpose(2, 0, 1) for out in (acc, gyr))
+        scale = double_inverse(q)
         if settings.convention == "physical":
             acceleration -= gravity[:, None, None]
-            into_frame(q, acceleration, acc_out)
-            rate_in_frame(q, q_dot, gyr_out)
+            into_frame(q, scale, acceleration, acc_out)
+            rate_in_frame(q, scale, q_dot, gyr_out)
         else:
-            into_frame(q, np.broadcast_to(gravity[:, None, None], acceleration.shape), acc_out)
+            into_frame(q, scale, np.broadcast_to(gravity[:, None, None], acceleration.shape), acc_out)
             acc_out += acceleration
             # the rate in the world frame is the sensor frame's of the inverse quaternion, turned over
             inverse = np.array([1, -1, -1, -1], dtype=np.float32)[:, None, None]
-            rate_in_frame(q * inverse, q_dot * -inverse, gyr_out)
+            rate_in_frame(q * inverse, scale, q_dot * -inverse, gyr_out)

@@ -69,7 +69,7 @@ def _largest_row(m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             for component, values in zip(q, row(diagonal), strict=True):
                 component[...] = np.where(better, values, component)
             np.maximum(largest, diagonal, out=largest)
-    square = squared_length(q)
+    square = dot(q, q)
     q *= 1 / np.sqrt(square)
     # of a rotation the row's square is four times its diagonal; of nothing else
     return q, np.abs(square - 4 * largest) > 4 * RIGID_TOLERANCE * largest
@@ -79,9 +79,10 @@ def unroll(quaternions: np.ndarray) -> None:
     """Give every quaternion the sign nearest to the one before it, in place; shape (T, 4, N)."""
     q = quaternions.transpose(1, 0, 2)
     turned_over = dot(q[:, 1:], q[:, :-1]) < 0
-    if turned_over.any():
-        signs = np.cumprod(np.where(turned_over, -1.0, 1.0), axis=0)
-        quaternions[1:] *= signs[:, None]
+    affected = np.flatnonzero(turned_over.any(axis=0))
+    if len(affected):
+        signs = np.cumprod(np.where(turned_over[:, affected], -1.0, 1.0), axis=0)
+        quaternions[1:, :, affected] *= signs[:, None]
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -89,9 +90,9 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
-def squared_length(q: np.ndarray) -> np.ndarray:
-    """Sum of squares over the first axis, of 4."""
-    return dot(q, q)
+def double_inverse(q: np.ndarray) -> np.ndarray:
+    """2 / |q|^2, what turns products of a quaternion of any length into those of the unit one, doubled."""
+    return 2 / dot(q, q)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -103,23 +104,24 @@ def cross(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
     )
 
 
-def into_frame(q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """World vectors in the axes of a turned frame, R^T v.
 
     Parameters
     ----------
     q : ndarray, shape (4, ...)
         Quaternions of any length but zero, frame to world.
+    scale : ndarray, shape (...)
+        Their `double_inverse`.
     v, out : ndarray, shape (3, ...)
     """
-    scale = 2 / squared_length(q)
     turned = cross(q[1:], v)
     twice = cross(q[1:], turned)
     for axis in range(3):
         out[axis] = v[axis] + scale * (twice[axis] - q[0] * turned[axis])
 
 
-def rate_in_frame(q: np.ndarray, q_dot: np.ndarray, out: np.ndarray) -> None:
+def rate_in_frame(q: np.ndarray, scale: np.ndarray, q_dot: np.ndarray, out: np.ndarray) -> None:
     """Angular velocity in the turned frame: the vector part of 2 q^-1 q'.
 
     Exact for the normalised quaternion however long q is, since a change of length is q's own direction
@@ -128,9 +130,10 @@ def rate_in_frame(q: np.ndarray, q_dot: np.ndarray, out: np.ndarray) -> None:
     Parameters
     ----------
     q, q_dot : ndarray, shape (4, ...)
+    scale : ndarray, shape (...)
+        The `double_inverse` of q.
     out : ndarray, shape (3, ...)
     """
-    scale = 2 / squared_length(q)
     turned = cross(q[1:], q_dot[1:])
     for axis in range(3):
         out[axis] = scale * (q[0] * q_dot[1 + axis] - q_dot[0] * q[1 + axis] - turned[axis])

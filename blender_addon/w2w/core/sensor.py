@@ -275,10 +275,15 @@ def _sense(
         numbers = streams.normal(f"{kind} drift", 2, 3, errors.count_drift_steps(times))
         deviation = triad.bias_instability * errors.FLICKER_FLOOR / errors.GAUSS_MARKOV_PEAK
         knots = errors.bias_drift(numbers, deviation, triad.correlation_s, triad.random_walk)
-        values = values + errors.join(knots, times)
+        drifting = errors.join(knots, times)
+        drifting += values
+        values = drifting
     if triad.noise_density:
         deviation = errors.noise_deviation(triad.noise_density, rate, bandwidth, triad.lowpass_order)
-        values = values + np.float32(deviation) * streams.normal(f"{kind} noise", *values.shape[1:])
+        noisy = streams.normal(f"{kind} noise", *values.shape[1:])
+        noisy *= np.float32(deviation)
+        noisy += values
+        values = noisy
     return values
 
 

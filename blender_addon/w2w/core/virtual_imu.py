@@ -22,7 +22,8 @@ AS_DEFAULT = Synthesis()
 IDEAL = SensorModel.ideal()
 
 SENSORS_AT_ONCE = 128
-"""Sensors whose ideal signals are kept until the sensor model has run."""
+BYTES_AT_ONCE = 48 * 2**20
+"""Sensors whose ideal signals are kept until the sensor model has run: so many, fewer if they take more."""
 
 
 def record_motion(
@@ -59,8 +60,9 @@ def record_motion(
     acc = np.empty((n_samples, len(patches.triangles), 3), dtype=np.float32)
     gyr = np.empty_like(acc)
     transforms = skinning_transforms(body, motion)
-    for start in range(0, len(patches.triangles), SENSORS_AT_ONCE):
-        part = slice(start, start + SENSORS_AT_ONCE)
+    size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
+    for start in range(0, len(patches.triangles), size):
+        part = slice(start, start + size)
         poses = _SkinnedPatches(body, transforms, patches.triangles[part])
         ideal = synthesize(poses, motion.rate, settings)
         labelled = ImuRecording(acc=ideal.acc, gyr=ideal.gyr, rate=ideal.rate, clip=motion.clip)
@@ -87,6 +89,7 @@ class _SkinnedPatches:
         self.shape = (len(transforms), len(triangles), 4, 4)
 
     def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
-        corners = (skin(self._body, self._transforms, corner) for corner in self._triangles[part[1]].T)
-        first, second, third = corners
+        triangles = self._triangles[part[1]]
+        corners = skin(self._body, self._transforms, triangles.T.ravel())
+        first, second, third = np.split(corners, 3, axis=1)
         return frames_from_edges((first + second + third) / 3, second - first, third - first)
