@@ -41,10 +41,10 @@ def test_patches_are_distinct_places_with_a_cell_each(bundled_body, patches) -> 
 
 def test_cells_hold_the_vertices_nearest_to_their_patch(bundled_body, patches) -> None:
     distance = ExactSolver(bundled_body.vertices, bundled_body.faces)
-    for patch in (0, 100, 400):
+    for patch in (0, 400):
         cell = np.flatnonzero(patches.labels == patch)
         own = distance.distances(int(patches.vertices[patch]))[cell]
-        for other in np.random.default_rng(patch).integers(512, size=5):
+        for other in np.random.default_rng(patch).integers(512, size=3):
             to_other = distance.distances(int(patches.vertices[other]))[cell]
             assert (own <= to_other + 1e-8).all()
 

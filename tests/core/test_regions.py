@@ -170,17 +170,14 @@ def test_fingers_lie_side_by_side_from_thumb_to_little_finger(bundled_body) -> N
     assert (np.diff(depth) > 0.01).all()
 
 
-def test_fingers_that_cannot_be_told_apart_are_one_region(bundled_body) -> None:
-    """A mitten: the mesh of the bundled body with its left fingers squeezed to the knuckles."""
-    body = bundled_body
-    vertices = body.vertices.copy()
-    knuckles = joint(body, "left_hand")[0]
-    beyond = vertices[:, 0] > knuckles - 0.03
-    vertices[beyond, 0] = knuckles - 0.03 + 0.05 * (vertices[beyond, 0] - knuckles + 0.03)
-    mitten = Body(vertices, body.faces, body.joints, body.weights)
-    names = label_regions(mitten)[1]
-    assert "left index finger" not in names
-    assert "right index finger" in names
+def test_fingers_that_cannot_be_told_apart_are_one_region(bundled_body, monkeypatch) -> None:
+    monkeypatch.setattr("blender_addon.w2w.core.region_limbs.FINGER_PROMINENCE", 0.9)
+    codes, names = label_regions(bundled_body)
+    assert EXPECTED - set(names) == {f"{side} {finger}" for side in ("left", "right") for finger in FINGERS}
+    x = bundled_body.vertices[:, 0]
+    fingers = codes == names.index("left fingers")
+    assert x[fingers].max() == x.max()
+    assert x[fingers].min() > joint(bundled_body, "left_hand")[0]
 
 
 def test_regions_do_not_depend_on_size_or_place(bundled_body) -> None:
@@ -189,6 +186,13 @@ def test_regions_do_not_depend_on_size_or_place(bundled_body) -> None:
     codes, names = label_regions(child)
     assert names == body.regions[1]
     assert (codes == body.regions[0]).mean() > 0.999
+
+
+@pytest.mark.parametrize("stretch", [(1.25, 1.25, 1), (1, 1.4, 1), (0.85, 0.85, 1), (1, 1, 1.2)])
+def test_stout_and_slender_bodies_have_all_regions(bundled_body, stretch) -> None:
+    body = bundled_body
+    other = Body(body.vertices * stretch, body.faces, body.joints * stretch, body.weights)
+    assert set(other.regions[1]) == EXPECTED
 
 
 def test_mirrored_region_swaps_the_side_only() -> None:

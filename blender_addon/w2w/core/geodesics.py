@@ -28,6 +28,7 @@ class ExactSolver:
         corners = self.faces.ravel()
         self._corner_faces = np.argsort(corners, kind="stable") // 3
         self._corner_starts = np.concatenate([[0], np.cumsum(np.bincount(corners, minlength=len(vertices)))])
+        self._beyond = _faces_beyond(self.faces)
         self._local_index = np.zeros(len(self.vertices), dtype=np.int32)
 
     def distances(self, source: int) -> np.ndarray:
@@ -60,6 +61,7 @@ class ExactSolver:
         """
         inside, faces = self._submesh(source, self._candidates(source, distance))
         if len(faces) == 0:
+            # no other vertex is nearer to this source than to an earlier one
             return np.array([source]), np.zeros(1)
         return inside, _solve(self.vertices[inside], faces, int(self._local_index[source]))
 
@@ -86,27 +88,26 @@ class ExactSolver:
         first_slots = starts - np.concatenate([[0], np.cumsum(counts)[:-1]])
         slots = np.repeat(first_slots, counts) + np.arange(counts.sum())
         found, hits = np.unique(self._corner_faces[slots], return_counts=True)
-        faces = self.faces[found[hits == 3]]
-        used = np.unique(faces)
-        if source not in used:
-            return np.array([source]), faces[:0]
-        self._local_index[used] = np.arange(len(used))
-        # the solver leaves undefined what no way leads to, so only what hangs together goes in
-        joined = _joined(self._local_index[faces], len(used), int(self._local_index[source]))
-        inside, faces = used[joined], faces[joined[self._local_index[faces[:, 0]]]]
+        faces = self.faces[self._joined(found[hits == 3], source)]
+        inside = np.unique(faces)
         self._local_index[inside] = np.arange(len(inside))
         return inside, self._local_index[faces]
 
+    def _joined(self, candidates: np.ndarray, source: int) -> np.ndarray:
+        """Those of some faces that can be reached from a vertex across edges, found ring by ring.
 
-def _joined(faces: np.ndarray, n_vertices: int, source: int) -> np.ndarray:
-    """Which vertices hang together with one of them, shape (V,) of bool; grown ring by ring."""
-    joined = np.zeros(n_vertices, dtype=bool)
-    joined[source] = True
-    size = 0
-    while size < joined.sum():
-        size = joined.sum()
-        joined[faces[joined[faces].any(axis=1)]] = True
-    return joined
+        The solver leaves the distance of whatever it cannot reach undefined.
+        """
+        waiting = np.zeros(len(self.faces) + 1, dtype=bool)
+        waiting[candidates] = True
+        ring = candidates[(self.faces[candidates] == source).any(axis=1)]
+        rings = []
+        while len(ring):
+            waiting[ring] = False
+            rings.append(ring)
+            beyond = np.unique(self._beyond[ring])
+            ring = beyond[waiting[beyond]]
+        return np.sort(np.concatenate(rings)) if rings else candidates[:0]
 
 
 def _solve(vertices: np.ndarray, faces: np.ndarray, source: int) -> np.ndarray:
@@ -118,6 +119,17 @@ def _solve(vertices: np.ndarray, faces: np.ndarray, source: int) -> np.ndarray:
             'exact geodesics need the package "pygeodesic"; install it or sample with mode="fast"'
         ) from error
     return PyGeodesicAlgorithmExact(vertices, faces).geodesicDistances([source], None)[0]
+
+
+def _faces_beyond(faces: np.ndarray) -> np.ndarray:
+    """Face on the other side of each face's three edges, shape (F, 3); F where there is none."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    order = np.lexsort(edges.T)
+    same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
+    first, second = order[:-1][same], order[1:][same]
+    beyond = np.full(len(edges), len(faces))
+    beyond[first], beyond[second] = second % len(faces), first % len(faces)
+    return beyond.reshape(3, -1).T
 
 
 def _longest_edge_at_vertices(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

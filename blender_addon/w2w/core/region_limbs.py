@@ -33,7 +33,7 @@ POCKET = (0.32, -15.0, 70.0)
 
 FINGERS = ("thumb", "index finger", "middle finger", "ring finger", "little finger")
 
-FINGER_PROMINENCE = 0.2
+FINGER_PROMINENCE = 0.1
 """How far a finger stands out from the hand at least, as a fraction of the hand's length."""
 
 LATERAL_SIDES = ("front", "lateral", "back", "medial")
@@ -62,7 +62,7 @@ def arm_names(body: Body, vertices: np.ndarray, side: str) -> np.ndarray:
     names[(section == "shoulder") & (lateral == "medial")] = "armpit"
     hand = section == "hand"
     names[hand] = _hand_names(body.vertex_normals[vertices[hand]] @ dorsal, angle[hand])
-    for finger, members in _fingers(body, vertices[along > 1.8], joints, dorsal).items():
+    for finger, members in _fingers(body, vertices[along > 2], joints, dorsal).items():
         names[np.isin(vertices, members)] = finger
     return np.char.add(f"{side} ", names)
 

@@ -131,8 +131,8 @@ def _shortlist(body: Body, centres: np.ndarray, corners: np.ndarray) -> tuple[np
     outward = np.einsum("ntk,nk->nt", normal, body.vertex_normals[centres]) / double_area
     offset = np.linalg.norm((points[:, first] + points[:, second] + points[:, third]) / 3, axis=-1)
     spacing = np.maximum(sides[:, 0, 1 : NEAREST - 1].mean(axis=1, keepdims=True), MIN_HEIGHT)
-    too_low = np.maximum(1 - height / MIN_HEIGHT, 0)
-    cost = 2 * (1 - equilateral) + 3 * (1 - np.abs(outward)) + 0.5 * offset / spacing + 10 * too_low
+    too_low = np.where(height < MIN_HEIGHT, 2 - height / MIN_HEIGHT, 0)
+    cost = 2 * (1 - equilateral) + 3 * (1 - np.abs(outward)) + 0.5 * offset / spacing + 100 * too_low
     best = np.argsort(np.round(cost, COST_DIGITS), axis=1, kind="stable")[:, :SHORTLIST]
     triangles = np.take_along_axis(corners[:, None], triples[best], axis=2)
     inward = np.take_along_axis(outward, best, axis=1) < 0

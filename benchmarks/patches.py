@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How fast and how true patches are sampled, against a loop over the heat method.
+
+Run it as `python benchmarks/patches.py [--body BODY.npz]`. All figures come from one run, each time
+the best of several rounds of processor time; it ends with exit status 1 where an aim is missed:
+512 exact patches in under 3 s, fast ones no slower than the heat loop and with less error, and a
+heatmap switched in under a millisecond.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import potpourri3d
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from blender_addon.w2w.core.body import BUNDLED_BODY, Body
+from blender_addon.w2w.core.farthest_points import Sampling, farthest_points
+from blender_addon.w2w.core.geodesics import ExactSolver
+from blender_addon.w2w.core.patches import sample_patches
+from blender_addon.w2w.core.pose_library import random_poses
+from blender_addon.w2w.core.strip_graph import StripGraph
+from blender_addon.w2w.core.triangles import MIN_HEIGHT, triangle_rotation_error
+
+PATCHES = 512
+MOST_SECONDS = 3.0
+MOST_SWITCH = 1e-3
+TRIED_POSES, TRIED_SEED = 200, 99
+"""Poses that the triangles are judged by; others than those they were chosen by."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--body", type=Path, default=BUNDLED_BODY, help="npz of a body; the bundled one unless told"
+    )
+    parser.add_argument("--rounds", type=int, default=3, help="rounds, of which the best counts")
+    options = parser.parse_args()
+    body = Body.load(options.body)
+    print(f"{body.name}: {len(body.vertices)} vertices, {PATCHES} patches")
+    missed = [*_distances(body), *_sampling(body, options.rounds), *_spreading(body, options.rounds)]
+    _triangles(body)
+    for aim in missed:
+        print(f"MISSED: {aim}")
+    return 1 if missed else 0
+
+
+def _distances(body: Body) -> list[str]:
+    """Error of approximate distances against exact ones, over sources all over the body."""
+    exact = ExactSolver(body.vertices, body.faces)
+    heat = potpourri3d.MeshHeatMethodDistanceSolver(body.vertices, body.faces)
+    strips, edges = (StripGraph.of(body.vertices, body.faces, crossings) for crossings in (3, 0))
+    sources = np.random.default_rng(0).integers(len(body.vertices), size=12).tolist()
+    truth = np.array([exact.distances(source) for source in sources])
+    found = {
+        "Dijkstra on edges": np.array([edges.distances(source) for source in sources]),
+        "heat method": np.array([heat.compute_distance(source) for source in sources]),
+        "strip graph (fast)": np.array([strips.distances(source) for source in sources]),
+    }
+    away = truth > 0
+    mean = {}
+    print("error of distances (mean, 99th percentile):")
+    for name, values in found.items():
+        error = np.abs(values[away] / truth[away] - 1)
+        mean[name] = error.mean()
+        print(f"  {name:28s} {100 * mean[name]:5.2f} % {100 * np.percentile(error, 99):6.2f} %")
+    worse = mean["strip graph (fast)"] >= mean["heat method"]
+    return ["fast distances are no truer than the heat method's"] if worse else []
+
+
+def _sampling(body: Body, rounds: int) -> list[str]:
+    """Time of sampling alone, set-up included, and of everything that makes a `PatchSet`."""
+    vertices, faces, count = body.vertices, body.faces, len(body.vertices)
+
+    def heat() -> Sampling:
+        return farthest_points(_HeatSolver(vertices, faces), PATCHES, 0, count)
+
+    def exact(n: int = PATCHES) -> Sampling:
+        return farthest_points(ExactSolver(vertices, faces), n, 0, count)
+
+    def fast(n: int = PATCHES) -> Sampling:
+        return farthest_points(StripGraph.of(vertices, faces), n, 0, count)
+
+    solver = ExactSolver(vertices, faces)
+    one = _seconds(lambda: solver.distances(0), rounds)
+    spent = {
+        "heat method, plain loop": _seconds(heat, rounds),
+        "exact": _seconds(exact, rounds),
+        "fast": _seconds(fast, rounds),
+        "exact, 2,048": _seconds(lambda: exact(2048), 1),
+        "fast, 2,048": _seconds(lambda: fast(2048), 1),
+        "all of sample_patches": _seconds(lambda: sample_patches(body, PATCHES), rounds),
+        "all of sample_patches, fast": _seconds(lambda: sample_patches(body, PATCHES, mode="fast"), rounds),
+    }
+    print("farthest-point sampling (s):")
+    print(f"  {'exact, plain loop (reckoned)':28s} {one * PATCHES:7.2f}")
+    for name, seconds in spent.items():
+        print(f"  {name:28s} {seconds:7.2f}")
+    missed = []
+    if spent["all of sample_patches"] > MOST_SECONDS:
+        missed.append(f"exact patches take more than {MOST_SECONDS:g} s")
+    if spent["fast"] > spent["heat method, plain loop"]:
+        missed.append("fast sampling is slower than the heat loop")
+    return missed
+
+
+def _spreading(body: Body, rounds: int) -> list[str]:
+    """Time of one heatmap: scores of patches to vertices."""
+    patches = sample_patches(body, PATCHES, mode="fast")
+    scores = np.random.default_rng(0).random(PATCHES)
+    seconds = _seconds(lambda: [patches.to_vertices(scores) for _ in range(100)], rounds) / 100
+    print(f"scores to vertices: {1e3 * seconds:.3f} ms")
+    return ["scores to vertices take more than a millisecond"] if seconds > MOST_SWITCH else []
+
+
+def _triangles(body: Body) -> None:
+    """Worst rotation of the patches' triangles against their bones, next to the nearest vertices."""
+    patches = sample_patches(body, PATCHES)
+    graph = StripGraph.of(body.vertices, body.faces)
+    nearest = np.array([near[:3] for near in graph.neighbourhoods(patches.vertices, 0.04, 3)])
+    poses = random_poses(TRIED_POSES, TRIED_SEED)
+    print(f"worst rotation against the bone over {TRIED_POSES} poses (degrees):")
+    for name, triangles in (("three nearest vertices", nearest), ("chosen triangles", patches.triangles)):
+        worst = np.degrees(triangle_rotation_error(body, triangles, poses))
+        middle, high, extreme = np.percentile(worst, [50, 90, 99])
+        low = int((_heights(body, triangles) < MIN_HEIGHT).sum())
+        print(f"  {name:28s} median {middle:.1f}, 90 % {high:.1f}, 99 % {extreme:.1f}, all {worst.max():.1f}")
+        print(f"  {'':28s} {int((worst > 60).sum())} over 60, {low} lower than 4 mm")
+
+
+class _HeatSolver:
+    """The heat method, which always solves for the whole mesh, as a solver to sample with."""
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+        self._solver = potpourri3d.MeshHeatMethodDistanceSolver(vertices, faces)
+        self._everything = np.arange(len(vertices))
+
+    def closer(self, source: int, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # noqa: ARG002
+        return self._everything, self._solver.compute_distance(source)
+
+
+def _heights(body: Body, triangles: np.ndarray) -> np.ndarray:
+    corners = body.vertices[triangles]
+    sides = np.roll(corners, -1, axis=1) - corners
+    double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return double_area / np.linalg.norm(sides, axis=2).max(axis=1)
+
+
+def _seconds(task: Callable[[], Any], rounds: int) -> float:
+    """Least processor time of several rounds."""
+    spent = []
+    for _ in range(rounds):
+        begin = time.process_time()
+        task()
+        spent.append(time.process_time() - begin)
+    return min(spent)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
