@@ -12,6 +12,7 @@ from typing import Any
 from blender_addon.w2w.core.agreement import rank_agreement
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
+from blender_addon.w2w.core.shapes import MORPHOLOGIES
 
 from .pipeline import Study
 from .results import DIGITS, place
@@ -78,13 +79,17 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
 
 def _body(text: str) -> Body:
     words = text.split()
+    if text in MORPHOLOGIES:
+        return Body.bundled().shaped(**MORPHOLOGIES[text]) if MORPHOLOGIES[text] else Body.bundled()
     if words[0] in GENDERS:
         return _shaped(words)
     if Path(text).suffix:
         from blender_addon.w2w.core.smpl import load_body
 
         return load_body(text)
-    raise ValueError(f"'{text}' is no body that W2W knows: write {EXAMPLE}")
+    raise ValueError(
+        f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
+    )
 
 
 def _shaped(words: list[str]) -> Body:
@@ -97,8 +102,6 @@ def _shaped(words: list[str]) -> Body:
             raise ValueError(f"'{word}' is not understood: write a shape as {EXAMPLE}") from None
         if name not in SHAPE_PARAMETERS:
             raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
-    if words == ["neutral"]:
-        return Body.bundled()
     return Body.bundled().shaped(gender=GENDERS[words[0]], **given)
 
 
