@@ -195,6 +195,16 @@ def test_stout_and_slender_bodies_have_all_regions(bundled_body, stretch) -> Non
     assert set(other.regions[1]) == EXPECTED
 
 
+@pytest.mark.parametrize(
+    "shape", [{"gender": -1, "height": 1.5, "weight": 45}, {"gender": 1, "height": 1.95, "weight": 120}]
+)
+def test_women_and_men_of_any_build_have_the_same_regions_in_the_same_places(bundled_body, shape) -> None:
+    other = bundled_body.shaped(**shape)
+    assert set(other.regions[1]) == EXPECTED
+    names, neutral = (np.array(body.regions[1])[body.regions[0]] for body in (other, bundled_body))
+    assert (names == neutral).mean() > 0.88
+
+
 def test_mirrored_region_swaps_the_side_only() -> None:
     assert mirrored_region("left wrist dorsal") == "right wrist dorsal"
     assert mirrored_region("right ear") == "left ear"
