@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.retarget import retarget, smallest_rotation
+from blender_addon.w2w.core.retarget import BY_STRUCTURE, retarget, smallest_rotation
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
 from blender_addon.w2w.core.skinning import joint_transforms
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 
 MIXAMO_NAMES = (
     "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase "
-    "RightToeBase Neck LeftShoulder RightShoulder Head LeftArm RightArm LeftForeArm RightForeArm LeftHand RightHand "
-    "LeftHandMiddle1 RightHandMiddle1"
+    "RightToeBase Neck LeftShoulder RightShoulder Head LeftArm RightArm LeftForeArm RightForeArm LeftHand "
+    "RightHand LeftHandMiddle1 RightHandMiddle1"
 ).split()
 
 TURN = Rotation.from_euler
@@ -123,13 +123,22 @@ def test_travel_in_centimetres_on_a_rig_in_metres_is_seen(bundled_body, waving):
     assert np.ptp(retarget(travelling, bundled_body).motion.pelvis[:, 2]) < 1
 
 
-def test_an_unknown_rig_is_refused_with_its_bones_named(bundled_body, waving):
+def test_an_unknown_rig_is_matched_by_its_structure(bundled_body, waving):
+    known = as_source(bundled_body, waving, arms_at(0))
+    odd = replace(known, bones=tuple(f"joint{i}" for i in range(24)))
+    carried, expected = retarget(odd, bundled_body), retarget(known, bundled_body)
+    assert carried.bone_map == BY_STRUCTURE
+    assert {joint: odd.bones.index(bone) for joint, bone in carried.bones.items()} == {
+        joint: known.bones.index(bone) for joint, bone in expected.bones.items()
+    }
+    np.testing.assert_allclose(carried.motion.rotations, expected.motion.rotations, atol=1e-9)
+
+
+def test_a_rig_of_no_person_is_refused_with_its_bones_named(bundled_body, waving):
     source = as_source(bundled_body, waving, arms_at(0))
-    odd = SourceMotion(
-        tuple(f"joint{i}" for i in range(24)), source.parents, source.rest, source.matrices, source.rate
-    )
-    with pytest.raises(UnusableMotion, match="joint1"):
-        retarget(odd, bundled_body)
+    star = replace(source, bones=tuple(f"joint{i}" for i in range(24)), parents=np.array([-1] + 23 * [0]))
+    with pytest.raises(UnusableMotion, match=r"by name or by structure, for 13 needed joints.*joint1"):
+        retarget(star, bundled_body)
 
 
 vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 1e-3)

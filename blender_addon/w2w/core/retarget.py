@@ -21,6 +21,7 @@ from .motion import Motion
 from .skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
 from .skinning import skin, skinning_transforms
 from .source_motion import SourceMotion, UnusableMotion, unscaled_rotations
+from .structure_match import match_by_structure
 
 SEGMENT_END = {
     JOINT_INDEX[f"{side}_{start}"]: JOINT_INDEX[f"{side}_{end}"]
@@ -34,6 +35,9 @@ SEGMENT_END = {
     )
 }
 """Joints whose segment is laid along the source's: the joint at its far end."""
+
+BY_STRUCTURE = "unknown (matched by its structure)"
+"""What to call a skeleton whose names say nothing."""
 
 ABSURD_BOB = 5.0
 """Hips that rise and fall by more leg lengths than this are given in another unit."""
@@ -63,7 +67,7 @@ class Retargeting:
     ----------
     motion : Motion
     bone_map : str
-        Name of the bone map that matched.
+        Name of the bone map that matched, or `BY_STRUCTURE`.
     bones : dict of str to str
         Joint name -> source bone, for the joints that have one.
     scale : float
@@ -96,10 +100,7 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     UnusableMotion
         If the skeleton cannot be matched; the message says which joints have no bone.
     """
-    bone_map, matched = best_match(source.bones, maps)
-    missing = missing_joints(matched)
-    if missing:
-        raise UnusableMotion(_unmatched(source, missing))
+    skeleton, matched = matched_joints(source, maps)
     rest = {joint: source.rest[bone, :3, 3] for joint, bone in matched.items()}
     alignment = rest_alignment(body, rest)
     rotations = _world_rotations(source, matched, alignment)
@@ -111,10 +112,41 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     )
     return Retargeting(
         motion=on_the_ground(body, motion),
-        bone_map=bone_map.name,
+        bone_map=skeleton,
         bones={JOINT_NAMES[joint]: source.bones[bone] for joint, bone in sorted(matched.items())},
         scale=scale,
     )
+
+
+def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[str, dict[int, int]]:
+    """Which bone plays which joint: by name, else by the structure of the skeleton.
+
+    Parameters
+    ----------
+    source : SourceMotion
+    maps : iterable of BoneMap
+        The user's own bone maps, tried before the bundled ones.
+
+    Returns
+    -------
+    skeleton : str
+        Name of the bone map that matched, or `BY_STRUCTURE`.
+    matched : dict of int to int
+        Joint index -> bone index; every required joint is there.
+
+    Raises
+    ------
+    UnusableMotion
+        If neither finds all required joints; the message says which have no bone.
+    """
+    bone_map, matched = best_match(source.bones, maps)
+    missing = missing_joints(matched)
+    if not missing:
+        return bone_map.name, matched
+    matched = match_by_structure(source)
+    if missing_joints(matched):
+        raise UnusableMotion(_unmatched(source, missing))
+    return BY_STRUCTURE, matched
 
 
 def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
@@ -307,6 +339,6 @@ def _unmatched(source: SourceMotion, missing: list[str]) -> str:
     names = ", ".join(name.replace("_", " ") for name in missing)
     shown = ", ".join(source.bones[1:9])
     return (
-        f"no bone was found for {len(missing)} needed joints ({names}) "
+        f"no bone was found, by name or by structure, for {len(missing)} needed joints ({names}) "
         f"among its {len(source.bones) - 1} bones ({shown}, ...): give a bone map for this rig"
     )
