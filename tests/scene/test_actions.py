@@ -32,7 +32,7 @@ def assert_same_motion(read, motion):
     assert read.n_frames == motion.n_frames
     assert read.rate == pytest.approx(motion.rate, rel=1e-5)
     assert turn_angles(read, motion).max() < 1e-3
-    np.testing.assert_allclose(read.pelvis, motion.pelvis, atol=1e-6)
+    np.testing.assert_allclose(read.pelvis, motion.pelvis, atol=3e-6)
 
 
 @pytest.mark.parametrize("scene_rate", [24, 30, 60])
@@ -113,7 +113,7 @@ def test_euler_bones_are_read_too(body_in_scene):
     read = read_action(armature, armature.animation_data.action)
     rest = np.array(armature.data.bones["left_knee"].matrix_local)[:3, :3]
     np.testing.assert_allclose(
-        read.rotations[0, 4], rest @ np.array(bone.matrix_basis)[:3, :3] @ rest.T, atol=1e-6
+        read.rotations[0, 4], rest @ np.array(bone.matrix_basis)[:3, :3] @ np.linalg.inv(rest), atol=1e-6
     )
 
 

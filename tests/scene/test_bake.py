@@ -59,7 +59,7 @@ def test_fast_general_and_the_empties_agree(body_in_scene, patches, waving, scen
     [
         "M3-org__CharacterStudio/AirSquat.fbx",
         "GDDMN__Test_DigitalOxygen/Roundhouse Kick.fbx",
-        "Uncleared__RootMotionNavMesh/Soccer Kick.fbx",
+        "eminkarakaya__Idle-Restaurant/Sit To Stand.fbx",
     ],
 )
 def test_they_agree_on_real_clips_and_all_patches(

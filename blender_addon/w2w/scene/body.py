@@ -17,7 +17,7 @@ MIRROR_ATTRIBUTE = "mirror vertex"
 LEAF_LENGTH = 0.6
 """Length of a bone that ends in no joint, in lengths of its parent."""
 
-PELVIS_LEAN = 0.4
+PELVIS_LEAN = 0.5
 """How far the pelvis bone leans forward, in its own length."""
 
 AIMS = {
