@@ -98,6 +98,7 @@ def _draw_subset(study: Study, renderer: BodyRenderer) -> None:
         subset.mean_max_after_each[: len(order)],
         target=subset.target,
         subtitle=subtitle,
+        scale=(low, high),
     )
 
 
