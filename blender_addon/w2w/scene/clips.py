@@ -12,7 +12,9 @@ import bpy
 import numpy as np
 
 from ..core.bone_maps import best_match, missing_joints
+from ..core.library import MOTION_SUFFIXES
 from ..core.source_motion import SourceMotion, UnusableMotion
+from ..core.source_repair import repaired
 from .fcurves import action_curves, basis_matrices
 from .motion_files import check_fbx, check_text_motion
 
@@ -68,8 +70,10 @@ def read_clip(path: str | Path) -> SourceMotion:
     UnusableMotion
         If the file holds no motion that can be used; the message says why.
     """
-    with imported(Path(path)) as objects:
-        return best_take(objects)
+    path = Path(path)
+    with imported(path) as objects:
+        source = best_take(objects)
+    return repaired(source) if path.suffix.lower() == ".bvh" else source
 
 
 @contextmanager
@@ -109,7 +113,9 @@ def import_file(path: Path) -> None:
             check_text_motion(path, b"HIERARCHY", "BVH")
             bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
         else:
-            raise UnusableMotion(f"'{kind}' is not a kind of motion file that can be read (.fbx, .bvh, .npz)")
+            raise UnusableMotion(
+                f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
+            )
     except UnusableMotion:
         raise
     except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError
@@ -285,5 +291,6 @@ def _all_data() -> Iterator[bpy.types.ID]:
 
 def _reason(error: Exception) -> str:
     """The importer's own words, without its prefix and the path."""
-    text = str(error).strip().splitlines()[-1] if str(error).strip() else type(error).__name__
+    lines = [line for line in str(error).strip().splitlines() if not line.startswith("Location: ")]
+    text = lines[-1] if lines else type(error).__name__
     return text.split(": ")[-1].strip("'\" ") or type(error).__name__
