@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from blender_addon.w2w.core.amass import read_amass, to_body
+from blender_addon.w2w.core.amass import SMPL_SUFFIXES, read_amass, to_body
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json, write_npz
 from blender_addon.w2w.core.library import Clip
@@ -167,14 +167,14 @@ def do_clip(job: Job) -> Outcome:
 
 
 def read_source(path: Path) -> SourceMotion | Motion:
-    """Read a motion file: a named skeleton through Blender, or an AMASS-style npz directly.
+    """Read a motion file: a named skeleton through Blender, or an AMASS-style npz or .smpl directly.
 
     Raises
     ------
     UnusableMotion
         If it cannot be used; the message says why.
     """
-    if path.suffix.lower() == ".npz":
+    if path.suffix.lower() in SMPL_SUFFIXES:
         return read_amass(path)
     forget_scripts_path()
     from blender_addon.w2w.scene.clips import read_clip

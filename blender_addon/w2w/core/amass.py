@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""AMASS-style npz files (SMPL, SMPL-H, SMPL-X poses) in, as motions of the 24 joints."""
+"""AMASS-style npz and `.smpl` files (SMPL, SMPL-H, SMPL-X poses) in, as motions of the 24 joints."""
 
 from __future__ import annotations
 
@@ -15,12 +15,21 @@ from .retarget import on_the_ground
 from .skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from .source_motion import UnusableMotion
 
-RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps")
+SMPL_SUFFIXES = (".npz", ".smpl")
+"""Kinds of files read here, in lower case with the dot."""
+
+RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps", "frameRate")
+TRANS_KEYS = ("trans", "transl", "bodyTranslation")
+POSE_PARTS = (("root_orient", "pose_body"), ("global_orient", "body_pose"))
+"""Names of the pelvis's turn and of the other joints', in files that keep them apart."""
+
+SMPL_CONTAINER = "bodyPose"
+"""Where a `.smpl` file (Meshcapade's smplcodec, an npz by other names) keeps its poses."""
 
 BODY_JOINTS = min(BODY_HANDS)
 """Joints before the hands: the same in SMPL, SMPL-H and SMPL-X (Pavlakos et al. 2019)."""
 
-POSE_WIDTHS = {72: "SMPL", 156: "SMPL-H", 165: "SMPL-X", 66: "SMPL body"}
+POSE_WIDTHS = {72: "SMPL", 156: "SMPL-H", 165: "SMPL-X", 66: "SMPL-H or SMPL-X without hands"}
 
 MAX_BYTES = 2 * 2**30
 """No clip unpacks to more; a small npz may claim to."""
@@ -29,11 +38,11 @@ MIN_FRAMES = 4
 
 
 def read_amass(path: str | Path) -> Motion:
-    """Read an AMASS-style npz.
+    """Read an AMASS-style npz or a `.smpl` file.
 
-    AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle,
-    ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up; files whose
-    bodies stand along y instead are turned.
+    AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or
+    ``root_orient`` and ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their
+    world is z up; files whose bodies stand along y instead, as `.smpl` files have it, are turned.
 
     Parameters
     ----------
@@ -50,11 +59,12 @@ def read_amass(path: str | Path) -> Motion:
         If it is no such file, or holds a pose instead of a motion.
     """
     arrays = _read_arrays(Path(path))
-    poses, trans, rate = _poses(arrays), _trans(arrays), _rate(arrays)
+    poses = _poses(arrays)
+    if len(poses) < MIN_FRAMES:
+        raise UnusableMotion(f"it holds a pose, not a motion: {len(poses)} frame{'s' * (len(poses) != 1)}")
+    trans, rate = _trans(arrays), _rate(arrays)
     if len(poses) != len(trans):
         raise UnusableMotion(f"its 'poses' have {len(poses)} frames but its 'trans' has {len(trans)}")
-    if len(poses) < MIN_FRAMES:
-        raise UnusableMotion(f"it holds a pose, not a motion: {len(poses)} frames")
     if not (np.isfinite(poses).all() and np.isfinite(trans).all()):
         raise UnusableMotion("it holds values that are not finite")
     rotations = np.tile(np.eye(3), (len(poses), N_JOINTS, 1, 1))
@@ -80,27 +90,41 @@ def _read_arrays(path: Path) -> dict[str, np.ndarray]:
         if size > MAX_BYTES:
             raise UnusableMotion(f"it would unpack to {size / 2**30:.1f} GiB, more than any motion needs")
         with np.load(path, allow_pickle=False) as data:
-            wanted = {"poses", "trans", *RATE_KEYS} & set(data.files)
-            if "poses" not in wanted:
-                held = ", ".join(sorted(data.files)[:8])
+            names = set(data.files)
+            if not ({"poses", SMPL_CONTAINER} & names or any(set(parts) <= names for parts in POSE_PARTS)):
+                held = ", ".join(sorted(names)[:8])
                 raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
+            parts = [name for pair in POSE_PARTS for name in pair]
+            wanted = names & {"poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS}
             return {name: data[name] for name in wanted}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
         raise UnusableMotion(f"it cannot be read as an npz file: {error}") from error
 
 
 def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:
-    poses = arrays["poses"]
-    if poses.ndim == 3 and poses.shape[1:] == (N_JOINTS, 3):
+    """Rotation vectors of the joints before the hands, shape (T, 66)."""
+    name = next((name for name in ("poses", SMPL_CONTAINER) if name in arrays), None)
+    if name is None:
+        name, parts = next(("' and '".join(pair), pair) for pair in POSE_PARTS if set(pair) <= arrays.keys())
+        turns = [arrays[part].reshape(len(arrays[part]), -1) for part in parts if arrays[part].ndim]
+        if len(turns) < len(parts) or len(turns[0]) != len(turns[1]):
+            raise UnusableMotion(f"its '{name}' differ in their number of frames")
+        poses = np.concatenate(turns, axis=1)
+    else:
+        poses = arrays[name]
+    if poses.ndim == 3 and poses.shape[2] == 3:
         poses = poses.reshape(len(poses), -1)
     if poses.ndim != 2 or poses.shape[1] not in POSE_WIDTHS or poses.dtype.kind != "f":
         widths = ", ".join(f"{width} ({kind})" for width, kind in POSE_WIDTHS.items())
-        raise UnusableMotion(f"its 'poses' have shape {poses.shape}; expected (frames, n), n one of {widths}")
+        hint = ", which look like quaternions" if poses.ndim == 3 and poses.shape[2] == 4 else ""
+        raise UnusableMotion(
+            f"its '{name}' have shape {poses.shape}{hint}; expected axis-angle (frames, n), n one of {widths}"
+        )
     return poses[:, : 3 * BODY_JOINTS].astype(np.float64)
 
 
 def _trans(arrays: dict[str, np.ndarray]) -> np.ndarray:
-    trans = arrays.get("trans")
+    trans = next((arrays[name] for name in TRANS_KEYS if name in arrays), None)
     if trans is None or trans.ndim != 2 or trans.shape[1] != 3 or trans.dtype.kind != "f":
         found = "is missing" if trans is None else f"has shape {trans.shape}"
         raise UnusableMotion(f"its 'trans' {found}; expected (frames, 3) in metres")
@@ -113,7 +137,10 @@ def _rate(arrays: dict[str, np.ndarray]) -> float:
             rate = float(arrays[name].item())
             if np.isfinite(rate) and rate > 0:
                 return rate
-    raise UnusableMotion(f"it does not say its frame rate: none of {', '.join(RATE_KEYS)} holds one")
+    raise UnusableMotion(
+        f"it does not say its frame rate: none of {', '.join(RATE_KEYS)} holds one; "
+        f"save it again with '{RATE_KEYS[0]}'"
+    )
 
 
 def _stands_along_y(root: np.ndarray) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-MOTION_SUFFIXES = (".fbx", ".bvh", ".npz")
+MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
 """Kinds of motion files, in lower case with the dot."""
 
 UNLABELLED = "labels.csv does not list it"

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""SMPL motions under the names and axes that files in the wild use; what is none is refused truly."""
+
+import csv
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from blender_addon.w2w.core.amass import read_amass
+from blender_addon.w2w.core.skeleton import N_JOINTS, Y_UP_TO_Z_UP
+from blender_addon.w2w.core.source_motion import UnusableMotion
+
+BODY = 22
+"""Joints before the hands."""
+
+
+@pytest.fixture
+def arrays(waving, tmp_path):
+    """`waving` as its own npz has it: poses (T, 72), trans, rate."""
+    waving.save(tmp_path / "waving.npz")
+    with np.load(tmp_path / "waving.npz") as data:
+        return dict(data)
+
+
+def read(tmp_path, name="clip.npz", **arrays):
+    with (tmp_path / name).open("wb") as stream:
+        np.savez(stream, **arrays)
+    return read_amass(tmp_path / name)
+
+
+def check(motion, waving):
+    np.testing.assert_allclose(motion.rotations[:, :BODY], waving.rotations[:, :BODY], atol=1e-6)
+    np.testing.assert_allclose(motion.pelvis, waving.pelvis, atol=1e-6)
+    assert motion.rate == waving.rate
+
+
+@pytest.mark.parametrize("extra", [84, 93, -6])
+def test_smpl_h_smpl_x_and_bodies_without_hands(tmp_path, arrays, waving, extra):
+    poses = arrays["poses"]
+    poses = poses[:, :66] if extra < 0 else np.concatenate([poses, np.full((len(poses), extra), 0.3)], axis=1)
+    check(read(tmp_path, poses=poses, trans=arrays["trans"], mocap_frame_rate=np.array(30.0)), waving)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("root_orient", "pose_body", "trans", "fps"), ("global_orient", "body_pose", "transl", "framerate")],
+)
+def test_root_and_body_kept_apart(tmp_path, arrays, waving, names):
+    root, body, trans, rate = names
+    parts = {root: arrays["poses"][:, :3], body: arrays["poses"][:, 3:66].reshape(-1, 21, 3)}
+    check(read(tmp_path, **parts, **{trans: arrays["trans"], rate: np.array(30)}), waving)
+
+
+def to_y_up(arrays):
+    """The same file in y-up axes: the whole world turned back."""
+    poses, trans = arrays["poses"].copy(), arrays["trans"]
+    turn = Rotation.from_matrix(Y_UP_TO_Z_UP.T)
+    poses[:, :3] = (turn * Rotation.from_rotvec(poses[:, :3])).as_rotvec()
+    from blender_addon.w2w.core.motion import SMPL_PELVIS
+
+    return poses, (trans + SMPL_PELVIS) @ Y_UP_TO_Z_UP - SMPL_PELVIS
+
+
+def test_y_up_files_are_turned(tmp_path, arrays, waving):
+    poses, trans = to_y_up(arrays)
+    check(read(tmp_path, poses=poses, trans=trans, fps=np.array(30.0)), waving)
+
+
+@pytest.mark.parametrize("joints", [BODY, N_JOINTS])
+def test_smpl_containers(tmp_path, arrays, waving, joints):
+    """What Meshcapade's smplcodec writes: y up, single precision, camel case."""
+    poses, trans = to_y_up(arrays)
+    container = {
+        "codecVersion": np.int32(2),
+        "smplVersion": np.int32(2 if joints == BODY else 0),
+        "gender": np.int32(0),
+        "frameCount": np.int32(len(poses)),
+        "frameRate": np.float32(30),
+        "shapeParameters": np.zeros(10, np.float32),
+        "bodyPose": poses[:, : 3 * joints].reshape(len(poses), joints, 3).astype(np.float32),
+        "bodyTranslation": trans.astype(np.float32),
+    }
+    check(read(tmp_path, "clip.smpl", **container), waving)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"trans": None}, "'trans' is missing"),
+        ({"mocap_framerate": None}, "does not say its frame rate.*save it again with 'mocap_framerate'"),
+        ({"poses": np.zeros((60, 24, 4))}, r"\(60, 24, 4\), which look like quaternions"),
+        ({"poses": np.zeros((60, 70))}, r"shape \(60, 70\); expected axis-angle"),
+        ({"poses": np.zeros((1, 72)), "trans": np.zeros((1, 3))}, "a pose, not a motion: 1 frame$"),
+        ({"trans": np.zeros((59, 3))}, "60 frames but its 'trans' has 59"),
+    ],
+)
+def test_what_is_missing_is_said(tmp_path, arrays, change, reason):
+    changed = {key: value for key, value in (arrays | change).items() if value is not None}
+    with pytest.raises(UnusableMotion, match=reason):
+        read(tmp_path, **changed)
+
+
+REASONS = {
+    "apose_to_handsFront_smplx.npz": "does not say its frame rate",
+    "pose_avatar.smpl": "a pose, not a motion: 1 frame",
+    "0000.npz": "look like quaternions",
+    "body_pose_rnd.npz": "it holds data and no 'poses'",
+}
+
+
+def test_every_real_file_is_used_or_refused_truly(shared_data):
+    with (shared_data / "motions.csv").open(newline="", encoding="utf-8") as stream:
+        rows = [row["file"] for row in csv.DictReader(stream) if row["format"] in ("npz", "smpl")]
+    outcomes = {file.rsplit("/", 1)[1]: outcome(shared_data / file) for file in rows}
+    assert outcomes.keys() == {"amass_sample.npz", *REASONS}
+    for file, words in outcomes.items():
+        assert REASONS.get(file, "used") in words
+
+
+def outcome(path):
+    try:
+        read_amass(path)
+    except UnusableMotion as error:
+        return str(error)
+    return "used"
