@@ -30,8 +30,8 @@ def difference_signals(
 
     Parameters
     ----------
-    positions : ndarray, shape (T, 3, n)
-    quaternions : ndarray, shape (T, 4, n)
+    positions : ndarray, shape (3, T, n)
+    quaternions : ndarray, shape (4, T, n)
         Sensor to world, continuous.
     rate : float
         Frames per second.
@@ -45,7 +45,7 @@ def difference_signals(
     the paper prints it: a + R^-1 g with a in the world frame, and log(R(t) R(t-h)^-1), here over h so that
     the unit is rad/s. The first and last frame have no central difference and take their neighbour's.
     """
-    p, q = (values.transpose(1, 0, 2) for values in (positions, quaternions))
+    p, q = positions, quaternions
     acceleration = np.pad((p[:, 2:] - 2 * p[:, 1:-1] + p[:, :-2]) * rate**2, ((0, 0), (1, 1), (0, 0)), "edge")
     gravity = np.array(settings.gravity)[:, None, None]
     force = np.empty_like(acceleration)

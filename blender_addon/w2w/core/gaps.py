@@ -21,8 +21,8 @@ def bridge(positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_
 
     Parameters
     ----------
-    positions : ndarray, shape (T, 3, N), float64
-    quaternions : ndarray, shape (T, 4, N), float64
+    positions : ndarray, shape (3, T, N), float64
+    quaternions : ndarray, shape (4, T, N), float64
     rate : float
         Frames per second.
     max_gap_s : float
@@ -35,7 +35,7 @@ def bridge(positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_
     """
     doubtful = _repeats(positions, quaternions, rate)
     if not np.isfinite(positions.sum() + quaternions.sum()):
-        lost = ~(np.isfinite(positions).all(axis=1) & np.isfinite(quaternions).all(axis=1))
+        lost = ~(np.isfinite(positions).all(axis=0) & np.isfinite(quaternions).all(axis=0))
         _refuse_long_gaps(lost, rate, max_gap_s)
         doubtful |= lost
     affected = np.flatnonzero(doubtful.any(axis=0))
@@ -46,19 +46,21 @@ def bridge(positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_
         sensors = affected[member.ravel() == number]
         given, wanted = np.flatnonzero(~pattern), np.flatnonzero(pattern)
         for values in (positions, quaternions):
-            known = values[np.ix_(given, range(values.shape[1]), sensors)]
+            components = range(len(values))
+            known = values[np.ix_(components, given, sensors)]
             if values is quaternions:
                 unroll(known)
-                values[np.ix_(given, range(4), sensors)] = known
-            values[np.ix_(wanted, range(values.shape[1]), sensors)] = CubicSpline(given, known)(wanted)
+                values[np.ix_(components, given, sensors)] = known
+            values[np.ix_(components, wanted, sensors)] = CubicSpline(given, known, axis=1)(wanted)
+    unroll(quaternions)
 
 
 def _repeats(positions: np.ndarray, quaternions: np.ndarray, rate: float) -> np.ndarray:
     """Frames equal to the one before, in short runs between movement; shape (T, N), bool."""
-    repeated = np.zeros((len(positions), positions.shape[2]), dtype=bool)
-    repeated[1:] = (positions[1:] == positions[:-1]).all(axis=1)
+    repeated = np.zeros(positions.shape[1:], dtype=bool)
+    repeated[1:] = (positions[:, 1:] == positions[:, :-1]).all(axis=0)
     if repeated.any():
-        repeated[1:] &= (quaternions[1:] == quaternions[:-1]).all(axis=1)
+        repeated[1:] &= (quaternions[:, 1:] == quaternions[:, :-1]).all(axis=0)
         for sensor in np.flatnonzero(repeated.any(axis=0)):
             for start, stop in runs(repeated[:, sensor]):
                 if stop - start > REPEAT_LIMIT_S * rate or start == 1 or stop == len(repeated):

@@ -18,7 +18,7 @@ from .filtering import count_resampled
 from .finite_difference import difference_signals
 from .gaps import bridge
 from .recording import ImuRecording
-from .rotations import double_inverse, into_frame, quaternions_of, rate_in_frame, unroll
+from .rotations import decompose, double_inverse, into_frame, rate_in_frame
 from .threads import for_each
 from .trajectory import MIN_FRAMES, spline_windows
 
@@ -135,7 +135,8 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
     signals: Callable = _spline_signals if settings.method == "spline" else difference_signals
 
     def fill(chunk: slice) -> None:
-        positions, quaternions = _poses(matrices[:, chunk], rate, settings.max_gap_s)
+        positions, quaternions = decompose(matrices[:, chunk])
+        bridge(positions, quaternions, rate, settings.max_gap_s)
         signals(positions, quaternions, rate, settings, acc[:, chunk], gyr[:, chunk])
 
     for_each(fill, chunks)
@@ -154,15 +155,6 @@ def _check_poses(matrices: Poses, rate: float) -> tuple[int, int]:
     return matrices.shape[:2]
 
 
-def _poses(matrices: np.ndarray, rate: float, max_gap_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (T, 3, n) and continuous quaternions (T, 4, n) without gaps."""
-    positions = np.ascontiguousarray(matrices[:, :, :3, 3].transpose(0, 2, 1), dtype=np.float64)
-    quaternions = quaternions_of(matrices)
-    bridge(positions, quaternions, rate, max_gap_s)
-    unroll(quaternions)
-    return positions, quaternions
-
-
 def _spline_signals(
     positions: np.ndarray,
     quaternions: np.ndarray,
@@ -171,36 +163,29 @@ def _spline_signals(
     acc: np.ndarray,
     gyr: np.ndarray,
 ) -> None:
-    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through the poses.
+    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through poses, (3, T, n) and (4, T, n).
 
     The rotation follows a quintic spline of the quaternion's components, normalised: as smooth on the
     rotation group as the spline is. Differences are taken in double precision, all else in single.
     """
-    n_frames, _, n = positions.shape
-    bend = np.diff(positions.reshape(n_frames, 3 * n), n=2, axis=0).astype(np.float32)
-    q_frames = quaternions.reshape(n_frames, 4 * n)
-    q_steps = np.diff(q_frames, axis=0).astype(np.float32)
-    q_frames = q_frames.astype(np.float32)
-    gravity = np.array(settings.gravity, dtype=np.float32)
-    for window in spline_windows(n_frames, rate, settings.rate_hz, settings.band_hz):
+    bend = np.diff(positions, n=2, axis=1).astype(np.float32)
+    steps = np.diff(quaternions, axis=1).astype(np.float32)
+    frames = quaternions.astype(np.float32)
+    gravity = np.array(settings.gravity, dtype=np.float32)[:, None, None]
+    for window in spline_windows(positions.shape[1], rate, settings.rate_hz, settings.band_hz):
         value, first, second = window.operators
         start, stop = window.frames.start, window.frames.stop
-        acceleration, q, q_dot = (
-            (operator @ frames).reshape(len(value), -1, n).transpose(1, 0, 2)
-            for operator, frames in (
-                (second, bend[start : stop - 2]),
-                (value, q_frames[start:stop]),
-                (first, q_steps[start : stop - 1]),
-            )
-        )
-        acc_out, gyr_out = (out[window.samples].transpose(2, 0, 1) for out in (acc, gyr))
+        acceleration = second @ bend[:, start : stop - 2]
+        q = value @ frames[:, start:stop]
+        q_dot = first @ steps[:, start : stop - 1]
         scale = double_inverse(q)
+        acc_out, gyr_out = (out[window.samples].transpose(2, 0, 1) for out in (acc, gyr))
         if settings.convention == "physical":
-            acceleration -= gravity[:, None, None]
+            acceleration -= gravity
             into_frame(q, scale, acceleration, acc_out)
             rate_in_frame(q, scale, q_dot, gyr_out)
         else:
-            into_frame(q, scale, np.broadcast_to(gravity[:, None, None], acceleration.shape), acc_out)
+            into_frame(q, scale, np.broadcast_to(gravity, acceleration.shape), acc_out)
             acc_out += acceleration
             # the rate in the world frame is the sensor frame's of the inverse quaternion, turned over
             inverse = np.array([1, -1, -1, -1], dtype=np.float32)[:, None, None]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Quaternions of rotation matrices, their turns and rates, in arrays with the component first or second."""
+"""Rotations as quaternions: from world matrices, their turns and rates. The component comes first."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 RIGID_TOLERANCE = 0.01
 """Relative error up to which a matrix counts as a rotation."""
 
-TILE_VALUES = 4096
-"""Rotations worked on at once, so that their arrays stay in cache."""
+TILE_POSES = 4096
+"""Poses worked on at once, so that their arrays stay in cache."""
 
 
-def quaternions_of(matrices: np.ndarray) -> np.ndarray:
-    """Unit quaternions of rotation matrices, of either sign.
+def decompose(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and continuous unit quaternions of world matrices.
 
     Parameters
     ----------
-    matrices : ndarray, shape (T, N, 3 or 4, 3 or 4)
-        Rotations, or world matrices with rotations in their upper left corner.
+    matrices : ndarray, shape (T, N, 4, 4)
 
     Returns
     -------
-    ndarray, shape (T, 4, N), float64
-        w, x, y, z; NaN where the matrix holds NaN.
+    positions : ndarray, shape (3, T, N), float64
+    quaternions : ndarray, shape (4, T, N), float64
+        w, x, y, z, each with the sign nearest to the frame before; NaN where the matrix holds NaN.
 
     Raises
     ------
@@ -36,19 +36,21 @@ def quaternions_of(matrices: np.ndarray) -> np.ndarray:
     cancellation at any angle (Shepperd 1978, doi:10.2514/3.55767b).
     """
     n_frames, n = matrices.shape[:2]
-    quaternions = np.empty((n_frames, 4, n))
-    step = max(1, TILE_VALUES // n)
+    positions, quaternions = np.empty((3, n_frames, n)), np.empty((4, n_frames, n))
+    step = max(2, TILE_POSES // n)
     for start in range(0, n_frames, step):
-        tile = matrices[start : start + step, :, :3, :3].transpose(2, 3, 0, 1)
-        rows, wrong = _largest_row(np.ascontiguousarray(tile, dtype=np.float64))
+        tile = slice(start, start + step)
+        planes = np.ascontiguousarray(matrices[tile, :, :3].transpose(2, 3, 0, 1), dtype=np.float64)
+        positions[:, tile] = planes[:, 3]
+        quaternions[:, tile], wrong = _largest_row(planes)
         if wrong.any():
             frame, sensor = np.argwhere(wrong)[0]
             raise ValueError(
                 f"the matrix of sensor {sensor} in frame {start + frame} is not a rigid motion: it carries "
                 "a scale, a shear or a reflection; apply the object's scale before taking its matrix"
             )
-        quaternions[start : start + step] = rows.transpose(1, 0, 2)
-    return quaternions
+        unroll(quaternions[:, max(start - 1, 0) : start + step])
+    return positions, quaternions
 
 
 def _largest_row(m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -76,18 +78,18 @@ def _largest_row(m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def unroll(quaternions: np.ndarray) -> None:
-    """Give every quaternion the sign nearest to the one before it, in place; shape (T, 4, N)."""
-    q = quaternions.transpose(1, 0, 2)
-    turned_over = dot(q[:, 1:], q[:, :-1]) < 0
-    affected = np.flatnonzero(turned_over.any(axis=0))
-    if len(affected):
-        signs = np.cumprod(np.where(turned_over[:, affected], -1.0, 1.0), axis=0)
-        quaternions[1:, :, affected] *= signs[:, None]
+    """Give every quaternion the sign nearest to the one before it, in place; shape (4, T, N)."""
+    turned_over = dot(quaternions[:, 1:], quaternions[:, :-1]) < 0
+    if turned_over.any():
+        quaternions[:, 1:] *= np.where(np.logical_xor.accumulate(turned_over, axis=0), -1.0, 1.0)
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Scalar product over the first axis, of 4."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+    total = a[0] * b[0]
+    for component in range(1, 4):
+        total += a[component] * b[component]
+    return total
 
 
 def double_inverse(q: np.ndarray) -> np.ndarray:
@@ -96,12 +98,11 @@ def double_inverse(q: np.ndarray) -> np.ndarray:
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Vector product over the first axis, of 3, as its three components."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
+    """Vector product over the first axis, of 3, as three new arrays."""
+    product = a[1] * b[2], a[2] * b[0], a[0] * b[1]
+    for axis in range(3):
+        np.subtract(product[axis], a[axis - 1] * b[axis - 2], out=product[axis])
+    return product
 
 
 def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
@@ -118,7 +119,10 @@ def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray)
     turned = cross(q[1:], v)
     twice = cross(q[1:], turned)
     for axis in range(3):
-        out[axis] = v[axis] + scale * (twice[axis] - q[0] * turned[axis])
+        turned[axis][...] *= q[0]
+        twice[axis][...] -= turned[axis]
+        twice[axis][...] *= scale
+        np.add(v[axis], twice[axis], out=out[axis])
 
 
 def rate_in_frame(q: np.ndarray, scale: np.ndarray, q_dot: np.ndarray, out: np.ndarray) -> None:
@@ -134,9 +138,11 @@ def rate_in_frame(q: np.ndarray, scale: np.ndarray, q_dot: np.ndarray, out: np.n
         The `double_inverse` of q.
     out : ndarray, shape (3, ...)
     """
-    turned = cross(q[1:], q_dot[1:])
-    for axis in range(3):
-        out[axis] = scale * (q[0] * q_dot[1 + axis] - q_dot[0] * q[1 + axis] - turned[axis])
+    turned = cross(q_dot[1:], q[1:])
+    for axis, rate in enumerate(turned):
+        rate += q[0] * q_dot[1 + axis]
+        rate -= q_dot[0] * q[1 + axis]
+        np.multiply(rate, scale, out=out[axis])
 
 
 def turn_between(q: np.ndarray, r: np.ndarray) -> np.ndarray:

@@ -29,13 +29,13 @@ SMOOTHNESS = 3
 MIN_FRAMES = 3
 """Fewer frames carry no acceleration."""
 
-INTERPOLATION_REACH = 22
-"""Frames after which an interpolating quintic has forgotten one: its slowest pole, 0.43, to this is 1e-8."""
+INTERPOLATION_REACH = 20
+"""Frames after which an interpolating quintic has forgotten one: its slowest pole, 0.43, to this is 5e-8."""
 
-SMOOTHING_REACH = 18.0
-"""Time constants after which a smoothing spline has forgotten a frame: exp(-18) is 2e-8."""
+SMOOTHING_REACH = 16.0
+"""Time constants after which a smoothing spline has forgotten a frame: exp(-16) is 1e-7."""
 
-WINDOW_SAMPLES = 64
+WINDOW_SAMPLES = 100
 """Samples a window should yield, about: many against its overlap, few enough to stay in cache."""
 
 
