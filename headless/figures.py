@@ -232,7 +232,7 @@ def _draw_bar(figure: Figure, left: float, low: float, high: float, label: str, 
     axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=INK, labelfontfamily=FONT)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    _write(figure, left, bottom + height + 0.14, label, size=11, weight="bold")
+    _write(figure, left, bottom + height + 0.2, label, size=11, weight="bold")
 
 
 def _draw_markers(axes: Axes, anchors: np.ndarray, numbers: Sequence[int], scale: float) -> None:

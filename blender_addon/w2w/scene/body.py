@@ -162,7 +162,6 @@ def _add_armature(body: Body, name: str, collection: bpy.types.Collection) -> bp
     view_layer.objects.active = active
     for item in selected:
         item.select_set(True)
-    armature.show_in_front = True
     armature.data.display_type = "STICK"
     return armature
 

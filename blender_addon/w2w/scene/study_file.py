@@ -16,9 +16,10 @@ from ..core.patches import PatchSet
 from . import heatmap
 from .actions import show_action, write_action
 from .body import BodyObjects, add_body
-from .patches import EMPTY_SIZE, patch_empties, place_patches
+from .patches import patch_empties, place_patches
 
-CHOSEN_SIZE = 3 * EMPTY_SIZE
+EMPTY_SIZE, CHOSEN_SIZE = 0.006, 0.018
+"""Size of the empties, metres: small, so that they do not hide the heatmap, but for the chosen ones."""
 
 
 def write_study(
@@ -73,7 +74,7 @@ def write_study(
     heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high)
     _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
     _add_actions(objects, motions)
-    _set_up_view(objects, body)
+    _set_up_view(objects.mesh, body.height)
     _save(Path(path))
 
 
@@ -92,7 +93,7 @@ def _add_empties(
     mean: np.ndarray,
     chosen: Sequence[int],
 ) -> None:
-    empties = patch_empties(place_patches(mesh, patches))
+    empties = patch_empties(place_patches(mesh, patches, size=EMPTY_SIZE))
     for number, empty in enumerate(empties):
         empty[heatmap.MEAN] = float(mean[number])
         for activity, score in zip(activities, utility_f1[number], strict=True):
@@ -104,9 +105,10 @@ def _add_empties(
         empty = empties[number]
         empty["order of choice"] = rank
         empty.empty_display_type = "SPHERE"
-        empty.empty_display_size = CHOSEN_SIZE / 2
+        empty.empty_display_size = CHOSEN_SIZE
         empty.show_name = empty.show_in_front = True
         collection.objects.link(empty)
+        empty.select_set(True)  # names of selected objects are bright
 
 
 def _property_name(activity: str) -> str:
@@ -139,22 +141,23 @@ def _action_name(motion: Motion) -> str:
     return " ".join(dict.fromkeys(part for part in (motion.activity, motion.subject, motion.clip) if part))
 
 
-def _set_up_view(objects: BodyObjects, body: Body) -> None:
+def _set_up_view(mesh: bpy.types.Object, height: float) -> None:
     """Show the heatmap and the whole body in every 3D view of the file's window."""
-    bpy.context.view_layer.objects.active = objects.mesh
+    bpy.context.view_layer.objects.active = mesh
     for screen in bpy.data.screens:
         for area in screen.areas:
             if area.type == "VIEW_3D":
-                _set_up_space(area.spaces.active, body.height)
+                _set_up_space(area.spaces.active, height)
 
 
 def _set_up_space(space: bpy.types.SpaceView3D, height: float) -> None:
     space.shading.type = "SOLID"
     space.shading.color_type = "VERTEX"
+    space.shading.show_specular_highlight = False
     space.region_3d.view_perspective = "PERSP"
     space.region_3d.view_location = (0.0, 0.0, height / 2)
     space.region_3d.view_rotation = (0.7071, 0.7071, 0.0, 0.0)
-    space.region_3d.view_distance = 2.2 * height
+    space.region_3d.view_distance = 1.8 * height
 
 
 def _save(path: Path) -> None:
