@@ -338,6 +338,17 @@ def test_matrices_that_are_no_rigid_motion_are_refused(flaw):
         synthesize(matrices, 60)
 
 
+def test_messages_name_the_sensor_by_its_place_among_all():
+    matrices = np.repeat(poses(Rotation.identity(), np.zeros((30, 3))), 300, axis=1)
+    matrices[4, 290, :3, :3] *= 2
+    with pytest.raises(ValueError, match="sensor 290 in frame 4"):
+        synthesize(matrices, 30)
+    matrices[4, 290] = np.eye(4)
+    matrices[5:20, 299] = np.nan
+    with pytest.raises(ValueError, match="sensor 299 has no pose"):
+        synthesize(matrices, 30)
+
+
 def test_gaps_are_bridged():
     wave = Wave(4, highest_hz=1.5)
     matrices = np.repeat(wave.matrices(times(3, 60)), 3, axis=1)

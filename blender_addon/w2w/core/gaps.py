@@ -12,7 +12,9 @@ REPEAT_LIMIT_S = 0.1
 """A pose held for longer than this is rest; a shorter hold between movements is a frame written twice."""
 
 
-def bridge(positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_s: float) -> None:
+def bridge(
+    positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_s: float, first_sensor: int = 0
+) -> None:
     """Fill missing and repeated frames, in place.
 
     Missing frames hold NaN. Repeated ones equal the frame before to the last bit, for no longer than
@@ -27,6 +29,8 @@ def bridge(positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_
         Frames per second.
     max_gap_s : float
         Longest run of missing frames that is bridged, s.
+    first_sensor : int
+        What to call the first sensor in messages.
 
     Raises
     ------
@@ -36,7 +40,7 @@ def bridge(positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_
     doubtful = _repeats(positions, quaternions, rate)
     if not np.isfinite(positions.sum() + quaternions.sum()):
         lost = ~(np.isfinite(positions).all(axis=0) & np.isfinite(quaternions).all(axis=0))
-        _refuse_long_gaps(lost, rate, max_gap_s)
+        _refuse_long_gaps(lost, rate, max_gap_s, first_sensor)
         doubtful |= lost
     affected = np.flatnonzero(doubtful.any(axis=0))
     if len(affected) == 0:
@@ -74,10 +78,11 @@ def runs(flags: np.ndarray) -> np.ndarray:
     return np.stack([np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)], axis=1)
 
 
-def _refuse_long_gaps(lost: np.ndarray, rate: float, max_gap_s: float) -> None:
+def _refuse_long_gaps(lost: np.ndarray, rate: float, max_gap_s: float, first_sensor: int) -> None:
     for sensor in np.flatnonzero(lost.any(axis=0)):
         for start, stop in runs(lost[:, sensor]):
-            where = f"sensor {sensor} has no pose from {start / rate:.2f} s to {stop / rate:.2f} s"
+            name = f"sensor {first_sensor + sensor}"
+            where = f"{name} has no pose from {start / rate:.2f} s to {stop / rate:.2f} s"
             if start == 0 or stop == len(lost):
                 raise ValueError(f"{where}, at the clip's edge: cut the clip to where it has poses")
             if (stop - start) / rate > max_gap_s:

@@ -135,8 +135,8 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
     signals: Callable = _spline_signals if settings.method == "spline" else difference_signals
 
     def fill(chunk: slice) -> None:
-        positions, quaternions = decompose(matrices[:, chunk])
-        bridge(positions, quaternions, rate, settings.max_gap_s)
+        positions, quaternions = decompose(matrices[:, chunk], chunk.start)
+        bridge(positions, quaternions, rate, settings.max_gap_s, chunk.start)
         signals(positions, quaternions, rate, settings, acc[:, chunk], gyr[:, chunk])
 
     for_each(fill, chunks)

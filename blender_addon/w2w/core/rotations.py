@@ -12,12 +12,14 @@ TILE_POSES = 4096
 """Poses worked on at once, so that their arrays stay in cache."""
 
 
-def decompose(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Positions and continuous unit quaternions of world matrices.
 
     Parameters
     ----------
     matrices : ndarray, shape (T, N, 4, 4)
+    first_sensor : int
+        What to call the first of them in messages.
 
     Returns
     -------
@@ -46,8 +48,8 @@ def decompose(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if wrong.any():
             frame, sensor = np.argwhere(wrong)[0]
             raise ValueError(
-                f"the matrix of sensor {sensor} in frame {start + frame} is not a rigid motion: it carries "
-                "a scale, a shear or a reflection; apply the object's scale before taking its matrix"
+                f"the matrix of sensor {first_sensor + sensor} in frame {start + frame} is not a rigid "
+                "motion: it carries a scale, a shear or a reflection; apply the object's scale first"
             )
         unroll(quaternions[:, max(start - 1, 0) : start + step])
     return positions, quaternions

@@ -4,23 +4,34 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
 from typing import TypeVar
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 Part = TypeVar("Part")
 
 
-def for_each(work: Callable[[Part], None], parts: Iterable[Part]) -> None:
+def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
     """Do `work` on every part, in as many threads as this process may use.
 
     The matrix library is kept to one thread meanwhile: two sets of threads would fight over the cores.
     """
-    with threadpool_limits(1, "blas"), ThreadPoolExecutor(n_threads()) as pool:
-        for _ in pool.map(work, parts):
-            pass
+    with _libraries().limit(limits=1, user_api="blas"):
+        if len(parts) == 1 or n_threads() == 1:
+            for part in parts:
+                work(part)
+            return
+        with ThreadPoolExecutor(n_threads()) as pool:
+            for _ in pool.map(work, parts):
+                pass
+
+
+@lru_cache(maxsize=1)
+def _libraries() -> ThreadpoolController:
+    return ThreadpoolController()
 
 
 def n_threads() -> int:
