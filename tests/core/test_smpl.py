@@ -317,6 +317,15 @@ def test_a_single_flipped_edge_is_another_mesh(smpl_faces, a_pose):
     assert recognise(smpl_faces[1:], a_pose[0]) is None
 
 
+def test_the_two_sides_are_paired(smpl_faces, a_pose):
+    mirror = recognise(smpl_faces, a_pose[0]).mirror
+    np.testing.assert_array_equal(mirror[mirror], np.arange(6890))
+    assert as_set(mirror[smpl_faces][:, ::-1]) == as_set(smpl_faces)
+    gap = a_pose[0][mirror] * [-1, 1, 1] - a_pose[0]
+    assert np.linalg.norm(gap, axis=1).max() < 0.02  # the average man is not quite symmetric
+    assert (mirror == np.arange(6890)).sum() > 100
+
+
 def test_a_mirrored_mesh_is_numbered_as_the_person_it_shows(smpl_faces, a_pose):
     """Its left arm is the one at the left of its front, though the file's maker took it for the right."""
     mesh = recognise(smpl_faces, a_pose[0] * [-1, 1, 1])
@@ -406,6 +415,27 @@ def test_adopted_bodies_keep_smpl_s_topology_and_the_convention(adopted):
         assert 0.05 < volume < 0.1
     assert adopted["man A"].height == pytest.approx(1.791, abs=0.002)
     assert adopted["woman A"].height == pytest.approx(1.658, abs=0.002)
+
+
+def test_an_official_model_of_smpl_s_faces_knows_its_sides(tmp_path, adopted, smpl_faces):
+    body = adopted["man T"]
+    regressor = np.zeros((N_JOINTS, 6890))
+    for joint, position in enumerate(body.joints):
+        regressor[joint, np.argsort(np.linalg.norm(body.vertices - position, axis=1))[:8]] = 1 / 8
+    arrays = {
+        "v_template": body.vertices @ Y_UP_TO_Z_UP,
+        "f": smpl_faces.astype(np.uint32),
+        "J_regressor": sparse.csc_matrix(regressor),
+        "weights": body.weights,
+        "kintree_table": np.array(
+            [np.array(PARENTS).astype(np.uint32), np.arange(N_JOINTS, dtype=np.uint32)]
+        ),
+    }
+    (tmp_path / "SMPL_MALE.pkl").write_bytes(pickle.dumps(arrays, 2))
+    official = load_body(tmp_path / "SMPL_MALE.pkl")
+    assert has_smpl_topology(official)
+    np.testing.assert_array_equal(official.mirror, body.mirror)
+    assert official.joints[JOINT_INDEX["left_wrist"], 0] > 0.5
 
 
 def test_a_t_pose_file_is_not_bent(adopted, shared_data, smpl_faces):

@@ -134,7 +134,9 @@ def body_from_model(model: dict[str, Any], name: str) -> Body:
     joints, weights = _as_24_joints(regressor @ vertices, weights, parents)
     vertices, joints = on_the_ground(vertices @ Y_UP_TO_Z_UP.T, joints @ Y_UP_TO_Z_UP.T)
     faces = arrays["f"].astype(np.int64)
-    return Body(vertices, faces, joints, _normalised(weights), name)
+    mesh = recognise(faces, vertices)
+    numbered_so = mesh is not None and np.array_equal(mesh.order, np.arange(len(vertices)))
+    return Body(vertices, faces, joints, _normalised(weights), name, mesh.mirror if numbered_so else None)
 
 
 def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Body:
@@ -170,7 +172,7 @@ def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Bod
         )
     straight, joints = in_t_pose(placed, fit.joints, fit.weights, template)
     straight, joints = on_the_ground(straight, joints)
-    return Body(straight, mesh.faces, joints, fit.weights, name)
+    return Body(straight, mesh.faces, joints, fit.weights, name, mesh.mirror)
 
 
 def body_from_rig(
@@ -213,7 +215,7 @@ def body_from_rig(
     weights = _normalised(weights[order])
     straight, joints = in_t_pose(vertices[order] * unit, joints * unit, weights, Body.bundled())
     straight, joints = on_the_ground(straight, joints)
-    return Body(straight, faces, joints, weights, name)
+    return Body(straight, faces, joints, weights, name, None if mesh is None else mesh.mirror)
 
 
 def smpl_mesh(vertices: np.ndarray, polygons: np.ndarray) -> SmplMesh:

@@ -43,10 +43,13 @@ class SmplMesh:
         For each of SMPL's vertices, its index in the file.
     faces : ndarray, shape (13776, 3)
         Triangles in SMPL's numbering, counter-clockwise seen from outside.
+    mirror : ndarray of int, shape (6890,)
+        For each of SMPL's vertices, the one on the other side that is joined like it.
     """
 
     order: np.ndarray
     faces: np.ndarray
+    mirror: np.ndarray
 
 
 def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
@@ -87,7 +90,11 @@ def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
     with np.load(NUMBERING) as numbering:
         order[numbering["smpl_vertex"]] = walk.vertices
     number[order] = np.arange(N_VERTICES)
-    return SmplMesh(order, number[np.array(faces)])
+    # seen from inside, left and right change places: the same walk meets each vertex's mirror image
+    reflected = canonical_walk([face[::-1] for face in faces], N_VERTICES)
+    mirror = np.empty(N_VERTICES, dtype=np.int32)
+    mirror[number[walk.vertices]] = number[reflected.vertices]
+    return SmplMesh(order, number[np.array(faces)], mirror)
 
 
 def _signed_volume(polygons: np.ndarray, vertices: np.ndarray) -> float:
