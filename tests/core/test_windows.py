@@ -1,22 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Windows: their number, their overlap, and recordings shorter than one."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from blender_addon.w2w.core.recording import ImuRecording
 from blender_addon.w2w.core.windows import TooShortError, WindowSpec, cut_windows
 
 
 def recording(n_frames, rate=50.0, n_sensors=2):
     time = np.arange(n_frames, dtype=np.float32)
     acc = time[:, None, None] + np.arange(3) * 1000 + np.arange(n_sensors)[:, None] * 10000
-    return SimpleNamespace(
-        acc=acc.astype(np.float32), gyr=-acc.astype(np.float32) - 1, rate=rate, clip="walk"
-    )
+    return ImuRecording(acc, -acc - 1, rate, clip="walk")
 
 
 def test_windows_hold_the_samples_they_should():
@@ -66,7 +63,7 @@ def test_reversal_of_time_is_what_a_body_turning_back_would_give():
     gyr[:, 0, 2] = spin
     acc[:, 0, 0] = -0.3 * spin**2
     acc[:, 0, 1] = 0.3 * 2 * time
-    one = SimpleNamespace(acc=acc, gyr=gyr, rate=rate, clip="spin")
+    one = ImuRecording(acc, gyr, rate, clip="spin")
     windows, _ = cut_windows(one, WindowSpec(length_s=1.2, stride_s=1.2))
     back = windows[0, 0, 60:]
     angle_acceleration = np.gradient(back[:, 5], 1 / rate)
@@ -77,6 +74,37 @@ def test_reversal_of_time_is_what_a_body_turning_back_would_give():
 def test_cycle_repeats():
     windows, _ = cut_windows(recording(30, n_sensors=1), WindowSpec(short="cycle"))
     np.testing.assert_array_equal(windows[0, 0, :, 0], np.arange(100) % 30)
+
+
+def test_short_gaps_are_bridged_by_straight_lines():
+    whole = recording(100)
+    holed = recording(100)
+    holed.acc[40:45, 1] = np.nan
+    holed.gyr[60, 0, 2] = np.nan
+    windows, _ = cut_windows(holed, WindowSpec())
+    np.testing.assert_allclose(windows, cut_windows(whole, WindowSpec()).signals, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(120, 126), (0, 1), (399, 400)])
+def test_windows_with_a_long_gap_or_a_ragged_end_are_left_out_for_all_sensors(start, stop):
+    holed = recording(400)
+    holed.acc[start:stop, 1] = np.nan
+    windows, is_test = cut_windows(holed, WindowSpec())
+    starts = [s for s in range(0, 301, 50) if stop <= s or s + 100 <= start]
+    np.testing.assert_array_equal(windows[:, 0, 0, 0], starts)
+    assert np.isfinite(windows).all()
+    assert is_test[0]
+    assert (np.diff(np.array(starts)[is_test]) >= 100).all()
+
+
+def test_a_recording_full_of_holes_is_refused():
+    holed = recording(300)
+    holed.gyr[50::60] = np.nan
+    holed.gyr[51::60] = np.nan
+    with pytest.raises(
+        TooShortError, match="'walk' has no 2 s without a gap of lost samples longer than 0 s"
+    ):
+        cut_windows(holed, WindowSpec(longest_gap_s=0))
 
 
 def test_too_short_says_which_clip_and_by_how_much():
@@ -95,6 +123,7 @@ def test_too_short_says_which_clip_and_by_how_much():
         ("stride_s", 3.0),
         ("short", "pad"),
         ("shortest_s", 0.0),
+        ("longest_gap_s", -1.0),
     ],
 )
 def test_wrong_parameters_are_named(parameter, value):

@@ -152,7 +152,7 @@ def same_motion_groups(
     keys : sequence of str, optional
         Known identity of each clip's motion; an empty key says nothing.
     signatures : ndarray, shape (C, K), optional
-        Description of each clip's motion, such as `clip_signature` gives.
+        Description of each clip's motion, such as `motion_signature` gives.
     tolerance : float
         Greatest root mean square difference of two signatures of one motion, in units
         of each column's standard deviation over the clips.

@@ -4,18 +4,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .recording import ImuRecording
+from .recording import ImuRecording
 
 ShortClips = Literal["reflect", "cycle", "refuse"]
 
 
 class TooShortError(ValueError):
-    """A recording is too short to give even one window."""
+    """A recording, or every stretch of it without long gaps, is too short to give one window."""
 
 
 class Windows(NamedTuple):
@@ -54,6 +53,9 @@ class WindowSpec:
         ``refuse`` raises TooShortError.
     shortest_s : float
         Recordings shorter than this are refused whatever `short` says.
+    longest_gap_s : float
+        Lost samples (NaN) are bridged by straight lines up to this; windows with a
+        longer gap in any sensor are left out.
 
     Raises
     ------
@@ -65,6 +67,7 @@ class WindowSpec:
     stride_s: float = 1.0
     short: ShortClips = "reflect"
     shortest_s: float = 0.5
+    longest_gap_s: float = 0.1
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.length_s) and self.length_s > 0):
@@ -75,6 +78,8 @@ class WindowSpec:
             raise ValueError(f"short must be 'reflect', 'cycle' or 'refuse', not {self.short!r}")
         if not self.shortest_s > 0:
             raise ValueError(f"shortest_s must be a positive number of seconds, not {self.shortest_s}")
+        if not self.longest_gap_s >= 0:
+            raise ValueError(f"longest_gap_s must be 0 or more seconds, not {self.longest_gap_s}")
 
     def samples(self, rate: float) -> int:
         """Samples in a window at `rate` Hz."""
@@ -101,18 +106,51 @@ def cut_windows(recording: ImuRecording, spec: WindowSpec) -> Windows:
     Raises
     ------
     TooShortError
-        If the recording is shorter than `spec` accepts; the message says by how much.
+        If there is not one window; the message says why.
     """
-    samples = spec.samples(recording.rate)
+    samples, stride = spec.samples(recording.rate), spec.stride(recording.rate)
     signals = np.concatenate([recording.acc, recording.gyr], axis=2, dtype=np.float32)
+    _bridge_gaps(signals, round(spec.longest_gap_s * recording.rate))
     if len(signals) < samples:
         _refuse_too_short(recording, spec)
         signals = _extend(signals, samples, spec.short)
-    stride = spec.stride(recording.rate)
     views = np.lib.stride_tricks.sliding_window_view(signals, samples, axis=0)[::stride]
-    every = -(-samples // stride)
-    is_test = np.arange(len(views)) % every == 0
-    return Windows(np.moveaxis(views, 3, 2), is_test)
+    starts = np.arange(len(views)) * stride
+    broken = np.concatenate([[0], np.isnan(signals).any(axis=(1, 2)).cumsum()])
+    if broken[-1]:
+        whole = broken[starts + samples] == broken[starts]
+        views, starts = views[whole], starts[whole]
+        if not len(views):
+            raise TooShortError(
+                f"clip {recording.clip!r} has no {spec.length_s:g} s without a gap of lost samples longer "
+                f"than {spec.longest_gap_s:g} s"
+            )
+    return Windows(np.moveaxis(views, 3, 2), _separate(starts, samples))
+
+
+def _separate(starts: np.ndarray, samples: int) -> np.ndarray:
+    """Mark the first window and each next one that does not overlap the last marked."""
+    marked = np.zeros(len(starts), dtype=bool)
+    free = 0
+    for number, start in enumerate(starts):
+        if start >= free:
+            marked[number] = True
+            free = start + samples
+    return marked
+
+
+def _bridge_gaps(signals: np.ndarray, longest: int) -> None:
+    """Fill runs of at most `longest` lost samples of a sensor by straight lines, in place."""
+    lost = np.isnan(signals).any(axis=2)
+    for sensor in np.flatnonzero(lost.any(axis=0)):
+        given, missing = np.flatnonzero(~lost[:, sensor]), np.flatnonzero(lost[:, sensor])
+        after = np.searchsorted(given, missing)
+        inside = (after > 0) & (after < len(given))
+        missing, after = missing[inside], after[inside]
+        missing = missing[given[after] - given[after - 1] - 1 <= longest]
+        for channel in range(6):
+            values = signals[:, sensor, channel]
+            values[missing] = np.interp(missing, given, values[given])
 
 
 def _refuse_too_short(recording: ImuRecording, spec: WindowSpec) -> None:

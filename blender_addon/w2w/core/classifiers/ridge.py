@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Class-balanced ridge classifier for all sensors: closed form, all folds from one set of Gram matrices."""
+"""Ridge discriminant analysis for all sensors: closed form, all folds from one set of Gram matrices."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,37 +12,51 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from threadpoolctl import threadpool_limits
 
-ALPHAS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-"""Ridges on a logarithmic grid, in units of a standardised feature's variance."""
+ALPHAS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+"""Ridges on a logarithmic grid, in units of a feature's variance within classes."""
 INNER_FOLDS = 4
 """Parts that a fold's training windows are dealt to, to choose its ridge."""
-GRAM_BLOCK_BYTES = 64 * 2**20
-"""Memory for products of segments at a time, a thread."""
+LEAST_WITHIN = 1e-6
+"""Smallest variance within classes, as a share of all, that rounding leaves meaningful."""
+NEVER_ACTIVE = 1e-12
+"""Variance of a random unit that was not active in any training window."""
 
 
 @dataclass(frozen=True)
 class Ridge:
-    """Linear least squares onto one-hot labels, the classes weighing the same, with a ridge.
+    """Linear discriminant analysis with a ridge and equal priors, on features and random ReLU units.
 
-    Every feature is standardised by the training windows of its fold. The largest
-    output names the activity. With equal class weights this is linear discriminant
-    analysis with equal priors and a ridge on the total covariance (Hastie, Buja and
-    Tibshirani 1995, doi:10.1214/aos/1176324456).
+    Least squares onto class indicators with a ridge finds the same directions, but naming
+    the largest output masks classes that lie between others when there are many; the
+    discriminant rule does not (Hastie, Tibshirani and Buja 1994,
+    doi:10.1080/01621459.1994.10476866; Hastie, Buja and Tibshirani 1995,
+    doi:10.1214/aos/1176324456). The random units, drawn once for all sensors, let it bend
+    (Huang, Zhu and Siew 2006, doi:10.1016/j.neucom.2005.12.126).
+
+    Every feature is scaled by its deviation within classes in the training windows of its
+    fold. Gram matrices and class sums are formed once a fold; those of any training set
+    are sums of them.
 
     Parameters
     ----------
     alphas : tuple of float
-        Ridges to choose from, in units of a standardised feature's variance. Each fold
+        Ridges to choose from, in units of a feature's variance within classes. Each fold
         chooses by cross-validation within its own training windows, one ridge for all
         sensors, so that places differ by their signals alone.
+    hidden : int
+        Random units added to the features; 0 leaves the classifier linear.
     tuning_sensors : int
         Sensors, evenly taken, on which the choice rests.
+    seed : int
+        Decides the random units.
     workers : int
         Threads.
     """
 
     alphas: tuple[float, ...] = ALPHAS
-    tuning_sensors: int = 24
+    hidden: int = 192
+    tuning_sensors: int = 12
+    seed: int = 0
     workers: int = 2
 
     name: ClassVar[str] = "ridge"
@@ -60,6 +74,7 @@ class Ridge:
         Parameters
         ----------
         features : ndarray, shape (W, N, D)
+            Of order one, as `window_features` gives them.
         labels : ndarray of int, shape (W,)
             Activity of each window, 0 to A - 1.
         fold : ndarray of int, shape (W,)
@@ -72,20 +87,18 @@ class Ridge:
         -------
         ndarray, shape (sum of is_test, N), int16
         """
-        grams = _Grams(labels, fold)
-        tested = np.flatnonzero(is_test)
         n_sensors = features.shape[1]
-        chosen = self._choose_alphas(features, grams, labels, fold, is_test)
-        folds = np.unique(fold[tested])
-        weights = grams.training_weights([{f} for f in folds])
-        of_fold = [np.flatnonzero(fold[tested] == f) for f in folds]
-        predictions = np.empty((len(tested), n_sensors), dtype=np.int16)
+        folds = np.unique(fold[is_test])
+        alphas = self.choose_alphas(features, labels, fold, is_test)
+        splits = _Splits(labels, fold, is_test, [(f,) for f in folds], [(f,) for f in folds])
+        position = np.cumsum(is_test) - 1
+        predictions = np.empty((int(is_test.sum()), n_sensors), dtype=np.int16)
+        expand = self._layer(features.shape[2])
 
         def name_windows(sensor: int) -> None:
-            inputs = features[:, sensor]
-            models = grams.models(inputs, weights, chosen[:, None])
-            for model, rows in zip(models, of_fold, strict=True):
-                predictions[rows, sensor] = model[0].predict(inputs[tested[rows]])
+            named = splits.predict(expand(features[:, sensor]), alphas[:, None])
+            for rows, by_alpha in zip(splits.tested, named, strict=True):
+                predictions[position[rows], sensor] = by_alpha[0]
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
             for done, _ in enumerate(pool.map(name_windows, range(n_sensors)), start=1):
@@ -93,112 +106,118 @@ class Ridge:
                     progress(done / n_sensors)
         return predictions
 
-    def _choose_alphas(
-        self, features: np.ndarray, grams: _Grams, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
+    def choose_alphas(
+        self, features: np.ndarray, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
     ) -> np.ndarray:
-        """The ridge of each fold, chosen by cross-validation among the other folds."""
+        """The ridge of each fold, chosen by cross-validation among the other folds.
+
+        Parameters
+        ----------
+        features, labels, fold, is_test
+            As for `predict_folds`.
+
+        Returns
+        -------
+        ndarray, shape (folds tested,)
+        """
         folds = np.unique(fold[is_test])
         if len(folds) < 3 or len(self.alphas) == 1:
             return np.full(len(folds), self.alphas[len(self.alphas) // 2])
-        held_out = [(f, part) for f in folds for part in _parts(folds[folds != f])]
-        weights = grams.training_weights([{f, *part} for f, part in held_out])
-        rows = [np.flatnonzero(is_test & np.isin(fold, part)) for _, part in held_out]
-        alphas = np.tile(self.alphas, (len(held_out), 1))
+        pairs = [(f, part) for f in folds for part in _parts(folds[folds != f])]
+        splits = _Splits(
+            labels, fold, is_test, [(f, *part) for f, part in pairs], [part for _, part in pairs]
+        )
+        alphas = np.tile(self.alphas, (len(pairs), 1))
         sensors = np.unique(np.linspace(0, features.shape[1] - 1, self.tuning_sensors).astype(int))
+        expand = self._layer(features.shape[2])
 
         def accuracies(sensor: int) -> np.ndarray:
-            inputs = features[:, sensor]
-            models = grams.models(inputs, weights, alphas)
+            named = splits.predict(expand(features[:, sensor]), alphas)
             return np.array(
                 [
-                    [_balanced_accuracy(labels[r], model.predict(inputs[r])) for model in row]
-                    for row, r in zip(models, rows, strict=True)
+                    [_balanced_accuracy(labels[rows], one) for one in by_alpha]
+                    for rows, by_alpha in zip(splits.tested, named, strict=True)
                 ]
             )
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
             scores = sum(pool.map(accuracies, sensors))
-        outer = np.array([f for f, _ in held_out])
+        outer = np.array([f for f, _ in pairs])
         by_fold = np.stack([scores[outer == f].mean(axis=0) for f in folds])
         return np.asarray(self.alphas)[by_fold.argmax(axis=1)]
 
+    def _layer(self, width: int) -> Callable[[np.ndarray], np.ndarray]:
+        """Features (W, D) -> features and random units (W, D + hidden), float32."""
+        rng = np.random.default_rng(self.seed)
+        slopes = (rng.normal(size=(width, self.hidden)) / np.sqrt(width)).astype(np.float32)
+        offsets = rng.uniform(-1, 1, size=self.hidden).astype(np.float32)
 
-@dataclass(frozen=True, eq=False)
-class _Model:
-    """Scores are inputs @ slopes + offset; NaN-free, -inf for classes never seen."""
+        def expand(inputs: np.ndarray) -> np.ndarray:
+            expanded = np.empty((len(inputs), width + self.hidden), dtype=np.float32)
+            expanded[:, :width] = inputs
+            np.matmul(expanded[:, :width], slopes, out=expanded[:, width:])
+            np.maximum(expanded[:, width:] + offsets, 0, out=expanded[:, width:])
+            return expanded
 
-    slopes: np.ndarray
-    offset: np.ndarray
-
-    def predict(self, inputs: np.ndarray) -> np.ndarray:
-        return (inputs @ self.slopes + self.offset).argmax(axis=1)
+        return expand
 
 
-class _Grams:
-    """Gram matrices of (fold, class) segments, added up with any fold's class weights.
+class _Splits:
+    """Training sets given by the folds they leave out, and the folds each is tested on."""
 
-    With equal class weights the training Gram matrix of a set of folds is
-    sum over its segments of X_s' X_s / (windows of the class in the set), so each
-    segment's product is formed once, whatever the number of folds.
-    """
-
-    def __init__(self, labels: np.ndarray, fold: np.ndarray) -> None:
+    def __init__(
+        self,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        left_out: Sequence[Sequence[int]],
+        tested: Sequence[Sequence[int]],
+    ) -> None:
+        folds = np.unique(fold)
         self.n_classes = int(labels.max()) + 1
-        code = (fold - fold.min()) * self.n_classes + labels
-        self.order = np.argsort(code, kind="stable")
-        codes, self.start, self.size = np.unique(code[self.order], return_index=True, return_counts=True)
-        self.label = codes % self.n_classes
-        self.fold = codes // self.n_classes + fold.min()
+        self.trained = np.array([~np.isin(folds, out) for out in left_out], dtype=np.float64)
+        self.tested = [np.flatnonzero(is_test & np.isin(fold, test)) for test in tested]
+        self.rows = [np.flatnonzero(fold == f) for f in folds]
+        self.indicators = [np.eye(self.n_classes)[labels[rows]] for rows in self.rows]
 
-    def training_weights(self, excluded: list[set[int]]) -> np.ndarray:
-        """(len(excluded), segments): weight of one window when these folds are left out."""
-        trained = np.array([~np.isin(self.fold, list(folds)) for folds in excluded])
-        is_of = self.label[:, None] == np.arange(self.n_classes)
-        windows = (trained * self.size) @ is_of
-        with np.errstate(divide="ignore"):
-            return np.where(trained, 1.0 / windows[:, self.label], 0.0)
-
-    def models(self, inputs: np.ndarray, weights: np.ndarray, alphas: np.ndarray) -> list[list[_Model]]:
-        """Fit a model for each row of `weights` (K, segments) and each ridge in `alphas` (K, R)."""
-        centre, scale = inputs.mean(axis=0, dtype=np.float64), inputs.std(axis=0, dtype=np.float64)
-        scale = np.where(scale > 0, scale, 1.0)
-        augmented = np.ones((len(inputs), inputs.shape[1] + 1))
-        augmented[:, :-1] = (inputs[self.order] - centre) / scale
-        gram, sums = self._moments(augmented, weights)
-        fits = zip(gram, sums, alphas, strict=True)
-        return [[_solve(g, s, alpha, centre, scale) for alpha in ridges] for g, s, ridges in fits]
-
-    def _moments(self, augmented: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Weighted Gram matrices (K, D + 1, D + 1) and class sums (K, A, D + 1)."""
-        n_models, width = len(weights), augmented.shape[1]
-        gram = np.zeros((n_models, width * width))
-        segment_sums = np.add.reduceat(augmented, self.start, axis=0)
-        block = max(1, GRAM_BLOCK_BYTES // (8 * width * width))
-        for first in range(0, len(self.start), block):
-            segments = range(first, min(first + block, len(self.start)))
-            rows = [augmented[self.start[s] : self.start[s] + self.size[s]] for s in segments]
-            products = np.stack([r.T @ r for r in rows]).reshape(len(rows), -1)
-            gram += weights[:, segments.start : segments.stop] @ products
-        is_of = self.label == np.arange(self.n_classes)[:, None]
-        sums = (weights[:, None, :] * is_of) @ segment_sums
-        return gram.reshape(n_models, width, width), sums
+    def predict(self, inputs: np.ndarray, alphas: np.ndarray) -> list[list[np.ndarray]]:
+        """Classes of the tested windows of each split, for each ridge of its row of `alphas`."""
+        inputs = inputs - inputs.mean(axis=0)
+        width = inputs.shape[1]
+        parts = [inputs[rows].astype(np.float64) for rows in self.rows]
+        grams = np.stack([part.T @ part for part in parts]).reshape(len(parts), -1)
+        sums = np.stack([one.T @ part for one, part in zip(self.indicators, parts, strict=True)])
+        windows = self.trained @ np.stack([one.sum(axis=0) for one in self.indicators])
+        return [
+            _Discriminant(
+                (trained @ grams).reshape(width, width), np.tensordot(trained, sums, axes=1), n
+            ).predict(inputs[rows], ridges)
+            for trained, n, rows, ridges in zip(self.trained, windows, self.tested, alphas, strict=True)
+        ]
 
 
-def _solve(gram: np.ndarray, sums: np.ndarray, alpha: float, centre: np.ndarray, scale: np.ndarray) -> _Model:
-    """Ridge on features standardised by the training windows, written for raw inputs."""
-    total = gram[-1, -1]
-    mean = gram[-1, :-1] / total
-    covariance = gram[:-1, :-1] / total - np.outer(mean, mean)
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    deviation = np.where(deviation > 1e-6, deviation, np.inf)
-    correlation = covariance / np.outer(deviation, deviation)
-    prior = sums[:, -1] / total
-    target = ((sums[:, :-1] / total - np.outer(prior, mean)) / deviation).T
-    correlation[np.diag_indices_from(correlation)] += alpha
-    slopes = cho_solve(cho_factor(correlation, overwrite_a=True), target) / deviation[:, None]
-    offset = np.where(prior > 0, prior - mean @ slopes, -np.inf)
-    slopes /= scale[:, None]
-    return _Model(slopes, offset - centre @ slopes)
+class _Discriminant:
+    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,)."""
+
+    def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray) -> None:
+        self.seen = windows > 0
+        means = sums / np.maximum(windows, 1)[:, None]
+        within = (gram - sums.T @ means) / windows.sum()
+        variance = np.maximum(np.diag(within), LEAST_WITHIN * np.diag(gram) / windows.sum())
+        self.scale = np.sqrt(np.where(variance > NEVER_ACTIVE, variance, np.inf))
+        self.means = means / self.scale
+        self.correlation = within / np.outer(self.scale, self.scale)
+
+    def predict(self, inputs: np.ndarray, ridges: np.ndarray) -> list[np.ndarray]:
+        scaled = inputs / self.scale
+        named = []
+        for ridge in ridges:
+            matrix = self.correlation.copy()
+            matrix[np.diag_indices_from(matrix)] += ridge
+            slopes = cho_solve(cho_factor(matrix, overwrite_a=True), self.means.T)
+            offset = np.where(self.seen, -0.5 * (self.means * slopes.T).sum(axis=1), -np.inf)
+            named.append((scaled @ slopes + offset).argmax(axis=1))
+        return named
 
 
 def _parts(folds: np.ndarray) -> list[np.ndarray]:

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""F1 from counts equals scikit-learn's, and bootstrap intervals cover what they should."""
+
+import numpy as np
+from sklearn.metrics import confusion_matrix, f1_score
+
+from blender_addon.w2w.core.intervals import (
+    bootstrap_f1,
+    clip_resamples,
+    count_by_clip,
+    f1_scores,
+)
+
+
+def simulate(rng, n_clips=30, n_activities=3, n_sensors=1, right=0.7, clip_spread=0.2):
+    """Windows of clips; each clip has its own chance of being recognised."""
+    truth, clip, predictions = [], [], []
+    for number in range(n_clips * n_activities):
+        activity = number % n_activities
+        chance = np.clip(right + clip_spread * rng.normal(), 0, 1)
+        n_windows = rng.integers(1, 6)
+        named = np.where(
+            rng.random((n_windows, n_sensors)) < chance,
+            activity,
+            rng.integers(0, n_activities, (n_windows, n_sensors)),
+        )
+        truth += [activity] * n_windows
+        clip += [number] * n_windows
+        predictions.append(named)
+    return np.array(truth), np.concatenate(predictions), np.array(clip)
+
+
+def test_f1_and_confusion_equal_scikit_learn():
+    truth, predictions, clip = simulate(np.random.default_rng(0), n_sensors=4)
+    counts = count_by_clip(truth, predictions, clip, 3)
+    f1 = f1_scores(counts, np.ones((1, len(counts.size))))[0]
+    for sensor in range(4):
+        expected = f1_score(truth, predictions[:, sensor], average=None)
+        np.testing.assert_allclose(f1[sensor], expected, rtol=1e-6)
+        np.testing.assert_array_equal(
+            counts.confusion()[sensor], confusion_matrix(truth, predictions[:, sensor])
+        )
+
+
+def test_weights_are_repetitions_of_clips():
+    rng = np.random.default_rng(1)
+    truth, predictions, clip = simulate(rng, n_clips=5, n_sensors=2)
+    counts = count_by_clip(truth, predictions, clip, 3)
+    weights = rng.integers(0, 3, size=15)
+    weights[:3] = 1
+    repeated = np.concatenate([np.flatnonzero(clip == c) for c in range(15) for _ in range(weights[c])])
+    f1 = f1_scores(counts, weights[None])[0]
+    for sensor in range(2):
+        expected = f1_score(truth[repeated], predictions[repeated, sensor], average=None)
+        np.testing.assert_allclose(f1[sensor], expected, rtol=1e-6)
+
+
+def test_resamples_keep_the_number_of_clips_of_each_activity():
+    activity = np.array([0, 0, 0, 1, 1, 2])
+    weights = clip_resamples(activity, 2000, np.random.default_rng(2))
+    for label, n_clips in ((0, 3), (1, 2), (2, 1)):
+        np.testing.assert_array_equal(weights[:, activity == label].sum(axis=1), n_clips)
+    np.testing.assert_allclose(weights.mean(axis=0), 1.0, atol=0.06)
+
+
+def test_interval_covers_the_true_macro_f1():
+    """95 % intervals over 30 clips an activity must cover at least 85 % of the time, and not always."""
+    rng = np.random.default_rng(3)
+    truth, predictions, clip = simulate(rng, n_clips=6000)
+    counts = count_by_clip(truth, predictions, clip, 3)
+    true_f1 = f1_scores(counts, np.ones((1, len(counts.size)))).mean()
+    covered = 0
+    for _ in range(200):
+        counts = count_by_clip(*simulate(rng), 3)
+        boot = bootstrap_f1(counts, 200, 0.95, rng)
+        covered += boot.mean_low[0] <= true_f1 <= boot.mean_high[0]
+    assert 170 <= covered < 200
+
+
+def test_ranks_of_clearly_different_sensors_are_certain_and_of_equal_ones_are_not():
+    rng = np.random.default_rng(4)
+    truth, weak, clip = simulate(rng, n_clips=60, n_sensors=4, right=0.4)
+    strong = np.where(rng.random((len(truth), 1)) < 0.95, truth[:, None], (truth[:, None] + 1) % 3)
+    boot = bootstrap_f1(count_by_clip(truth, np.hstack([weak, strong]), clip, 3), 300, 0.95, rng)
+    assert (boot.rank_low[4], boot.rank_high[4]) == (1, 1)
+    assert (boot.rank_low[:4] >= 2).all()
+    assert (boot.rank_high[:4] - boot.rank_low[:4] >= 1).all()
+
+
+def test_blocks_of_sensors_change_nothing():
+    truth, predictions, clip = simulate(np.random.default_rng(5), n_sensors=7)
+    counts = count_by_clip(truth, predictions, clip, 3)
+    whole, parts = (bootstrap_f1(counts, 50, 0.9, np.random.default_rng(0), block) for block in (512, 3))
+    for a, b in zip(whole, parts, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-6)
+
+
+def test_a_clip_under_two_activities_counts_as_two():
+    counts = count_by_clip(np.array([0, 0, 1]), np.array([[0], [1], [1]]), np.array(["s", "s", "s"]), 2)
+    np.testing.assert_array_equal(counts.size, [2, 1])
+    np.testing.assert_array_equal(counts.hit[:, 0], [1, 1])
+    np.testing.assert_array_equal(counts.confusion()[0], [[1, 1], [0, 1]])

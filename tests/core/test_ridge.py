@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ridge classifier against scikit-learn's discriminant analysis, and its choice of ridge."""
+
+import numpy as np
+import pytest
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+
+from blender_addon.w2w.core.classifiers.ridge import Ridge
+
+
+def library(seed=0, n_clips=40, n_classes=4, n_sensors=3, n_features=12, spread=1.5):
+    """Features of clips around class centres; classes of unequal size."""
+    rng = np.random.default_rng(seed)
+    clip_label = rng.choice(
+        n_classes, size=n_clips, p=np.arange(1, n_classes + 1) / sum(range(n_classes + 1))
+    )
+    clip_label[: 2 * n_classes] = np.tile(np.arange(n_classes), 2)
+    clip = np.repeat(np.arange(n_clips), 5)
+    labels = clip_label[clip]
+    centres = rng.normal(size=(n_classes, n_sensors, n_features))
+    features = centres[labels] + spread * rng.normal(size=(len(clip), n_sensors, n_features))
+    return features.astype(np.float32), labels, clip % 5, clip
+
+
+def linear(alpha):
+    return Ridge(alphas=(alpha,), hidden=0)
+
+
+def reference(features, labels, fold, is_test, alpha):
+    """The same protocol as plain loops over scikit-learn: a ridge alpha is a shrinkage of
+    alpha / (1 + alpha) where variances within classes are 1, and equal priors name."""
+    named = np.empty((is_test.sum(), features.shape[1]), dtype=int)
+    for sensor in range(features.shape[1]):
+        for f in np.unique(fold[is_test]):
+            train, test = fold != f, is_test & (fold == f)
+            x = features[:, sensor].astype(np.float64)
+            means = np.stack([x[train & (labels == c)].mean(axis=0) for c in range(labels.max() + 1)])
+            x /= np.sqrt(((x - means[labels])[train] ** 2).mean(axis=0))
+            model = LinearDiscriminantAnalysis(solver="lsqr", shrinkage=alpha / (1 + alpha))
+            model.fit(x[train], labels[train])
+            scores = x[test] @ model.coef_.T + model.intercept_ - np.log(model.priors_)
+            named[fold[is_test] == f, sensor] = scores.argmax(axis=1)
+    return named
+
+
+@pytest.mark.parametrize("alpha", [0.01, 1.0])
+def test_equals_scikit_learn_trained_fold_by_fold(alpha):
+    features, labels, fold, _ = library()
+    is_test = np.arange(len(labels)) % 5 < 3
+    named = linear(alpha).predict_folds(features, labels, fold, is_test)
+    np.testing.assert_array_equal(named, reference(features, labels, fold, is_test, alpha))
+    assert (named == labels[is_test][:, None]).mean() > 0.5
+
+
+def test_windows_always_trained_on_are_trained_on_and_not_tested():
+    features, labels, fold, _ = library()
+    fold = np.where(np.arange(len(fold)) < 100, -1, fold)
+    is_test = fold >= 0
+    named = linear(0.1).predict_folds(features, labels, fold, is_test)
+    np.testing.assert_array_equal(named, reference(features, labels, fold, is_test, 0.1))
+
+
+def test_one_sensor_alone_is_named_as_among_others():
+    features, labels, fold, _ = library(n_sensors=4)
+    is_test = np.ones(len(labels), bool)
+    together = Ridge(alphas=(0.1,)).predict_folds(features, labels, fold, is_test)
+    alone = Ridge(alphas=(0.1,)).predict_folds(features[:, 2:3], labels, fold, is_test)
+    np.testing.assert_array_equal(together[:, 2], alone[:, 0])
+
+
+def test_scale_and_offset_of_features_do_not_matter_without_random_units():
+    features, labels, fold, _ = library()
+    is_test = np.ones(len(labels), bool)
+    other = features.astype(np.float64) * np.geomspace(1e-3, 1e3, 12) + np.linspace(-1, 1, 12)
+    first, second = (linear(0.1).predict_folds(x, labels, fold, is_test) for x in (features, other))
+    assert (first == second).mean() > 0.998
+
+
+def test_random_units_tell_apart_what_no_line_can():
+    rng = np.random.default_rng(4)
+    features = rng.normal(size=(1200, 1, 2)).astype(np.float32)
+    labels = ((features[:, 0, 0] > 0) != (features[:, 0, 1] > 0)).astype(int)
+    fold, is_test = np.arange(1200) % 4, np.ones(1200, bool)
+    assert (linear(0.01).predict_folds(features, labels, fold, is_test)[:, 0] == labels).mean() < 0.6
+    assert (Ridge().predict_folds(features, labels, fold, is_test)[:, 0] == labels).mean() > 0.9
+
+
+def test_a_class_between_two_others_is_not_masked():
+    """Three classes in a row: least squares onto indicators never names the middle one."""
+    rng = np.random.default_rng(5)
+    labels = np.arange(900) % 3
+    features = (4 * labels[:, None, None] + rng.normal(size=(900, 1, 1))).astype(np.float32)
+    named = linear(0.01).predict_folds(features, labels, np.arange(900) // 300, np.ones(900, bool))
+    assert (named[labels == 1, 0] == 1).mean() > 0.9
+
+
+def test_a_feature_that_never_changes_does_no_harm():
+    features, labels, fold, _ = library()
+    is_test = np.ones(len(labels), bool)
+    constant = np.full((*features.shape[:2], 1), 7.0, dtype=np.float32)
+    model = linear(0.1)
+    with_it = model.predict_folds(np.concatenate([features, constant], axis=2), labels, fold, is_test)
+    np.testing.assert_array_equal(with_it, model.predict_folds(features, labels, fold, is_test))
+
+
+def test_rare_classes_are_named_as_often_as_common_ones_are_missed():
+    """Class-balanced: with two overlapping classes of 9 : 1, both are recalled alike."""
+    rng = np.random.default_rng(2)
+    labels = (rng.random(4000) < 0.1).astype(int)
+    features = (labels[:, None, None] + rng.normal(size=(4000, 1, 1))).astype(np.float32)
+    named = linear(0.01).predict_folds(features, labels, np.arange(4000) % 4, np.ones(4000, bool))
+    recall = [(named[labels == c, 0] == c).mean() for c in (0, 1)]
+    assert recall[0] == pytest.approx(recall[1], abs=0.06)
+
+
+def test_the_chosen_ridge_is_weak_where_noise_must_cancel_and_strong_where_it_is_all_there_is():
+    rng = np.random.default_rng(0)
+    labels, fold = np.arange(300) % 3, np.arange(300) // 3 % 5
+    signal, hum = labels + 0.3 * rng.normal(size=300), 20 * rng.normal(size=300)
+    cancelling = np.stack([signal + hum, hum], axis=1)[:, None].astype(np.float32)
+    drowned = 5 * rng.normal(size=(300, 1, 300)).astype(np.float32)
+    drowned[:, 0, :3] += np.eye(3)[labels] * 8
+    model, everywhere = Ridge(hidden=0), np.ones(300, bool)
+    weak = model.choose_alphas(cancelling, labels, fold, everywhere)
+    strong = model.choose_alphas(drowned, labels, fold, everywhere)
+    assert weak.shape == (5,)
+    assert weak.max() <= 0.01
+    assert strong.min() >= 0.1
+
+
+def test_the_ridge_of_a_fold_never_sees_its_labels():
+    features, labels, fold, _ = library()
+    is_test = np.ones(len(labels), bool)
+    before = Ridge().choose_alphas(features, labels, fold, is_test)
+    shuffled = labels.copy()
+    shuffled[fold == 2] = np.random.default_rng(0).permutation(labels[fold == 2])
+    after = Ridge().choose_alphas(features, shuffled, fold, is_test)
+    assert before[2] == after[2]
+
+
+def test_threads_and_repetition_change_nothing():
+    features, labels, fold, _ = library(n_sensors=6)
+    is_test = np.ones(len(labels), bool)
+    told = []
+    one = Ridge(workers=1).predict_folds(features, labels, fold, is_test, told.append)
+    two = Ridge(workers=2).predict_folds(features, labels, fold, is_test)
+    np.testing.assert_array_equal(one, two)
+    np.testing.assert_allclose(told, np.arange(1, 7) / 6)
