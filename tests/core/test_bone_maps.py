@@ -16,8 +16,8 @@ from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES
 
 MIXAMO = (
     "Hips Spine Spine1 Spine2 Neck Head LeftShoulder LeftArm LeftForeArm LeftHand LeftHandMiddle1 "
-    "RightShoulder RightArm RightForeArm RightHand RightHandMiddle1 LeftUpLeg LeftLeg LeftFoot LeftToeBase RightUpLeg "
-    "RightLeg RightFoot RightToeBase"
+    "RightShoulder RightArm RightForeArm RightHand RightHandMiddle1 LeftUpLeg LeftLeg LeftFoot LeftToeBase "
+    "RightUpLeg RightLeg RightFoot RightToeBase"
 ).split()
 
 

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from .motion import Motion
     from .patches import PatchSet
 
+FRAME_BLOCK = 32
+"""Frames worked on at a time: few enough that a block's arrays stay in the processor's cache."""
+
 
 def joint_transforms(body: Body, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     """Forward kinematics: where every joint is and how it is turned.
@@ -94,11 +97,15 @@ def patch_matrices(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
     -------
     ndarray, shape (T, N, 4, 4), float64
     """
-    rows = _triangle_rows(body, patches.triangles)
-    blended = _blend(skinning_transforms(body, motion), rows)
     n_patches = len(patches.triangles)
-    centroid, edge_x, edge_b = (blended[:, k * n_patches : (k + 1) * n_patches] for k in range(3))
-    return frames_from_edges(centroid, edge_x, edge_b)
+    rows = _triangle_rows(body, patches.triangles).T
+    columns = skinning_transforms(body, motion).transpose(0, 2, 1, 3).reshape(motion.n_frames, 3, -1)
+    matrices = np.empty((motion.n_frames, n_patches, 4, 4))
+    for start in range(0, motion.n_frames, FRAME_BLOCK):
+        block = columns[start : start + FRAME_BLOCK]
+        blended = (block.reshape(-1, len(rows)) @ rows).reshape(len(block), 3, 3, n_patches)
+        _write_frames(matrices[start : start + FRAME_BLOCK], *blended.transpose(2, 0, 1, 3))
+    return matrices
 
 
 def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> np.ndarray:
@@ -113,16 +120,33 @@ def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray
     -------
     ndarray, shape (..., 4, 4)
     """
-    x = edge_x / np.linalg.norm(edge_x, axis=-1, keepdims=True)
-    z = np.cross(edge_x, edge_b)
-    z /= np.linalg.norm(z, axis=-1, keepdims=True)
-    matrices = np.zeros((*origin.shape[:-1], 4, 4))
-    matrices[..., :3, 0] = x
-    matrices[..., :3, 1] = np.cross(z, x)
-    matrices[..., :3, 2] = z
-    matrices[..., :3, 3] = origin
-    matrices[..., 3, 3] = 1
+    matrices = np.empty((*origin.shape[:-1], 4, 4))
+    _write_frames(matrices, *(np.moveaxis(vector, -1, -2) for vector in (origin, edge_x, edge_b)))
     return matrices
+
+
+def _write_frames(matrices: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
+    """Fill matrices (..., N, 4, 4) from vectors (..., 3, N): rows of components are quick to work on."""
+    x = _unit(edge_x)
+    z = _unit(_cross(edge_x, edge_b))
+    for column, vector in enumerate((x, _cross(z, x), z, origin)):
+        matrices[..., :3, column] = np.moveaxis(vector, -2, -1)
+    matrices[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross product of vectors (..., 3, N)."""
+    product = np.empty_like(a)
+    for axis in range(3):
+        second, third = (axis + 1) % 3, (axis + 2) % 3
+        np.multiply(a[..., second, :], b[..., third, :], out=product[..., axis, :])
+        product[..., axis, :] -= a[..., third, :] * b[..., second, :]
+    return product
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Unit vectors of vectors (..., 3, N)."""
+    return vectors / np.sqrt((vectors * vectors).sum(axis=-2, keepdims=True))
 
 
 def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:
