@@ -14,6 +14,7 @@ from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.shapes import MORPHOLOGIES
 
+from .clip_job import quiet_output
 from .pipeline import Study
 from .results import DIGITS, place
 
@@ -84,9 +85,10 @@ def _body(text: str) -> Body:
     if words[0] in GENDERS:
         return _shaped(words)
     if Path(text).suffix:
-        from blender_addon.w2w.core.smpl import load_body
+        from blender_addon.w2w.scene.adopt import adopt_file
 
-        return load_body(text)
+        with quiet_output():
+            return adopt_file(text)
     raise ValueError(
         f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
     )

@@ -52,3 +52,14 @@ def test_a_study_on_two_bodies_says_how_far_they_agree(tmp_path):
     assert tables[0] != tables[1]
     vertices = [[line.split(",")[2] for line in table.splitlines()] for table in tables]
     assert vertices[0] == vertices[1]  # patches stay put
+
+
+def test_a_rigged_smpl_body_is_adopted(shared_data):
+    [(name, body)] = parse_bodies(str(shared_data / "smpl_body/fixture_smplbody_rigged.fbx"))
+    assert name == "fixture_smplbody_rigged.fbx"
+    assert body.height == pytest.approx(1.79, abs=0.01)
+
+
+def test_a_file_that_is_no_body_is_refused(shared_data):
+    with pytest.raises(ValueError, match="expected"):
+        parse_bodies(str(shared_data / "mixamo/_broken/static_mesh_box_001.fbx"))
