@@ -42,20 +42,21 @@ def butterworth(
             f"the cut-off must lie between 0 and {rate / 2:g} Hz (half the rate), not {cutoff_hz}"
         )
     if not zero_phase:
-        sos = _sections(order, cutoff_hz, rate).astype(values.dtype)
-        at_rest = sosfilt_zi(sos).astype(values.dtype)
+        sos, at_rest = (part.astype(values.dtype) for part in _sections(order, cutoff_hz, rate))
         state = at_rest.reshape(len(sos), *(1,) * (values.ndim - 1), 2) * values[None, ..., :1]
         return sosfilt(sos, values, axis=-1, zi=state)[0]
     # The bilinear transform bends the frequency axis, so the correction is made on its tangent.
     bent = np.tan(np.pi * cutoff_hz / rate) / (np.sqrt(2) - 1) ** (1 / (2 * order))
-    sos = _sections(order, np.arctan(bent) * rate / np.pi, rate)
+    sos, _ = _sections(order, np.arctan(bent) * rate / np.pi, rate)
     padding = min(int(3 * rate / cutoff_hz), values.shape[-1] - 1)
     return sosfiltfilt(sos, values, axis=-1, padlen=padding).astype(values.dtype, copy=False)
 
 
 @lru_cache(maxsize=32)
-def _sections(order: int, cutoff_hz: float, rate: float) -> np.ndarray:
-    return butter(order, cutoff_hz, fs=rate, output="sos")
+def _sections(order: int, cutoff_hz: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Second-order sections and their state at rest."""
+    sos = butter(order, cutoff_hz, fs=rate, output="sos")
+    return sos, sosfilt_zi(sos)
 
 
 def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import hashlib
+from functools import lru_cache
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
 from scipy.signal import bilinear, lfilter, lfilter_zi
 from scipy.spatial.transform import Rotation
 
@@ -33,6 +35,22 @@ CONSTANTS = {
 """Places of a sensor's constant errors among the numbers of the stream "constants"."""
 
 
+SFC64_WORDS = 3
+"""64-bit words that seed an SFC64 generator."""
+
+
+class _Words(ISeedSequence):
+    """Seeds a generator with words that are already mixed."""
+
+    def __init__(self, words: np.ndarray) -> None:
+        self._words = words
+
+    def generate_state(self, n_words: int, dtype: type = np.uint32) -> np.ndarray:
+        """The words, for the generator that wants just these."""
+        assert (n_words, dtype) == (len(self._words), self._words.dtype)
+        return self._words
+
+
 class SensorStreams:
     """Random numbers of a range of sensors: one stream a sensor and part, whoever asks and in what order.
 
@@ -48,30 +66,30 @@ class SensorStreams:
 
     def __init__(self, seed: int, clip: str, sensors: range) -> None:
         digest = hashlib.sha256(clip.encode("utf-8")).digest()
-        self._entropy = [seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()]
-        self._sensors = sensors
+        entropy = [seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()]
+        self._states = [
+            np.random.SeedSequence(entropy, spawn_key=(sensor,))
+            .generate_state(len(PARTS) * SFC64_WORDS, np.uint64)
+            .reshape(len(PARTS), SFC64_WORDS)
+            for sensor in sensors
+        ]
         self._constants = self.normal("constants", 39)
 
     def generators(self, part: str) -> list[np.random.Generator]:
         """One generator a sensor for one of `PARTS`."""
         number = PARTS.index(part)
-        return [
-            np.random.Generator(
-                np.random.SFC64(np.random.SeedSequence(self._entropy, spawn_key=(sensor, number)))
-            )
-            for sensor in self._sensors
-        ]
+        return [np.random.Generator(np.random.SFC64(_Words(state[number]))) for state in self._states]
 
     def normal(self, part: str, *shape: int) -> np.ndarray:
         """Standard normal numbers, shape (sensors, *shape), float32."""
-        numbers = np.empty((len(self._sensors), *shape), dtype=np.float32)
+        numbers = np.empty((len(self._states), *shape), dtype=np.float32)
         for generator, row in zip(self.generators(part), numbers, strict=True):
             generator.standard_normal(out=row, dtype=np.float32)
         return numbers
 
     def constants(self, name: str, *shape: int) -> np.ndarray:
         """Numbers behind one of the `CONSTANTS`, shape (sensors, *shape)."""
-        return self._constants[:, CONSTANTS[name]].reshape(len(self._sensors), *shape)
+        return self._constants[:, CONSTANTS[name]].reshape(len(self._states), *shape)
 
 
 def mount(
@@ -115,11 +133,20 @@ def wobble(values: np.ndarray, rate: float, frequency_hz: float, damping: float,
 
     The transmissibility (2 z w s + w^2) / (s^2 + 2 z w s + w^2) is mixed in with weight `gain`.
     """
+    b, a, at_rest = (part.astype(values.dtype) for part in _tissue(rate, frequency_hz, damping))
+    ridden = lfilter(b, a, values, axis=-1, zi=at_rest * values[..., :1])[0]
+    ridden -= values
+    ridden *= values.dtype.type(gain)
+    ridden += values
+    return ridden
+
+
+@lru_cache(maxsize=32)
+def _tissue(rate: float, frequency_hz: float, damping: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Numerator, denominator and state at rest of the tissue's digital filter."""
     omega = 2 * rate * np.tan(np.pi * frequency_hz / rate)
     b, a = bilinear([2 * damping * omega, omega**2], [1, 2 * damping * omega, omega**2], fs=rate)
-    b, a = b.astype(values.dtype), a.astype(values.dtype)
-    ridden = lfilter(b, a, values, axis=-1, zi=lfilter_zi(b, a).astype(values.dtype) * values[..., :1])[0]
-    return values + values.dtype.type(gain) * (ridden - values)
+    return b, a, lfilter_zi(b, a)
 
 
 def axes_matrix(scale: np.ndarray, turns: np.ndarray, shears: np.ndarray) -> np.ndarray:
