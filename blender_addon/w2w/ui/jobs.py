@@ -34,7 +34,7 @@ PASSED_ON = {
 }
 """Events that reach the rest of Blender while a job runs: looking around is harmless."""
 
-EXPECTED = (ValueError, UnusableMotion, OSError)
+EXPECTED = (ValueError, UnusableMotion, OSError, ImportError)
 """What core and scene raise with a sentence for people."""
 
 T = TypeVar("T")

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 
 from .study import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
@@ -11,7 +13,7 @@ ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
 
 
 class W2W_UL_clips(bpy.types.UIList):
-    """Clips: tick, name, activity in place, frames, state, preview."""
+    """Clips: tick, name, activity in place, frames, state."""
 
     def draw_item(
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
@@ -25,17 +27,15 @@ class W2W_UL_clips(bpy.types.UIList):
             row.label(text=item.name)
             row.label(text="", icon="ERROR")
             return
-        split = row.split(factor=0.5)
-        split.label(text=item.name, translate=False)
+        split = row.split(factor=0.44, align=True)
+        split.label(text=Path(item.file).stem or item.name, translate=False)
+        split = split.split(factor=0.74, align=True)
         split.prop(item, "activity", text="", emboss=False, placeholder="activity")
-        count = row.row()
-        count.ui_units_x = 2.2
+        count = split.row()
         count.alignment = "RIGHT"
         count.label(text=str(item.n_frames))
-        row.label(text="", icon=ICONS.get(state, "BLANK1"))
         playing = playing_clip(data.id_data) == item
-        preview = row.operator("w2w.preview_clip", text="", icon="PLAY", emboss=playing)
-        preview.index = index
+        row.label(text="", icon="PLAY" if playing else ICONS.get(state, "BLANK1"))
 
     def settings(self, study: bpy.types.PropertyGroup) -> str:
         """What baked clips are compared with."""

@@ -64,16 +64,13 @@ def draw() -> None:
     free = _free_part(context)
     if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
         _draw_colour_bar(body, free, scale)
+    _draw_places(context, body, patches, scale)
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     for number, patch in enumerate(chosen):
         _draw_mark(context, body, patches, patch, number, scale)
-    x = free.left + MARGIN * scale
-    for number, patch in enumerate(chosen):
-        card = _card(context, body, patches, patch, number)
-        if x + WIDTH * scale > free.right:
-            return
-        card.draw(x, free.bottom + MARGIN * scale, scale)
-        x += (WIDTH + MARGIN) * scale
+    _draw_cards(
+        [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)], free, scale
+    )
 
 
 def _free_part(context: bpy.types.Context) -> Free:
@@ -86,6 +83,8 @@ def _free_part(context: bpy.types.Context) -> Free:
             continue
         if other.type == "UI":
             free[1] = min(free[1], other.x - region.x)
+        elif other.type == "HUD":
+            free[2] = max(free[2], other.y + other.height - region.y)
         elif other.type == "TOOLS":
             free[0] = max(free[0], other.x + other.width - region.x)
         elif other.type in ("HEADER", "TOOL_HEADER") and other.y > region.y + region.height / 2:
@@ -111,6 +110,34 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     text(left, bottom + height + 14 * scale, "score, 0 to 1", 10 * scale, GREY)
 
 
+def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:
+    """Draw cards at the left: one above the other where there is room, else side by side."""
+    x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
+    stacked = y + sum(card.height(scale) + margin for card in cards) < free.top
+    for card in reversed(cards) if stacked else cards:
+        if x + WIDTH * scale > free.right:
+            return
+        card.draw(x, y, scale)
+        if stacked:
+            y += card.height(scale) + margin
+        else:
+            x += WIDTH * scale + margin
+
+
+def _draw_places(context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, scale: float) -> None:
+    """Number the chosen sensor places in the order of their choice."""
+    if body.w2w.chosen_collection is None or not len(body.w2w.chosen):
+        return
+    for number, place in enumerate(body.w2w.chosen, start=1):
+        point = _on_screen(context, body, patches, place.patch)
+        if point is not None:
+            x, y = point.x + 10 * scale, point.y - 14 * scale
+            rectangle(
+                x - 4 * scale, y - 4 * scale, (8 + 7 * len(str(number))) * scale, 16 * scale, BACKGROUND
+            )
+            text(x, y, str(number), 11 * scale, PALE)
+
+
 def _draw_mark(
     context: bpy.types.Context,
     body: bpy.types.Object,
@@ -120,19 +147,26 @@ def _draw_mark(
     scale: float,
 ) -> None:
     """Put a ring and a letter on the patch, wherever the body moves it."""
-    evaluated = body.evaluated_get(context.view_layer.depsgraph)
-    mesh = evaluated.data
-    if len(mesh.vertices) != len(patches.labels):
-        return
-    corners = [mesh.vertices[vertex].co for vertex in patches.triangles[patch].tolist()]
-    place = evaluated.matrix_world @ (sum(corners, Vector()) / 3)
-    point = location_3d_to_region_2d(context.region, context.region_data, place)
+    point = _on_screen(context, body, patches, patch)
     if point is None:
         return
     mark, colour = MARKS[number]
     ring(point.x, point.y, 9 * scale, (0.0, 0.0, 0.0, 0.8), 4.5 * scale)
     ring(point.x, point.y, 9 * scale, colour, 2.5 * scale)
     text(point.x + 13 * scale, point.y + 7 * scale, mark, 15 * scale, colour)
+
+
+def _on_screen(
+    context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, patch: int
+) -> Vector | None:
+    """Where a patch is in the region, on the surface as it is now; None behind the viewer."""
+    evaluated = body.evaluated_get(context.view_layer.depsgraph)
+    mesh = evaluated.data
+    if len(mesh.vertices) != len(patches.labels):  # a modifier has made other vertices
+        return None
+    corners = [mesh.vertices[vertex].co for vertex in patches.triangles[patch].tolist()]
+    place = evaluated.matrix_world @ (sum(corners, Vector()) / 3)
+    return location_3d_to_region_2d(context.region, context.region_data, place)
 
 
 def _card(

@@ -31,6 +31,9 @@ from .text_lines import wrapped
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
 
+TABS_AND_MARGINS, ICON = 56, 22
+"""Pixels of the sidebar that no text gets, at a scale of 1."""
+
 
 class W2WPanel:
     """Where all W2W panels are."""
@@ -95,7 +98,7 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
             row = layout.row()
             row.active = False
             row.label(text=job.text, translate=False)
-            layout.label(text="Esc cancels", icon="EVENT_ESC")
+            layout.label(text="Press Esc to cancel")
         elif jobs.message is not None:
             draw_message(layout, context, jobs.message)
 
@@ -117,6 +120,7 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
             column = layout.column()
             column.scale_y = 1.4
             column.operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
+            layout.operator("w2w.load_body", icon="FILE_FOLDER")
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
             return
         row = layout.row(align=True)
@@ -155,13 +159,11 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         if not len(study.clips):
             layout.label(text="FBX, BVH or AMASS npz files", icon="INFO")
             return
-        row = layout.row()
-        row.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=12)
-        side = row.column(align=True)
-        side.operator("w2w.remove_clips", text="", icon="REMOVE")
-        side.operator("w2w.relabel_clips", text="", icon="GREASEPENCIL")
-        side.separator()
-        side.menu("W2W_MT_tick_clips", text="", icon="DOWNARROW_HLT")
+        layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=8)
+        row = layout.row(align=True)
+        row.menu("W2W_MT_tick_clips", text="Tick", icon="CHECKBOX_HLT")
+        row.operator("w2w.relabel_clips", text="Relabel", icon="GREASEPENCIL")
+        row.operator("w2w.remove_clips", text="", icon="TRASH")
         self.draw_active(context, layout, study)
 
     def draw_active(self, context: Context, layout: Layout, study: bpy.types.PropertyGroup) -> None:
@@ -181,10 +183,11 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         row = column.row()
         row.active = False
         row.label(text=f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton")
-        shown = bool(source_collections(clip.name))
-        text = "Hide Source" if shown else "Show Source Beside"
+        row = layout.row(align=True)
+        row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
         if Path(clip.file).suffix.lower() in (".fbx", ".bvh"):
-            layout.operator("w2w.show_source", text=text, icon="ARMATURE_DATA", depress=shown)
+            shown = bool(source_collections(clip.name))
+            row.operator("w2w.show_source", text="Source Beside", icon="ARMATURE_DATA", depress=shown)
 
 
 class W2W_PT_patches(StepPanel, bpy.types.Panel):
@@ -404,16 +407,17 @@ def draw_message(layout: Layout, context: Context, message: jobs.Message) -> Non
     box.alert = message.is_error
     row = box.row()
     column = row.column(align=True)
-    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=3)
+    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=36)
     row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
 
 
 def draw_text(layout: Layout, context: Context, text: str, icon: str = "NONE", indent: int = 0) -> None:
-    """Draw a text in as many lines as the sidebar needs."""
+    """Draw a text in as many lines as the sidebar needs; `indent` is what else takes room, in pixels."""
     column = layout.column(align=True)
     column.scale_y = 0.8
-    units = context.region.width / (10 * context.preferences.system.ui_scale) - 3 - indent
-    for number, line in enumerate(wrapped(text, units * 10 * context.preferences.system.ui_scale)):
+    taken = TABS_AND_MARGINS + (ICON if icon != "NONE" else 0) + indent
+    width = context.region.width - taken * context.preferences.system.ui_scale
+    for number, line in enumerate(wrapped(text, width)):
         shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
         column.label(text=line, icon=shown, translate=False)
 

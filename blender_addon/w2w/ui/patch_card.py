@@ -14,14 +14,14 @@ from .drawing import Colour, clipped, polyline, rectangle, text
 WIDTH, MARGIN, LINE = 310, 12, 15
 """Sizes at a scale of 1, pixels."""
 
-PLOT_HEIGHT, PLOT_GAP = 74, 22
+PLOT_HEIGHT, PLOT_GAP = 62, 22
 MANY_ACTIVITIES = 8
 """With more activities than these, bars stand in two columns."""
 
-BACKGROUND: Colour = (0.07, 0.07, 0.07, 0.86)
+BACKGROUND: Colour = (0.07, 0.07, 0.07, 0.9)
 PALE: Colour = (1.0, 1.0, 1.0, 0.95)
-GREY: Colour = (1.0, 1.0, 1.0, 0.62)
-FAINT: Colour = (1.0, 1.0, 1.0, 0.16)
+GREY: Colour = (1.0, 1.0, 1.0, 0.45)
+FAINT: Colour = (1.0, 1.0, 1.0, 0.035)
 AXES: tuple[Colour, ...] = ((0.90, 0.49, 0.13, 1), (0.16, 0.72, 0.55, 1), (0.42, 0.72, 0.96, 1))
 """x, y and z in the colours of Okabe and Ito (2008), which colour-blind eyes tell apart."""
 
@@ -136,7 +136,7 @@ class Card:
         text(left + 3 * scale, y + height - 11 * scale, f"{high:g}", 9 * scale, GREY)
         text(left + 3 * scale, y + 3 * scale, f"{low:g}", 9 * scale, GREY)
         zero = y + height * (0 - low) / (high - low)
-        rectangle(left, zero, width, 1, FAINT)
+        rectangle(left, zero, width, 1, (1.0, 1.0, 1.0, 0.1))
         times = np.linspace(left, right, len(signal))
         for axis, colour in enumerate(AXES):
             levels = y + height * (signal[:, axis] - low) / (high - low)

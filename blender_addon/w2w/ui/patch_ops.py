@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import bpy
 
-from ..core.study import place_patches as spread_patches
+from ..core.patches import sample_patches
 from ..scene.body import body_of
 from ..scene.patches import place_patches, remove_patches
 from . import jobs, results
 from .motion_ops import can_change
 from .packing import pack
-from .study import config_of, current_body
+from .study import current_body
 
 
 class W2W_OT_place_patches(bpy.types.Operator):
@@ -55,9 +55,10 @@ class W2W_OT_remove_patches(bpy.types.Operator):
 
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
-    body, config = body_of(mesh), config_of(mesh.w2w)
+    body, study = body_of(mesh), mesh.w2w
+    count, seed, mode = study.patch_count, study.patch_seed, study.patch_method
     patches = yield from jobs.in_thread(
-        lambda _told: spread_patches(body, config), f"spreading {config.patches} patches", 0.0, 0.8
+        lambda _told: sample_patches(body, count, seed, mode), f"spreading {count} patches", 0.0, 0.8
     )
     yield jobs.Step(0.8, "placing empties")
     remove_all(mesh)

@@ -183,14 +183,20 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         name="Folds", description="Parts of the cross-validation; no clip is in two", default=5, min=2, max=20
     )
     by_subject: BoolProperty(
-        name="Leave One Subject Out",
-        description="Test on people that were not trained on; every clip needs its subject's name",
+        name="By Subject",
+        description="Leave one subject out at a time: test on people that were not trained on. "
+        "Every clip needs its subject's name",
     )
     utility_text: StringProperty(options={"HIDDEN"})
     utility_key: StringProperty(options={"HIDDEN"})
     ranked_as: StringProperty(options={"HIDDEN"})
     activities: CollectionProperty(type=W2W_PG_activity)
-    activity_index: IntProperty(name="Active Activity", update=updates.view_activity)
+    activity_index: IntProperty(
+        name="Active Activity",
+        description="The activity whose heatmap is shown",
+        default=-1,
+        update=updates.view_activity,
+    )
     view: EnumProperty(
         name="Heatmap",
         description="What the colours of the body show",
@@ -235,19 +241,19 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         update=updates.choose_places,
     )
     max_places: IntProperty(
-        name="At Most",
+        name="Most Places",
         description="Most sensors in the set; 0 sets no limit",
         default=0,
         min=0,
         soft_max=12,
         update=updates.choose_places,
     )
-    verdict: StringProperty(name="Verdict")
+    verdict: StringProperty(name="Verdict", description="Whether the set of places reaches the target")
     chosen: CollectionProperty(type=W2W_PG_place)
     regions: CollectionProperty(type=W2W_PG_place)
 
-    picked: IntProperty(name="Picked Patch", default=-1)
-    compared: IntProperty(name="Compared Patch", default=-1)
+    picked: IntProperty(name="Picked Patch", description="Patch looked at; -1 is none", default=-1)
+    compared: IntProperty(name="Compared Patch", description="Patch compared with it; -1 is none", default=-1)
 
 
 class W2W_PG_scene(bpy.types.PropertyGroup):

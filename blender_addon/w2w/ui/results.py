@@ -29,6 +29,8 @@ def store(body: bpy.types.Object, recommendation: Recommendation, ranked_as: str
     """Keep a ranking in the file and show it on the body."""
     study = body.w2w
     utility = recommendation.utility
+    if not study.utility_key:
+        study.show_patches = False  # hundreds of axes would hide the colours
     ticked = {activity.name: activity.use for activity in study.activities}
     study.utility_text, study.utility_key = pack(utility)
     study.ranked_as = ranked_as
@@ -175,14 +177,14 @@ def mark_chosen(body: bpy.types.Object) -> None:
             collection.objects.unlink(empty)
             empty.empty_display_type = "ARROWS"
             empty.empty_display_size = study.patch_size
-            empty.show_in_front = empty.show_name = False
+            empty.show_in_front = False
     for patch in wanted:
         empty = empties[patch]
         if empty.name not in collection.objects:
             collection.objects.link(empty)
         empty.empty_display_type = "SPHERE"
         empty.empty_display_size = CHOSEN_SCALE * study.patch_size
-        empty.show_in_front = empty.show_name = True
+        empty.show_in_front = True
 
 
 def hide_patches(view_layer: bpy.types.ViewLayer, study: bpy.types.PropertyGroup) -> None:

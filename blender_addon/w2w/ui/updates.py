@@ -10,7 +10,7 @@ from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
 from . import results
 from .jobs import redraw
-from .silence import is_silent
+from .silence import is_silent, without_updates
 
 Context = bpy.types.Context
 Group = bpy.types.PropertyGroup
@@ -70,6 +70,8 @@ def show_view(study: Group, context: Context) -> None:
     """Show another heatmap."""
     if is_silent():
         return
+    with without_updates():
+        study.activity_index = results.view_index(study) - 1
     results.show(study.id_data)
     redraw(context)
 

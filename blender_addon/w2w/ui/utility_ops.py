@@ -44,7 +44,7 @@ class W2W_OT_select_patch(bpy.types.Operator):
 
     bl_idname = "w2w.select_patch"
     bl_label = "Look at Patch"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     patch: IntProperty(name="Patch", description="Number of the patch", min=0)
     compare: BoolProperty(

@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The five steps in a real Blender window, by clicking: run inside Blender by `test_window.py`.
+
+Environment: W2W_ZIP the extension, W2W_DATA the folder of real data, W2W_OUT where the report and the
+pictures go. Every check is of Blender's state; the pictures are for people.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from driver import Driver, Script, run
+
+OUT = Path(os.environ["W2W_OUT"])
+DATA = Path(os.environ["W2W_DATA"])
+ACTIVITIES = (
+    "climbing_stairs", "crawling", "kneeling", "load_carrying", "pivot_kick", "pointing", "punching",
+    "running", "shoveling", "sit_to_stand", "turning_180", "walking",
+)  # fmt: skip
+CLIPS_EACH = 4
+N_PATCHES = 512
+
+report: dict[str, object] = {}
+
+
+def scenario() -> Script:
+    """All five steps."""
+    driver = Driver(OUT / "pictures")
+    yield from prepare(driver)
+    yield from step_body(driver)
+    yield from step_motions(driver)
+    yield from step_patches(driver)
+    yield from step_signals(driver)
+    yield from step_utility(driver)
+    yield from pick_and_compare(driver)
+    yield from reopen(driver)
+    (OUT / "report.json").write_text(json.dumps(report, indent=2))
+
+
+def prepare(driver: Driver) -> Script:
+    """Install the extension, empty the scene, open the tab."""
+    bpy.ops.extensions.package_install_files(
+        filepath=os.environ["W2W_ZIP"], repo="user_default", enable_on_install=True
+    )
+    with bpy.context.temp_override(window=driver.window):
+        bpy.data.batch_remove([*bpy.data.objects])
+        bpy.ops.ed.undo_push(message="Empty")
+    driver.area.spaces.active.show_region_ui = True
+    yield from driver.turns(5)
+    driver.region("UI").active_panel_category = "W2W"
+    yield from driver.turns(5)
+    yield from driver.look("0_empty")
+
+
+def study() -> bpy.types.PropertyGroup:
+    """The study; looked up anew each time, for undo replaces everything."""
+    return bpy.context.scene.w2w.body.w2w
+
+
+def idle(driver: Driver) -> Script:
+    """Wait until no job runs."""
+    jobs = sys.modules["bl_ext.user_default.w2w.blender_addon.w2w.ui.jobs"]
+    yield from driver.turns(5)
+    yield from driver.until(lambda: jobs.running is None, 300)
+    yield from driver.turns(5)
+    report.setdefault("messages", []).append(jobs.message.text if jobs.message else "")
+
+
+def step_body(driver: Driver) -> Script:
+    """Add the body; one undo takes it away, one redo brings it back."""
+    yield from driver.press("w2w.add_body")
+    report["body"] = bpy.context.scene.w2w.body.name
+    yield from driver.key("Z", ctrl=True)
+    report["bodies_after_undo"] = len(bpy.data.objects)
+    yield from driver.key("Z", ctrl=True, shift=True)
+    report["bodies_after_redo"] = len(bpy.data.objects)
+    yield from driver.key("NUMPAD_1")
+    yield from driver.key("NUMPAD_PERIOD")
+    yield from driver.turns(30)
+    yield from driver.look("1_body")
+
+
+def step_motions(driver: Driver) -> Script:
+    """Import a folder of real clips, cancel another import, take unusable files, preview."""
+    library = make_library()
+    objects = len(bpy.data.objects)
+    yield from driver.press("w2w.import_folder")
+    yield from choose_folder(driver, library)
+    yield from driver.turns(30)
+    yield from driver.look("2_importing")
+    yield from idle(driver)
+    report["clips"] = len(study().clips)
+    report["usable"] = sum(clip.action is not None for clip in study().clips)
+    report["activities"] = sorted({clip.activity for clip in study().clips})
+    report["objects_left_by_import"] = len(bpy.data.objects) - objects
+    actions = len(bpy.data.actions)
+    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
+        files = [{"name": path.name} for path in sorted((DATA / "mixamo/_broken").glob("*.fbx"))]
+        bpy.ops.w2w.import_motions("INVOKE_DEFAULT", directory=f"{DATA}/mixamo/_broken/", files=files)
+    yield from idle(driver)
+    report["problems"] = {clip.name: clip.problem for clip in study().clips if clip.problem}
+    report["actions_from_problems"] = len(bpy.data.actions) - actions
+    yield from driver.look("2_motions_problem")
+    bpy.ops.w2w.tick_clips(which="PROBLEM")
+    yield from driver.press("w2w.remove_clips")
+    report["clips_after_removing_problems"] = len(study().clips)
+    study().clip_index = [clip.activity for clip in study().clips].index("walking")
+    yield from driver.press("w2w.preview_clip")
+    playing = bpy.context.scene.w2w.body.parent.animation_data.action
+    report["previewed"] = playing.name
+    bpy.context.scene.frame_set(12)
+    yield from driver.press("w2w.show_source")
+    yield from driver.turns(10)
+    bpy.context.scene.frame_set(12)
+    yield from driver.key("HOME")
+    yield from driver.turns(30)
+    yield from driver.look("2_source_beside")
+    report["source_shown"] = sum("w2w source" in item for item in bpy.data.collections)
+    yield from driver.press("w2w.show_source")
+    yield from driver.key("HOME")
+    yield from driver.turns(30)
+    report["source_left"] = sum("w2w source" in item for item in bpy.data.collections)
+
+
+def step_patches(driver: Driver) -> Script:
+    """Place patches twice: nothing of the first time is left."""
+    yield from driver.press("w2w.place_patches")
+    yield from idle(driver)
+    report["patches"] = len(study().patch_collection.objects)
+    yield from driver.look("3_patches")
+    yield from driver.press("w2w.place_patches")
+    yield from idle(driver)
+    report["empties_after_placing_again"] = sum(item.type == "EMPTY" for item in bpy.data.objects)
+
+
+def step_signals(driver: Driver) -> Script:
+    """Cancel a bake by Esc, bake, undo and redo it."""
+    yield from driver.scroll_sidebar(14)
+    yield from driver.press("w2w.bake_signals")
+    yield from driver.turns(20)
+    yield from driver.look("4_baking")
+    yield from driver.key("ESC")
+    yield from idle(driver)
+    report["baked_after_esc"] = sum(bool(clip.signals) for clip in study().clips)
+    yield from driver.press("w2w.bake_signals")
+    start, slowest, last = time.monotonic(), 0.0, time.monotonic()
+    jobs = sys.modules["bl_ext.user_default.w2w.blender_addon.w2w.ui.jobs"]
+    while jobs.running is not None:
+        yield
+        slowest, last = max(slowest, time.monotonic() - last), time.monotonic()
+    report["bake_seconds"] = round(time.monotonic() - start, 2)
+    report["longest_freeze_while_baking_seconds"] = round(slowest, 3)
+    yield from idle(driver)
+    report["baked"] = sum(bool(clip.signals) for clip in study().clips)
+    yield from driver.key("Z", ctrl=True)
+    report["baked_after_undo"] = sum(bool(clip.signals) for clip in study().clips)
+    yield from driver.key("Z", ctrl=True, shift=True)
+    report["baked_after_redo"] = sum(bool(clip.signals) for clip in study().clips)
+    yield from driver.look("4_signals")
+
+
+def step_utility(driver: Driver) -> Script:
+    """Rank, look at an activity, drag the target."""
+    yield from driver.scroll_sidebar(12)
+    yield from driver.press("w2w.rank_patches")
+    yield from driver.turns(100)
+    yield from driver.look("5_ranking")
+    yield from idle(driver)
+    report["heatmaps"] = len(bpy.context.scene.w2w.body.data.color_attributes)
+    report["shown"] = bpy.context.scene.w2w.body.data.color_attributes.active_color.name
+    report["mean_f1_range"] = [row.f1 for row in study().regions]
+    report["chosen"] = len(study().chosen)
+    yield from driver.look("5_mean")
+    yield from driver.scroll_sidebar(12)
+    yield from driver.look("5_places")
+    x, y = yield from driver.find("target")
+    yield from driver.drag(x, y, -60)
+    report["target_after_drag"] = round(study().target, 3)
+    report["chosen_after_drag"] = len(study().chosen)
+    yield from driver.press("w2w.select_patch")
+    report["picked_in_table"] = study().picked
+    yield from driver.look("5_table_pick")
+    study().view = "A3"
+    yield from driver.look("5_activity")
+    report["shown_activity"] = bpy.context.scene.w2w.body.data.color_attributes.active_color.name
+
+
+def pick_and_compare(driver: Driver) -> Script:
+    """The pick tool by its key; click the body, Shift-click elsewhere; play."""
+    yield from driver.key("W", ctrl=True, alt=True)
+    tools = bpy.context.workspace.tools
+    report["tool"] = tools.from_space_view3d_mode("OBJECT").idname
+    x, y = driver.on_screen((0.0, -0.1, 1.25))
+    yield from driver.click(x, y)
+    report["picked_on_body"] = study().picked
+    yield from driver.look("6_pick")
+    x, y = driver.on_screen((0.09, -0.05, 0.9))
+    yield from driver.click(x, y, shift=True)
+    report["compared_on_body"] = study().compared
+    yield from driver.look("6_compare")
+    yield from driver.key("SPACE")
+    yield from driver.turns(40)
+    report["frame_while_playing"] = bpy.context.scene.frame_current
+    yield from driver.look("6_playing")
+    yield from driver.key("SPACE")
+
+
+def reopen(driver: Driver) -> Script:
+    """A saved file opens complete."""
+    before = state()
+    path = str(OUT / "study.blend")
+    with bpy.context.temp_override(window=driver.window):
+        bpy.ops.wm.save_as_mainfile(filepath=path, compress=True)
+        bpy.ops.wm.open_mainfile(filepath=path)
+    yield from driver.turns(10)
+    report["megabytes"] = round(Path(path).stat().st_size / 1e6, 2)
+    report["reopened_alike"] = state() == before
+    yield from driver.look("7_reopened")
+
+
+def state() -> dict[str, object]:
+    """What a saved file must bring back."""
+    return {
+        "clips": [(clip.name, clip.activity, clip.signals, clip.action.name) for clip in study().clips],
+        "chosen": [(place.patch, place.label, place.f1) for place in study().chosen],
+        "regions": [(place.patch, place.label, place.f1) for place in study().regions],
+        "view": study().view,
+        "utility": study().utility_key,
+        "patches": [item.name for item in study().patch_collection.objects],
+        "picked": (study().picked, study().compared),
+    }
+
+
+def make_library() -> Path:
+    """Links to real clips in folders by activity."""
+    library = OUT / "library"
+    with (DATA / "motions.csv").open(newline="") as stream:
+        rows = [
+            row for row in csv.DictReader(stream) if (row["format"], row["import_status"]) == ("fbx", "ok")
+        ]
+    for activity in ACTIVITIES:
+        (library / activity).mkdir(parents=True, exist_ok=True)
+        motions = {row["motion_key"]: row for row in rows if row["activity"] == activity}
+        for row in list(motions.values())[:CLIPS_EACH]:
+            source = DATA / row["file"]
+            link = library / activity / f"{source.stem} {len(list((library / activity).iterdir())) + 1}.fbx"
+            link.unlink(missing_ok=True)
+            link.symlink_to(source)
+    return library
+
+
+def choose_folder(driver: Driver, folder: Path) -> Script:
+    """Go to a folder in the file browser and accept it."""
+    manager = bpy.context.window_manager
+    yield from driver.until(lambda: len(manager.windows) > 1, 20)
+    yield from driver.turns(5)
+    window = manager.windows[-1]
+    area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
+    area.spaces.active.params.directory = f"{folder}/".encode()
+    yield from driver.turns(5)
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.file.execute()
+
+
+run(scenario())

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drive a real Blender window: find buttons by what they do, click them, wait for what they start.
+
+Runs inside Blender, started with --enable-event-simulate. A script is a generator: each `yield` gives the
+window a turn, as after every event of a real mouse.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Generator
+from pathlib import Path
+
+import bpy
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
+
+ROW = 7
+"""Pixels between two tries when a panel is searched for a button: less than half a row."""
+
+Script = Generator[None, None, None]
+
+
+class Driver:
+    """Mouse, keyboard and eyes on the first window.
+
+    Parameters
+    ----------
+    pictures : Path
+        Folder for screenshots.
+    """
+
+    def __init__(self, pictures: Path) -> None:
+        self.pictures = pictures
+        self.pictures.mkdir(parents=True, exist_ok=True)
+
+    @property
+    def window(self) -> bpy.types.Window:
+        """The main window."""
+        return bpy.context.window_manager.windows[0]
+
+    @property
+    def area(self) -> bpy.types.Area:
+        """The 3D view."""
+        return next(area for area in self.window.screen.areas if area.type == "VIEW_3D")
+
+    def region(self, kind: str) -> bpy.types.Region:
+        """A region of the 3D view."""
+        return next(region for region in self.area.regions if region.type == kind)
+
+    def turns(self, count: int = 2) -> Script:
+        """Let Blender handle events and redraw."""
+        for _ in range(count):
+            yield
+
+    def until(self, condition: object, seconds: float = 60.0) -> Script:
+        """Wait until a callable is true."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"waited {seconds} s for {condition}")
+            yield
+
+    def event(self, kind: str, value: str, x: int, y: int, **keys: bool) -> Script:
+        """One event, and a turn for its handlers."""
+        self.window.event_simulate(kind, value, x=x, y=y, **keys)
+        yield
+
+    def move(self, x: int, y: int) -> Script:
+        """Move the mouse."""
+        yield from self.event("MOUSEMOVE", "NOTHING", x, y)
+
+    def click(self, x: int, y: int, **keys: bool) -> Script:
+        """Click with the left button."""
+        yield from self.move(x, y)
+        yield from self.move(x + 1, y)
+        yield from self.event("LEFTMOUSE", "PRESS", x, y, **keys)
+        yield from self.event("LEFTMOUSE", "RELEASE", x, y, **keys)
+        yield from self.turns(3)
+
+    def drag(self, x: int, y: int, distance: int) -> Script:
+        """Drag sideways with the left button."""
+        yield from self.move(x, y)
+        yield from self.move(x + 1, y)
+        yield from self.event("LEFTMOUSE", "PRESS", x, y)
+        for step in range(1, 11):
+            yield from self.move(x + distance * step // 10, y)
+        yield from self.event("LEFTMOUSE", "RELEASE", x + distance, y)
+        yield from self.turns(3)
+
+    def scroll_sidebar(self, clicks: int) -> Script:
+        """Turn the mouse wheel over the sidebar, downwards."""
+        region = self.region("UI")
+        x, y = region.x + 12, region.y + 30  # away from lists, which would scroll instead
+        yield from self.move(x, y)
+        for _ in range(clicks):
+            yield from self.event("WHEELDOWNMOUSE", "PRESS", x, y)
+        yield from self.turns(30)
+
+    def on_screen(self, place: tuple[float, float, float]) -> tuple[int, int]:
+        """Where a point of the world is in the window."""
+        region = self.region("WINDOW")
+        point = location_3d_to_region_2d(region, self.area.spaces.active.region_3d, Vector(place))
+        return region.x + round(point.x), region.y + round(point.y)
+
+    def key(self, kind: str, **keys: bool) -> Script:
+        """Press and release a key over the 3D view's middle."""
+        region = self.region("WINDOW")
+        x, y = region.x + region.width // 2, region.y + region.height // 2
+        yield from self.move(x, y)
+        yield from self.event(kind, "PRESS", x, y, **keys)
+        yield from self.event(kind, "RELEASE", x, y, **keys)
+        yield from self.turns(3)
+
+    def find(self, wanted: str) -> Generator[None, None, tuple[int, int]]:
+        """Where the sidebar's button is whose operator or property path holds this text.
+
+        The mouse goes down the sidebar as a person's would, and Blender is asked what lies under it.
+        """
+        region = self.region("UI")
+        seen = []
+        for share in (0.3, 0.7, 0.835):
+            for y in range(region.y + region.height - 10, region.y, -ROW):
+                x = region.x + int(share * region.width)
+                yield from self.move(x, y)
+                under = self.under_mouse(region)
+                if under and under not in seen:
+                    seen.append(under)
+                if wanted in under:
+                    # the highlight follows the mouse a redraw later: make sure where the button is
+                    for near in (y - ROW, y, y + ROW):
+                        yield from self.move(x, near - 1)
+                        yield from self.move(x, near)
+                        yield from self.turns(2)
+                        if wanted in self.under_mouse(region):
+                            return x, near
+        raise LookupError(f"the sidebar has no button for {wanted!r}, only {seen}")
+
+    def press(self, wanted: str) -> Script:
+        """Find a button of the sidebar and click it."""
+        x, y = yield from self.find(wanted)
+        yield from self.click(x, y)
+
+    def under_mouse(self, region: bpy.types.Region) -> str:
+        """Command of the button under the mouse, or the path of its property."""
+        manager = bpy.context.window_manager
+        with bpy.context.temp_override(window=self.window, area=self.area, region=region):
+            for operator in (bpy.ops.ui.copy_python_command_button, bpy.ops.ui.copy_data_path_button):
+                manager.clipboard = ""
+                if operator.poll():
+                    try:
+                        operator()
+                    except RuntimeError:
+                        continue
+                if manager.clipboard:
+                    return manager.clipboard
+        return ""
+
+    def look(self, name: str) -> Script:
+        """Save a picture of the whole screen."""
+        self.area.tag_redraw()
+        yield from self.turns(4)
+        path = self.pictures / f"{name}.png"
+        subprocess.run(["import", "-window", "root", str(path)], check=True)
+
+
+def run(script: Script) -> None:
+    """Run a script turn by turn, then quit Blender: with 0 when all went well."""
+
+    def turn() -> float | None:
+        try:
+            next(script)
+        except StopIteration:
+            _quit(0)
+            return None
+        except BaseException:
+            traceback.print_exc()
+            picture = str(Path(os.environ["W2W_OUT"]) / "pictures" / "failed.png")
+            subprocess.run(["import", "-window", "root", picture], check=False)
+            _quit(1)
+            return None
+        return 0.005
+
+    view = bpy.context.preferences.view
+    view.show_splash = False
+    view.show_developer_ui = True  # or Blender would not tell what the button under the mouse does
+    bpy.app.timers.register(turn, first_interval=1.0, persistent=True)
+
+
+def _quit(code: int) -> None:
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

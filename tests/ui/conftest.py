@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A registered extension in an empty file, and a small library of motions made from sines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import blender_addon.w2w as extension
+from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS
+from blender_addon.w2w.ui import preferences, signal_cache
+
+MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepping": ("right_knee", 0.8)}
+"""Joint that each activity turns, and how far, radians."""
+
+
+@pytest.fixture
+def blender(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """An empty file with the extension registered and a cache of its own."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    monkeypatch.setattr(preferences, "_own_folder", lambda: tmp_path / "cache")
+    signal_cache.forget()
+    extension.register()
+    yield
+    extension.unregister()
+
+
+@pytest.fixture(scope="session")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three motions of each of three activities, in folders by activity."""
+    folder = tmp_path_factory.mktemp("library")
+    generator = np.random.default_rng(3)
+    time = np.arange(90) / 30
+    for activity, (joint, amplitude) in MOVES.items():
+        (folder / activity).mkdir()
+        for number in range(3):
+            speed, size = generator.uniform(0.7, 1.3, 2)
+            angles = amplitude * size * np.sin(2 * np.pi * speed * time + generator.uniform(0, 6))
+            rotations = np.tile(np.eye(3), (len(time), N_JOINTS, 1, 1))
+            turns = Rotation.from_rotvec(angles[:, None] * [1.0, 0.2, 0.0]).as_matrix()
+            rotations[:, JOINT_INDEX[joint]] = turns
+            sway = 0.02 * np.sin(2 * np.pi * generator.uniform(0.5, 1) * time)
+            pelvis = np.column_stack([sway, np.zeros_like(sway), np.full_like(sway, 0.95)])
+            Motion(rotations, pelvis, 30.0).save(folder / activity / f"{activity} {number}.npz")
+    return folder

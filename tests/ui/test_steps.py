@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The five steps through their operators, without a window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.placement import greedy_subset
+from blender_addon.w2w.core.study import record
+from blender_addon.w2w.scene.actions import read_action
+from blender_addon.w2w.scene.body import armature_of, body_of
+from blender_addon.w2w.scene.patches import carrier_triangles, patch_empties
+from blender_addon.w2w.ui import jobs, packing, properties, signal_cache
+from blender_addon.w2w.ui.baking import bake_steps
+from blender_addon.w2w.ui.motion_import import import_steps, wanted_in_folder
+from blender_addon.w2w.ui.study import (
+    BAKED,
+    STALE,
+    bake_settings,
+    config_of,
+    missing_for_bake,
+    missing_for_rank,
+    patches_of,
+    state_of,
+    utility_of,
+)
+
+N_PATCHES = 48
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def make_study(library: Path, steps: str = "motions patches signals utility") -> bpy.types.Object:
+    """A body taken through some steps."""
+    assert bpy.ops.w2w.add_body() == {"FINISHED"}
+    body = bpy.context.scene.w2w.body
+    body.w2w.patch_count = N_PATCHES
+    body.w2w.patch_method = "fast"
+    if "motions" in steps:
+        assert bpy.ops.w2w.import_folder(directory=str(library)) == {"FINISHED"}
+    if "patches" in steps:
+        assert bpy.ops.w2w.place_patches() == {"FINISHED"}
+    if "signals" in steps:
+        assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
+    if "utility" in steps:
+        assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
+    return body
+
+
+def names_in_file() -> dict[str, list[str]]:
+    """Every object, collection, action and mesh."""
+    data = bpy.data
+    return {
+        kind: sorted(getattr(data, kind).keys()) for kind in ("objects", "collections", "actions", "meshes")
+    }
+
+
+def test_each_step_says_what_is_missing(library: Path) -> None:
+    assert missing_for_bake(None) == "Add a body first (step 1)"
+    assert not bpy.ops.w2w.place_patches.poll()
+    body = make_study(library, "")
+    assert "Import motions" in missing_for_bake(body)
+    bpy.ops.w2w.import_folder(directory=str(library))
+    assert "Place patches" in missing_for_bake(body)
+    bpy.ops.w2w.place_patches()
+    assert missing_for_bake(body) == ""
+    assert "Bake" in missing_for_rank(body)
+    assert not bpy.ops.w2w.rank_patches.poll()
+    bpy.ops.w2w.bake_signals()
+    assert missing_for_rank(body) == ""
+
+
+def test_baked_signals_are_those_of_core(library: Path) -> None:
+    body = make_study(library, "motions patches signals")
+    clip = body.w2w.clips[4]
+    motion = read_action(armature_of(body), clip.action)
+    expected = record(body_of(body), patches_of(body), motion, config_of(body.w2w))
+    baked = signal_cache.recording(clip.signals)
+    np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-4)
+    np.testing.assert_allclose(baked.gyr, expected.gyr, atol=1e-4)
+
+
+def test_the_joint_that_moves_decides_where_its_activity_is_seen(library: Path) -> None:
+    body = make_study(library)
+    utility = utility_of(body.w2w)
+    assert set(utility.activities) == {"waving", "kicking", "stepping"}
+    regions = np.array(patches_of(body).regions)
+    waving = utility.f1[:, utility.activities.index("waving")]
+    on_right_arm = np.array([region.startswith(("right upper arm", "right forearm")) for region in regions])
+    assert waving[on_right_arm].min() > 0.9
+    assert len(body.data.color_attributes) == 4
+    assert not body.w2w.show_patches
+    assert [place.patch for place in body.w2w.chosen] == list(greedy_subset(utility.f1, 0.9).order)
+
+
+def test_the_target_and_the_ticks_choose_anew_at_once(library: Path) -> None:
+    body = make_study(library)
+    study, utility = body.w2w, utility_of(body.w2w)
+    study.target = 1.0
+    assert [place.patch for place in study.chosen] == list(greedy_subset(utility.f1, 1.0).order)
+    study.activities[0].use = False
+    expected = greedy_subset(utility.f1[:, 1:], 1.0)
+    assert [place.patch for place in study.chosen] == list(expected.order)
+    best = utility.f1[:, 1:].mean(axis=1).max()
+    assert study.regions[0].f1 == pytest.approx(best, abs=1e-6)
+    chosen = {patch_empties(study.patch_collection).index(item) for item in study.chosen_collection.objects}
+    assert chosen == set(expected.order)
+
+
+def test_views_show_their_heatmap(library: Path) -> None:
+    body = make_study(library)
+    for number, activity in enumerate(body.w2w.activities, start=1):
+        body.w2w.view = f"A{number}"
+        assert body.data.color_attributes.active_color.name == f"F1: {activity.name}"
+    body.w2w.view = "MEAN"
+    assert body.data.color_attributes.active_color.name == "Mean F1"
+
+
+def test_placing_again_leaves_nothing_stale(library: Path) -> None:
+    body = make_study(library)
+    objects = len(bpy.data.objects)
+    body.w2w.patch_seed = 1
+    bpy.ops.w2w.place_patches()
+    assert len(bpy.data.objects) == objects
+    assert utility_of(body.w2w) is None
+    assert len(body.data.color_attributes) == 0
+    assert {state_of(clip, bake_settings(body.w2w)) for clip in body.w2w.clips} == {STALE}
+    empties = patch_empties(body.w2w.patch_collection)
+    np.testing.assert_array_equal(carrier_triangles(empties), patches_of(body).triangles)
+
+
+def test_another_sensor_makes_signals_stale_and_the_old_one_brings_them_back(library: Path) -> None:
+    body = make_study(library, "motions patches signals")
+    study = body.w2w
+    study.sensor = "watch"
+    assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {STALE}
+    study.sensor = "bmi270"
+    assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {BAKED}
+
+
+def test_two_studies_in_one_file_do_not_mix(library: Path) -> None:
+    first = make_study(library)
+    before = (first.w2w.utility_key, [clip.signals for clip in first.w2w.clips], len(first.w2w.chosen))
+    second = make_study(library, "motions patches")
+    assert second is not first
+    assert len(second.w2w.activities) == 0
+    bpy.ops.w2w.remove_patches()
+    assert (first.w2w.utility_key, [c.signals for c in first.w2w.clips], len(first.w2w.chosen)) == before
+    assert len(first.w2w.patch_collection.objects) == N_PATCHES
+    assert {clip.action for clip in first.w2w.clips}.isdisjoint({clip.action for clip in second.w2w.clips})
+
+
+def test_a_copied_body_does_not_claim_the_patches_of_the_first(library: Path) -> None:
+    body = make_study(library, "patches")
+    copy = body.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    assert patches_of(copy) is None
+    assert patches_of(body) is not None
+
+
+def test_a_saved_file_reopens_complete(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    utility, triangles = utility_of(body.w2w), patches_of(body).triangles
+    chosen = [(place.patch, place.label) for place in body.w2w.chosen]
+    path = str(tmp_path / "study.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    packing._unpacked.clear()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    body = bpy.context.scene.w2w.body
+    np.testing.assert_array_equal(utility_of(body.w2w).f1, utility.f1)
+    np.testing.assert_array_equal(patches_of(body).triangles, triangles)
+    assert [(place.patch, place.label) for place in body.w2w.chosen] == chosen
+    assert all(signal_cache.has(clip.signals) for clip in body.w2w.clips)
+
+
+def test_ranking_bakes_again_what_the_cache_has_lost(library: Path) -> None:
+    body = make_study(library)
+    expected = utility_of(body.w2w).f1.copy()
+    bpy.ops.w2w.clear_cache()
+    signal_cache.forget()
+    assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
+    np.testing.assert_array_equal(utility_of(body.w2w).f1, expected)
+
+
+def test_a_cancelled_import_leaves_the_file_as_it_was(library: Path) -> None:
+    body = make_study(library, "")
+    before = names_in_file()
+    steps = import_steps(body, wanted_in_folder(library))
+    for _ in range(4):
+        next(steps)
+    assert len(body.w2w.clips) == 3
+    steps.close()
+    assert len(body.w2w.clips) == 0
+    assert names_in_file() == before
+
+
+def test_a_cancelled_bake_leaves_the_clips_as_they_were(library: Path) -> None:
+    body = make_study(library, "motions patches")
+    steps = bake_steps(body, range(len(body.w2w.clips)))
+    while not body.w2w.clips[2].signals:
+        next(steps)
+    steps.close()
+    assert not any(clip.signals or clip.baked_as for clip in body.w2w.clips)
+
+
+def test_unusable_files_stay_in_the_list_and_say_why(library: Path, tmp_path: Path) -> None:
+    body = make_study(library, "")
+    (tmp_path / "empty.fbx").touch()
+    bpy.ops.w2w.import_motions(directory=str(tmp_path), files=[{"name": "empty.fbx"}])
+    assert "empty" in body.w2w.clips[0].problem
+    assert "cannot be used" in jobs.message.text
+    bpy.ops.w2w.tick_clips(which="PROBLEM")
+    bpy.ops.w2w.remove_clips()
+    assert len(body.w2w.clips) == 0
+
+
+def test_relabelling_ticked_clips_relabels_their_actions(library: Path) -> None:
+    body = make_study(library, "motions")
+    bpy.ops.w2w.tick_clips(which="ACTIVITY")
+    bpy.ops.w2w.relabel_clips(activity="greeting")
+    relabelled = [clip for clip in body.w2w.clips if clip.activity == "greeting"]
+    assert len(relabelled) == 3
+    assert all(clip.action["activity"] == "greeting" for clip in relabelled)
+    with pytest.raises(RuntimeError, match="Type an activity"):
+        bpy.ops.w2w.relabel_clips(activity="  ")
+
+
+def test_an_armature_of_the_scene_gives_its_motion_and_stays_as_it_is(library: Path) -> None:
+    first = make_study(library, "motions")
+    source = armature_of(first)
+    bpy.ops.w2w.preview_clip(index=0)
+    keys = [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
+    source.hide_set(False)
+    make_study(library, "")
+    bpy.context.view_layer.objects.active = source
+    source.select_set(True)
+    assert bpy.ops.w2w.add_armature_motion() == {"FINISHED"}
+    clip = bpy.context.scene.w2w.body.w2w.clips[0]
+    given = read_action(source, first.w2w.clips[0].action)
+    taken = read_action(armature_of(bpy.context.scene.w2w.body), clip.action)
+    n_frames = min(given.n_frames, taken.n_frames)
+    assert n_frames > 60
+    assert keys == [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
+
+
+def test_shape_sliders_shape_the_body() -> None:
+    bpy.ops.w2w.add_body(set_height=True, height=1.85, gender=1.0)
+    assert bpy.context.scene.w2w.body.dimensions.z == pytest.approx(1.85, abs=0.01)
+    with pytest.raises(RuntimeError, match="kg"):
+        bpy.ops.w2w.add_body(set_height=True, height=2.05, set_weight=True, weight=35)
+
+
+def test_an_unfit_mesh_is_refused_with_a_reason(library: Path) -> None:
+    make_study(library, "")
+    bpy.ops.mesh.primitive_cube_add()
+    with pytest.raises(RuntimeError, match="no armature modifier"):
+        bpy.ops.w2w.use_mesh()
+    assert jobs.message.is_error
+
+
+def test_everything_has_a_tooltip() -> None:
+    for name in dir(bpy.ops.w2w):
+        assert getattr(bpy.ops.w2w, name).get_rna_type().description, name
+    for group in (properties.W2W_PG_study, properties.W2W_PG_scene):
+        for prop in group.bl_rna.properties:
+            if (
+                not prop.is_readonly
+                and not prop.is_hidden
+                and not prop.identifier.endswith(("name", "_text", "_key", "ranked_as"))
+            ):
+                assert prop.description or prop.type in ("COLLECTION", "POINTER"), prop.identifier
