@@ -168,8 +168,8 @@ def _spline_signals(
     The rotation follows a quintic spline of the quaternion's components, normalised: as smooth on the
     rotation group as the spline is. Differences are taken in double precision, all else in single.
     """
-    bend = np.diff(positions, n=2, axis=1).astype(np.float32)
-    steps = np.diff(quaternions, axis=1).astype(np.float32)
+    bend = _steps(np.diff(positions, axis=1))
+    steps = _steps(quaternions)
     frames = quaternions.astype(np.float32)
     gravity = np.array(settings.gravity, dtype=np.float32)[:, None, None]
     for window in spline_windows(positions.shape[1], rate, settings.rate_hz, settings.band_hz):
@@ -190,3 +190,9 @@ def _spline_signals(
             # the rate in the world frame is the sensor frame's of the inverse quaternion, turned over
             inverse = np.array([1, -1, -1, -1], dtype=np.float32)[:, None, None]
             rate_in_frame(q * inverse, scale, q_dot * -inverse, gyr_out)
+
+
+def _steps(values: np.ndarray) -> np.ndarray:
+    """Differences along axis 1, taken in double and kept in single precision."""
+    steps = np.empty((values.shape[0], values.shape[1] - 1, values.shape[2]), dtype=np.float32)
+    return np.subtract(values[:, 1:], values[:, :-1], out=steps, casting="same_kind")

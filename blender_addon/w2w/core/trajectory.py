@@ -32,10 +32,10 @@ MIN_FRAMES = 3
 INTERPOLATION_REACH = 20
 """Frames after which an interpolating quintic has forgotten one: its slowest pole, 0.43, to this is 5e-8."""
 
-SMOOTHING_REACH = 16.0
-"""Time constants after which a smoothing spline has forgotten a frame: exp(-16) is 1e-7."""
+SMOOTHING_REACH = 15.0
+"""Time constants after which a smoothing spline has forgotten a frame: exp(-15) is 3e-7."""
 
-WINDOW_SAMPLES = 100
+WINDOW_SAMPLES = 64
 """Samples a window should yield, about: many against its overlap, few enough to stay in cache."""
 
 
