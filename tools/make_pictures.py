@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the README's pictures from the demo's results: ``make demo && .venv/bin/python tools/make_pictures.py``."""
+"""Make the README pictures from the demo results: `make demo && .venv/bin/python tools/make_pictures.py`."""
 
 from __future__ import annotations
 
