@@ -54,7 +54,14 @@ class W2W_OT_add_study_preset(AddPresetBase, bpy.types.Operator):
     preset_menu = "W2W_MT_study_presets"
     preset_subdir = PRESET_FOLDER
     preset_defines = ["study = bpy.context.scene.w2w.body.w2w"]
-    preset_values = ["study.sensor", "study.rate", "study.window_s", "study.folds", "study.by_subject"]
+    preset_values = [
+        "study.sensor",
+        "study.rate",
+        "study.window_s",
+        "study.classifier",
+        "study.folds",
+        "study.by_subject",
+    ]
 
 
 class W2W_FH_motions(bpy.types.FileHandler):

@@ -291,6 +291,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         """Draw the ranking's settings, and the results."""
         study = current_body(context).w2w
         layout.prop(study, "window_s")
+        layout.prop(study, "classifier")
         layout.prop(study, "by_subject")
         if not study.by_subject:
             layout.prop(study, "folds")

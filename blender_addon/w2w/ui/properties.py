@@ -17,6 +17,7 @@ from bpy.props import (
 from ..core.imu import Synthesis
 from ..core.patches import DEFAULT_PATCHES
 from ..core.sensor_presets import DEFAULT_SENSOR, PRESETS
+from ..core.utility import CLASSIFIERS
 from ..core.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
 from . import updates
@@ -30,6 +31,11 @@ COLOUR_MAPS = (
 )
 
 SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "Smartwatch"}
+
+CLASSIFIER_NAMES = {
+    "ridge": ("Ridge", "Linear, trained on all patches at once: seconds"),
+    "trees": ("Extra Trees", "A forest a patch: minutes, often a few points better"),
+}
 
 _view_items: list[tuple[str, str, str, int]] = []
 """Blender keeps no reference to the strings of a dynamic enum: this does."""
@@ -45,6 +51,11 @@ def sensor_items() -> list[tuple[str, str, str]]:
         )
         for name in PRESETS
     ]
+
+
+def classifier_items() -> list[tuple[str, str, str]]:
+    """Classifiers for a menu."""
+    return [(name, *CLASSIFIER_NAMES.get(name, (name.title(), name))) for name in CLASSIFIERS]
 
 
 def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
@@ -181,6 +192,11 @@ class W2W_PG_study(bpy.types.PropertyGroup):
     )
     folds: IntProperty(
         name="Folds", description="Parts of the cross-validation; no clip is in two", default=5, min=2, max=20
+    )
+    classifier: EnumProperty(
+        name="Classifier",
+        description="What is trained and tested at every patch",
+        items=classifier_items(),
     )
     by_subject: BoolProperty(
         name="By Subject",

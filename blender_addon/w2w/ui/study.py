@@ -57,6 +57,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         synthesis=Synthesis(rate_hz=study.rate),
         sensor=study.sensor,
         windows=WindowSpec(length_s=study.window_s, stride_s=STRIDE * study.window_s),
+        classifier=study.classifier,
         folds=study.folds,
         by_subject=study.by_subject,
         target=study.target,
@@ -91,7 +92,7 @@ def bake_settings(study: bpy.types.PropertyGroup) -> str:
 
 def rank_settings(study: bpy.types.PropertyGroup) -> str:
     """All that a ranking depends on, as a hash."""
-    parts = [bake_settings(study), str(study.folds), str(study.by_subject)]
+    parts = [bake_settings(study), study.classifier, str(study.folds), str(study.by_subject)]
     parts += [f"{clip.signals} {clip.activity} {clip.subject}" for clip in study.clips if not clip.problem]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
 

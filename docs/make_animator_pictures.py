@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cut the pictures of docs/animator.md from the screenshots that tests/gui leaves in .cache/gui/pictures.
+
+tools/real_blender.sh && make extension && pytest tests/gui && python docs/make_animator_pictures.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PIL import Image
+
+PROJECT = Path(__file__).resolve().parents[1]
+SCREENSHOTS = PROJECT / ".cache" / "gui" / "pictures"
+PICTURES = PROJECT / "docs" / "pictures"
+
+VIEW = (0, 28, 1322, 904)
+"""The 3D viewport with its sidebar, in pixels of the screenshot."""
+
+SIDEBAR = (1036, 80, 1296, 904)
+
+CUTS = {
+    "animator_source_beside": ("2_source_beside", VIEW),
+    "animator_motions": ("2_motions_problem", SIDEBAR),
+    "animator_patches": ("3_patches", VIEW),
+    "animator_heatmap": ("5_mean", VIEW),
+    "animator_pick": ("6_compare", VIEW),
+}
+"""Screenshot and cut of each picture."""
+
+WIDTH = 960
+
+
+def main() -> None:
+    """Cut, scale down and compress."""
+    for name, (screenshot, cut) in CUTS.items():
+        picture = Image.open(SCREENSHOTS / f"{screenshot}.png").convert("RGB").crop(cut)
+        if picture.width > WIDTH:
+            picture = picture.resize(
+                (WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS
+            )
+        path = PICTURES / f"{name}.png"
+        picture.save(path, optimize=True)  # all colours: fewer would bend the colour maps
+        print(f"{path.relative_to(PROJECT)}: {path.stat().st_size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension in a real Blender window under Xvfb: click through all steps, then compare states.
+
+Needs the folder that `tools/real_blender.sh` sets up, a zip in dist/ that `tools/build_extension.py` made,
+and the real clips; skips where one is missing. Pictures of every step go to .cache/gui/pictures.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PROJECT = Path(__file__).resolve().parents[2]
+SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
+OUT = PROJECT / ".cache" / "gui"
+TIMEOUT_S = 900
+
+STEPS = (
+    "0_empty",
+    "1_body",
+    "2_source_beside",
+    "3_patches",
+    "4_signals",
+    "5_mean",
+    "5_activity",
+    "6_compare",
+)
+"""Pictures that must be there at least."""
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def report(shared_data: Path) -> dict[str, Any]:
+    """What the click-through found."""
+    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
+    if not (SANDBOX / ".ready").exists():
+        pytest.skip("no real Blender here: run tools/real_blender.sh first")
+    if not zips:
+        pytest.skip("no extension here: run 'make extension' first")
+    (OUT / "report.json").unlink(missing_ok=True)
+    OUT.mkdir(parents=True, exist_ok=True)
+    variables = {
+        "W2W_ZIP": f"/work/dist/{zips[-1].name}",
+        "W2W_DATA": "/shared",
+        "W2W_OUT": "/work/.cache/gui",
+        "OMP_NUM_THREADS": "2",
+    }
+    blender = [
+        "blender", "--factory-startup", "--enable-event-simulate",
+        "--window-geometry", "0", "0", "1600", "1000", "--python", "/work/tests/gui/click_through.py",
+    ]  # fmt: skip
+    done = subprocess.run(
+        [
+            PROJECT / "tools" / "real_blender.sh", "run", *(f"{k}={v}" for k, v in variables.items()),
+            "xvfb-run", "-a", "-s", "-screen 0 1600x1000x24", *blender,
+        ],
+        env={**os.environ, "W2W_BLENDER_SHARE": str(shared_data.resolve())},
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )  # fmt: skip
+    (OUT / "blender.log").write_text(done.stdout + done.stderr)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    return json.loads((OUT / "report.json").read_text())
+
+
+def test_body_comes_and_goes_with_one_undo(report: dict[str, Any]) -> None:
+    assert report["body"] == "Body"
+    assert report["bodies_after_undo"] == 0
+    assert report["bodies_after_redo"] == 2
+
+
+def test_a_folder_of_real_clips_is_imported_and_nothing_else(report: dict[str, Any]) -> None:
+    assert report["clips"] == report["usable"] >= 30
+    assert len(report["activities"]) == 12
+    assert report["objects_left_by_import"] == 0
+
+
+def test_unusable_files_say_why_and_can_be_removed(report: dict[str, Any]) -> None:
+    assert len(report["problems"]) == 5
+    assert all(report["problems"].values())
+    assert report["actions_from_problems"] == 0
+    assert report["clips_after_removing_problems"] == report["clips"]
+
+
+def test_the_source_can_be_shown_and_taken_away(report: dict[str, Any]) -> None:
+    assert (report["source_shown"], report["source_left"]) == (1, 0)
+
+
+def test_patches_are_placed_without_leftovers(report: dict[str, Any]) -> None:
+    assert report["patches"] == report["empties_after_placing_again"] == 512
+
+
+def test_baking_can_be_cancelled_undone_and_redone(report: dict[str, Any]) -> None:
+    assert report["baked_after_esc"] == 0
+    assert report["baked"] == report["baked_after_redo"] == report["usable"]
+    assert report["baked_after_undo"] == 0
+    assert "Bake Signals cancelled: nothing was changed" in report["messages"]
+
+
+def test_ranking_shows_heatmaps_and_the_target_chooses_live(report: dict[str, Any]) -> None:
+    assert report["heatmaps"] == 13
+    assert report["shown"] == "Mean F1"
+    assert report["mean_f1_range"] == sorted(report["mean_f1_range"], reverse=True)
+    assert report["target_after_drag"] < 0.9
+    assert 1 <= report["chosen_after_drag"] < report["chosen"]
+    assert report["shown_activity"] == "F1: kneeling"
+
+
+def test_the_pick_tool_picks_and_compares(report: dict[str, Any]) -> None:
+    assert report["tool"] == "w2w.pick_tool"
+    assert report["picked_on_body"] >= 0
+    assert report["compared_on_body"] >= 0
+    assert report["compared_on_body"] != report["picked_on_body"]
+    assert report["frame_while_playing"] != 12
+
+
+def test_a_saved_file_reopens_alike(report: dict[str, Any]) -> None:
+    assert report["reopened_alike"] is True
+
+
+@pytest.mark.usefixtures("report")
+def test_every_step_has_its_picture() -> None:
+    taken = {path.stem for path in (OUT / "pictures").glob("*.png")}
+    assert set(STEPS) <= taken
