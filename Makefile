@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests; both set up what they need first.
 
-.PHONY: demo test lint setup test-blender-5
+.PHONY: demo test lint setup extension test-blender-5 test-window
 
 setup:
 	@tools/set_up.sh
@@ -19,4 +19,14 @@ lint: setup
 
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
-	.venv-blender-5/bin/python -m pytest -n 2 tests/scene tests/headless
+	.venv-blender-5/bin/python -m pytest -n 2 tests/scene tests/ui tests/headless
+
+extension: setup
+	.venv/bin/python tools/build_extension.py
+
+# In a real Blender window; fails where the window test cannot run at all.
+test-window: extension
+	tools/real_blender.sh
+	rm -f .cache/gui/report.json
+	.venv/bin/python -m pytest tests/gui
+	test -s .cache/gui/report.json
