@@ -8,7 +8,7 @@ import numpy as np
 RIGID_TOLERANCE = 0.01
 """Relative error up to which a matrix counts as a rotation."""
 
-TILE_POSES = 4096
+TILE_POSES = 16384
 """Poses worked on at once, so that their arrays stay in cache."""
 
 
