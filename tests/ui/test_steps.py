@@ -14,9 +14,10 @@ from blender_addon.w2w.core.study import record
 from blender_addon.w2w.scene.actions import read_action
 from blender_addon.w2w.scene.body import armature_of, body_of
 from blender_addon.w2w.scene.patches import carrier_triangles, patch_empties
-from blender_addon.w2w.ui import jobs, packing, properties, signal_cache
+from blender_addon.w2w.ui import jobs, menus, packing, properties, signal_cache
 from blender_addon.w2w.ui.baking import bake_steps
 from blender_addon.w2w.ui.motion_import import import_steps, wanted_in_folder
+from blender_addon.w2w.ui.pick_tool import patch_at
 from blender_addon.w2w.ui.study import (
     BAKED,
     STALE,
@@ -261,6 +262,35 @@ def test_an_unfit_mesh_is_refused_with_a_reason(library: Path) -> None:
     with pytest.raises(RuntimeError, match="no armature modifier"):
         bpy.ops.w2w.use_mesh()
     assert jobs.message.is_error
+
+
+def test_a_click_finds_the_patch_of_the_posed_surface(library: Path) -> None:
+    body = make_study(library, "motions patches")
+    bpy.ops.w2w.preview_clip(index=0)
+    bpy.context.scene.frame_set(20)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    evaluated = body.evaluated_get(depsgraph)
+    labels = patches_of(body).labels
+    for face in range(0, len(evaluated.data.polygons), 997):
+        vertex = evaluated.data.polygons[face].vertices[0]
+        place = np.array(evaluated.matrix_world @ evaluated.data.vertices[vertex].co)
+        assert patch_at(depsgraph, body, face, place) == labels[vertex]
+    # with other vertices than the patches know, the nearest empty decides
+    body.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    depsgraph.update()
+    empty = patch_empties(body.w2w.patch_collection)[7]
+    place = np.array(empty.evaluated_get(depsgraph).matrix_world.translation)
+    assert patch_at(depsgraph, body, 0, place) == 7
+
+
+def test_presets_set_the_sensor(library: Path) -> None:
+    body = make_study(library, "")
+    presets = sorted((menus.PRESETS / menus.PRESET_FOLDER).glob("*.py"))
+    assert len(presets) >= 3
+    for preset in presets:
+        bpy.ops.script.execute_preset(filepath=str(preset), menu_idname="W2W_MT_study_presets")
+        assert f'study.sensor = "{body.w2w.sensor}"' in preset.read_text()
+        assert config_of(body.w2w).synthesis.rate_hz == body.w2w.rate
 
 
 def test_everything_has_a_tooltip() -> None:

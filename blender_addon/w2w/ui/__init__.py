@@ -19,6 +19,7 @@ from . import (
     pick_tool,
     preferences,
     properties,
+    result_panels,
     signal_ops,
     source_view,
     utility_ops,
@@ -37,6 +38,7 @@ MODULES: tuple[ModuleType, ...] = (
     lists,
     menus,
     panels,
+    result_panels,
     pick_tool,
     overlay,
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -19,8 +20,11 @@ from ..scene.actions import InexpressibleActionError, read_action
 from ..scene.bake import PatchBaker
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
+from .preferences import cache_folder
 from .signal_cache import BakedClip
 from .study import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
+
+SHOWN_REASONS = 2
 
 
 def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0) -> Steps:
@@ -36,7 +40,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
     """
     study, patches = mesh.w2w, patches_of(mesh)
     config, settings = config_of(study), bake_settings(study)
-    baker = PatchBaker(mesh, patches)
+    baker, folder = PatchBaker(mesh, patches), cache_folder()
     before = {index: _signals_of(study.clips[index]) for index in indices}
     n_general = 0
     finished = False
@@ -49,10 +53,8 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
             bake = baker.bake(clip.action)
             motion = _motion_of(baker.armature, clip.action)
             labels = (clip.activity, clip.subject, clip.name)
-            work = _signals(bake.matrices, bake.rate, patches, labels, config, motion)
-            baked = yield from in_thread(work, name, fraction, fraction)
-            key = _key(baked, settings)
-            signal_cache.save(key, baked)
+            work = _signals(bake.matrices, bake.rate, patches, labels, config, motion, settings, folder)
+            key = yield from in_thread(work, name, fraction, fraction)
             clip = study.clips[index]
             clip.signals, clip.baked_as = key, settings
             clip.bake_path = f"{bake.path} path: {bake.reason}"
@@ -91,7 +93,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     results.show_colours(bpy.context)
     left_out = recommendation.utility.left_out
     text = f"Ranked {len(recommendation.utility.mean)} patches, {recommendation.utility.protocol}"
-    return f"{text}. Left out: {'; '.join(left_out.values())}" if left_out else text
+    return f"{text}. Left out: {_some(list(left_out.values()))}" if left_out else text
 
 
 def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
@@ -114,18 +116,30 @@ def _signals(
     labels: tuple[str, str, str],
     config: StudyConfig,
     motion: Motion | None,
-) -> Callable[[Callable[[float], None]], BakedClip]:
-    """Work for a thread: the signals of a clip and their features."""
+    settings: str,
+    folder: Path,
+) -> Callable[[Callable[[float], None]], str]:
+    """Work for a thread: a clip's signals and features into the cache; gives their key."""
 
-    def work(told: Callable[[float], None]) -> BakedClip:
+    def work(told: Callable[[float], None]) -> str:
         ideal = synthesize(matrices, rate, config.synthesis)
         told(0.5)
         named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
         recording = config.sensor_model().apply(named, seed=config.seed)
         features, is_test = describe(recording, config)
-        return BakedClip(recording, features, is_test, _signature(motion, matrices))
+        baked = BakedClip(recording, features, is_test, _signature(motion, matrices))
+        key = _key(baked, settings)
+        signal_cache.save(key, baked, folder)
+        return key
 
     return work
+
+
+def _some(reasons: list[str]) -> str:
+    """The first reasons, and how many more there are: a panel is no report."""
+    more = len(reasons) - SHOWN_REASONS
+    text = "; ".join(reasons[:SHOWN_REASONS])
+    return f"{text}; and {more} more activities likewise" if more > 0 else text
 
 
 def _recommend(

@@ -8,7 +8,8 @@ from pathlib import Path
 import bpy
 
 from . import jobs
-from .results import mean_scores, ticked
+from .panel_text import draw_message, draw_text
+from .result_panels import W2WPanel
 from .source_view import source_collections
 from .study import (
     BAKED,
@@ -26,21 +27,9 @@ from .study import (
     usable,
     utility_of,
 )
-from .text_lines import wrapped
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
-
-TABS_AND_MARGINS, ICON = 56, 22
-"""Pixels of the sidebar that no text gets, at a scale of 1."""
-
-
-class W2WPanel:
-    """Where all W2W panels are."""
-
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "W2W"
 
 
 class StepPanel(W2WPanel):
@@ -306,123 +295,6 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
             layout.label(text="Settings or clips have changed: rank again", icon="INFO")
 
 
-class ResultPanel(W2WPanel):
-    """A part of the results."""
-
-    bl_parent_id = "W2W_PT_utility"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be a ranking."""
-        body = current_body(context)
-        return body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None
-
-
-class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
-    """What the colours show."""
-
-    bl_label = "Heatmap"
-    bl_idname = "W2W_PT_heatmap"
-
-    def draw(self, context: Context) -> None:
-        """Draw the choice of the heatmap and its colours."""
-        layout, study = self.layout, current_body(context).w2w
-        layout.enabled = jobs.running is None
-        layout.use_property_decorate = False
-        layout.prop(study, "view", text="")
-        layout.template_list(
-            "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
-        )
-        layout.use_property_split = True
-        layout.prop(study, "colour_map")
-        layout.prop(study, "fix_range")
-        if study.fix_range:
-            row = layout.row(align=True)
-            row.use_property_split = False
-            row.prop(study, "range_low")
-            row.prop(study, "range_high")
-            row.operator("w2w.fit_range", text="", icon="FULLSCREEN_EXIT")
-
-
-class W2W_PT_places(ResultPanel, bpy.types.Panel):
-    """The smallest set of sensors."""
-
-    bl_label = "Sensor Places"
-    bl_idname = "W2W_PT_places"
-
-    def draw(self, context: Context) -> None:
-        """Draw the target and the places chosen for it."""
-        layout, study = self.layout, current_body(context).w2w
-        layout.enabled = jobs.running is None
-        layout.use_property_decorate = False
-        layout.prop(study, "target", slider=True)
-        layout.prop(study, "max_places")
-        draw_rows(layout, study, study.chosen, numbered=True)
-        if study.verdict:
-            draw_text(layout, context, study.verdict)
-
-
-class W2W_PT_regions(ResultPanel, bpy.types.Panel):
-    """The best regions."""
-
-    bl_label = "Top Regions"
-    bl_idname = "W2W_PT_regions"
-
-    def draw(self, context: Context) -> None:
-        """Draw the table of regions, each by its best patch."""
-        layout, study = self.layout, current_body(context).w2w
-        layout.enabled = jobs.running is None
-        draw_rows(layout, study, study.regions, numbered=False)
-        if ticked(study).all():
-            utility = utility_of(study)
-            best = int(mean_scores(study, utility).argmax())
-            same = int(utility.same_as(best).sum()) - 1
-            draw_text(layout, context, f"{same} patches cannot be told from the best one")
-
-
-def draw_rows(
-    layout: Layout, study: bpy.types.PropertyGroup, rows: bpy.types.bpy_prop_collection, numbered: bool
-) -> None:
-    """Draw a table of patches; a click on one looks at it."""
-    column = layout.column(align=True)
-    for number, place in enumerate(rows, start=1):
-        row = column.row(align=True)
-        split = row.split(factor=0.7, align=True)
-        text = f"{number}  {place.label}" if numbered else place.label
-        look = split.operator(
-            "w2w.select_patch",
-            text=text,
-            translate=False,
-            depress=place.patch in (study.picked, study.compared),
-        )
-        look.patch = place.patch
-        value = split.row(align=True)
-        value.alignment = "RIGHT"
-        interval = f" {place.low:.2f}–{place.high:.2f}" if place.high > 0 else ""
-        value.label(text=f"{place.f1:.3f}" if not interval else f"{place.f1:.2f} ({interval.strip()})")
-
-
-def draw_message(layout: Layout, context: Context, message: jobs.Message) -> None:
-    """Draw the outcome of the last job, with a button that closes it."""
-    box = layout.box()
-    box.alert = message.is_error
-    row = box.row()
-    column = row.column(align=True)
-    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=36)
-    row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
-
-
-def draw_text(layout: Layout, context: Context, text: str, icon: str = "NONE", indent: int = 0) -> None:
-    """Draw a text in as many lines as the sidebar needs; `indent` is what else takes room, in pixels."""
-    column = layout.column(align=True)
-    column.scale_y = 0.8
-    taken = TABS_AND_MARGINS + (ICON if icon != "NONE" else 0) + indent
-    width = context.region.width - taken * context.preferences.system.ui_scale
-    for number, line in enumerate(wrapped(text, width)):
-        shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
-        column.label(text=line, icon=shown, translate=False)
-
-
 CLASSES = (
     W2W_PT_main,
     W2W_PT_body,
@@ -430,7 +302,4 @@ CLASSES = (
     W2W_PT_patches,
     W2W_PT_signals,
     W2W_PT_utility,
-    W2W_PT_heatmap,
-    W2W_PT_places,
-    W2W_PT_regions,
 )

@@ -39,9 +39,9 @@ class BakedClip:
 _recordings: OrderedDict[str, ImuRecording | None] = OrderedDict()
 
 
-def path_of(key: str) -> Path:
-    """File of a key."""
-    return cache_folder() / f"{key}.w2w.npz"
+def path_of(key: str, folder: Path | None = None) -> Path:
+    """File of a key, in the cache folder unless told; a thread must be told, for that asks bpy."""
+    return (folder or cache_folder()) / f"{key}.w2w.npz"
 
 
 def has(key: str) -> bool:
@@ -49,11 +49,11 @@ def has(key: str) -> bool:
     return bool(key) and path_of(key).is_file()
 
 
-def save(key: str, baked: BakedClip) -> None:
-    """Keep a baked clip."""
+def save(key: str, baked: BakedClip, folder: Path) -> None:
+    """Keep a baked clip; safe in a thread."""
     recording = baked.recording
     write_npz(
-        path_of(key),
+        path_of(key, folder),
         {
             "acc": recording.acc,
             "gyr": recording.gyr,

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texts and messages in the sidebar, in as many lines as its width needs."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import jobs
+from .text_lines import wrapped
+
+TABS_AND_MARGINS, ICON = 56, 22
+"""Pixels of the sidebar that no text gets, at a scale of 1."""
+
+
+def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message: jobs.Message) -> None:
+    """Draw the outcome of the last job, with a button that closes it."""
+    box = layout.box()
+    box.alert = message.is_error
+    row = box.row()
+    column = row.column(align=True)
+    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=36)
+    row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
+
+
+def draw_text(
+    layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE", indent: int = 0
+) -> None:
+    """Draw a text in as many lines as the sidebar needs; `indent` is what else takes room, in pixels."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    taken = TABS_AND_MARGINS + (ICON if icon != "NONE" else 0) + indent
+    width = context.region.width - taken * context.preferences.system.ui_scale
+    for number, line in enumerate(wrapped(text, width)):
+        shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
+        column.label(text=line, icon=shown, translate=False)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The results below step 5: the heatmap, the sensor places and the table of regions."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import jobs
+from .panel_text import draw_text
+from .results import mean_scores, ticked
+from .study import current_body, patches_of, utility_of
+
+Context = bpy.types.Context
+Layout = bpy.types.UILayout
+
+
+class W2WPanel:
+    """Where all W2W panels are."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "W2W"
+
+
+class ResultPanel(W2WPanel):
+    """A part of the results."""
+
+    bl_parent_id = "W2W_PT_utility"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be a ranking."""
+        body = current_body(context)
+        return body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None
+
+
+class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
+    """What the colours show."""
+
+    bl_label = "Heatmap"
+    bl_idname = "W2W_PT_heatmap"
+
+    def draw(self, context: Context) -> None:
+        """Draw the choice of the heatmap and its colours."""
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = jobs.running is None
+        layout.use_property_decorate = False
+        layout.prop(study, "view", text="")
+        layout.template_list(
+            "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
+        )
+        layout.use_property_split = True
+        layout.prop(study, "colour_map")
+        layout.prop(study, "fix_range")
+        if study.fix_range:
+            row = layout.row(align=True)
+            row.use_property_split = False
+            row.prop(study, "range_low")
+            row.prop(study, "range_high")
+            row.operator("w2w.fit_range", text="", icon="FULLSCREEN_EXIT")
+
+
+class W2W_PT_places(ResultPanel, bpy.types.Panel):
+    """The smallest set of sensors."""
+
+    bl_label = "Sensor Places"
+    bl_idname = "W2W_PT_places"
+
+    def draw(self, context: Context) -> None:
+        """Draw the target and the places chosen for it."""
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = jobs.running is None
+        layout.use_property_decorate = False
+        layout.prop(study, "target", slider=True)
+        layout.prop(study, "max_places")
+        draw_rows(layout, study, study.chosen, numbered=True)
+        if study.verdict:
+            draw_text(layout, context, study.verdict)
+
+
+class W2W_PT_regions(ResultPanel, bpy.types.Panel):
+    """The best regions."""
+
+    bl_label = "Top Regions"
+    bl_idname = "W2W_PT_regions"
+
+    def draw(self, context: Context) -> None:
+        """Draw the table of regions, each by its best patch."""
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = jobs.running is None
+        draw_rows(layout, study, study.regions, numbered=False)
+        if ticked(study).all():
+            utility = utility_of(study)
+            best = int(mean_scores(study, utility).argmax())
+            same = int(utility.same_as(best).sum()) - 1
+            draw_text(layout, context, f"{same} patches cannot be told from the best one")
+
+
+def draw_rows(
+    layout: Layout, study: bpy.types.PropertyGroup, rows: bpy.types.bpy_prop_collection, numbered: bool
+) -> None:
+    """Draw a table of patches; a click on one looks at it."""
+    column = layout.column(align=True)
+    for number, place in enumerate(rows, start=1):
+        row = column.row(align=True)
+        split = row.split(factor=0.7, align=True)
+        text = f"{number}  {place.label}" if numbered else place.label
+        look = split.operator(
+            "w2w.select_patch",
+            text=text,
+            translate=False,
+            depress=place.patch in (study.picked, study.compared),
+        )
+        look.patch = place.patch
+        value = split.row(align=True)
+        value.alignment = "RIGHT"
+        interval = f" {place.low:.2f}–{place.high:.2f}" if place.high > 0 else ""
+        value.label(text=f"{place.f1:.3f}" if not interval else f"{place.f1:.2f} ({interval.strip()})")
+
+
+CLASSES = (W2W_PT_heatmap, W2W_PT_places, W2W_PT_regions)
