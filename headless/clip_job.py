@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -19,6 +19,7 @@ import numpy as np
 
 from blender_addon.w2w.core.amass import SMPL_SUFFIXES, read_amass, to_body
 from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.files import write_json, write_npz
 from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.motion import Motion
@@ -51,6 +52,8 @@ class Job:
         Hash of the body, the patches, the config and the code that the outcome depends on.
     limit_s : float
         Seconds after which a worker gives the clip up.
+    bone_maps : tuple of BoneMap
+        The user's own, tried before the bundled ones.
     """
 
     clip: Clip
@@ -58,6 +61,7 @@ class Job:
     config: StudyConfig
     inputs: str
     limit_s: float = LIMIT_S
+    bone_maps: tuple[BoneMap, ...] = ()
 
     @property
     def motion_file(self) -> Path:
@@ -182,7 +186,9 @@ def read_source(path: Path) -> SourceMotion | Motion:
     return read_clip(path)
 
 
-def carry(clip: Clip, source: SourceMotion | Motion, body: Body) -> tuple[Motion, dict[str, Any]]:
+def carry(
+    clip: Clip, source: SourceMotion | Motion, body: Body, bone_maps: Sequence[BoneMap] = ()
+) -> tuple[Motion, dict[str, Any]]:
     """Carry what a file holds to the body, under the clip's labels.
 
     Returns
@@ -199,7 +205,7 @@ def carry(clip: Clip, source: SourceMotion | Motion, body: Body) -> tuple[Motion
     if isinstance(source, Motion):
         motion, take, skeleton, scale = to_body(source, body), "", "SMPL", 1.0
     else:
-        carried = retarget(source, body)
+        carried = retarget(source, body, bone_maps)
         motion, take, skeleton, scale = carried.motion, source.take, carried.bone_map, carried.scale
     details = {
         "take": take,
@@ -237,7 +243,7 @@ def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(job.out, job.inputs)
     with quiet_output():
         source = read_source(job.clip.path)
-    motion, details = carry(job.clip, source, body)
+    motion, details = carry(job.clip, source, body, job.bone_maps)
     recording = record(body, patches, motion, job.config)
     features, is_test = describe(recording, job.config)
     motion.save(job.motion_file)

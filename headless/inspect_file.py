@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.library import Clip, activity_of
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.skeleton import JOINT_INDEX
@@ -29,11 +30,12 @@ from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 from blender_addon.w2w.core.windows import WindowSpec
 
 from .clip_job import carry, quiet_output, read_source
-from .exit_codes import NOTHING_TO_DO
+from .exit_codes import NOTHING_TO_DO, USAGE
 
 
 def inspect(
-    file: Annotated[Path, typer.Argument(help="A motion file: FBX, BVH or npz.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A motion file: FBX, BVH or npz.")],
+    bone_map: Annotated[list[Path] | None, typer.Option(help="Bone map of your own rig (JSON).")] = None,
 ) -> None:
     """Say what a motion file holds, and whether and how it would be used.
 
@@ -43,9 +45,14 @@ def inspect(
     clip = Clip(file, file.name, file.stem, activity_of(file.name))
     body = Body.bundled()
     try:
+        bone_maps = [BoneMap.load(path) for path in bone_map or ()]
+    except (ValueError, OSError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    try:
         with quiet_output():
             source = read_source(clip.path)
-        motion, details = carry(clip, source, body)
+        motion, details = carry(clip, source, body, bone_maps)
     except UnusableMotion as error:
         console.print(f"[red]{file.name} would be skipped:[/red] {error}.")
         raise typer.Exit(NOTHING_TO_DO) from error

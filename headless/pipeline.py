@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import PatchSet
@@ -30,7 +31,7 @@ class StudyError(Exception):
 
 @dataclass(frozen=True)
 class Engine:
-    """Who does the clips; the outcome does not depend on it.
+    """Who does the clips, and how they are read.
 
     Parameters
     ----------
@@ -40,11 +41,14 @@ class Engine:
         Address or file of a Dask scheduler that brings its own workers; empty for none.
     limit_s : float
         Seconds after which a clip is given up.
+    bone_maps : tuple of BoneMap
+        The user's own, tried before the bundled ones.
     """
 
     workers: int = 1
     scheduler: str = ""
     limit_s: float = LIMIT_S
+    bone_maps: tuple[BoneMap, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -169,12 +173,12 @@ def _bake(
 ) -> list[Outcome]:
     inputs = hashlib.sha256(
         b"".join((out / WORK / name).read_bytes() for name in ("body.npz", "patches.npz"))
-        + repr(config.signal_parameters()).encode()
+        + repr((config.signal_parameters(), engine.bone_maps)).encode()
         + code_sha256().encode()
     ).hexdigest()
     out = out.resolve()
     jobs = [
-        Job(replace(clip, path=clip.path.resolve()), out, config, inputs, engine.limit_s)
+        Job(replace(clip, path=clip.path.resolve()), out, config, inputs, engine.limit_s, engine.bone_maps)
         for clip in library.clips
     ]
     with progress.bar("Motions to signals", len(jobs)) as advance:

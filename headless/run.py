@@ -21,8 +21,9 @@ from rich.console import Console
 from rich.table import Table
 
 from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.imu import Synthesis
-from blender_addon.w2w.core.library import Library, LibraryError, read_library
+from blender_addon.w2w.core.library import Library, read_library
 from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.windows import WindowSpec
@@ -78,6 +79,12 @@ def run(
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
     or 1,
     pictures: Annotated[bool, typer.Option(help="Draw heatmaps and save study.blend.")] = True,
+    bone_map: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Bone map of your own rig (JSON, as in assets/templates/bone_maps); may be repeated."
+        ),
+    ] = None,
     clip_limit: Annotated[
         float, typer.Option(min=1, help="Seconds after which a clip is given up.")
     ] = LIMIT_S,
@@ -108,10 +115,11 @@ def run(
         )
         found = read_library(library, labels)
         chosen = parse_bodies(bodies)
-    except (ValueError, LibraryError) as error:
+        bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
+    except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
-    engine = Engine(workers, scheduler, clip_limit)
+    engine = Engine(workers, scheduler, clip_limit, bone_maps)
     show_labels(found, console)
     if len(chosen) == 1:
         studies = [("", execute(found, chosen[0][1], config, out, engine, pictures, console))]

@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w inspect` says what a file holds and whether it would be used."""
 
+import json
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def inspect(path):
@@ -45,3 +50,17 @@ def test_a_file_that_would_not_be_used(shared_data, file, reason):
     assert "would be skipped" in output
     assert reason in output
     assert "Traceback" not in output
+
+
+def test_a_bone_map_of_the_user_s_own(shared_data, tmp_path):
+    clip = shared_data / "mixamo/Conqster__TheBarMan/Walking.fbx"
+    mine = tmp_path / "mine.json"
+    joints = json.loads((ROOT / "assets/templates/bone_maps/mixamo.json").read_text())["joints"]
+    mine.write_text(json.dumps({"name": "our own rig", "joints": joints}))
+    result = CliRunner().invoke(APP, ["inspect", str(clip), "--bone-map", str(mine)], env={"COLUMNS": "200"})
+    assert result.exit_code == 0
+    assert "named as our own rig does" in result.output
+    mine.write_text("{}")
+    result = CliRunner().invoke(APP, ["inspect", str(clip), "--bone-map", str(mine)], env={"COLUMNS": "200"})
+    assert result.exit_code == 2
+    assert "is not a bone map" in " ".join(result.output.split())
