@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from blender_addon.w2w.core.amass import SMPL_SUFFIXES, read_amass, to_body
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.files import write_json, write_npz
@@ -25,7 +24,6 @@ from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.motion_signature import motion_signature
 from blender_addon.w2w.core.patches import PatchSet
-from blender_addon.w2w.core.retarget import retarget
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 from blender_addon.w2w.core.study import StudyConfig, describe, record
 
@@ -170,29 +168,15 @@ def do_clip(job: Job) -> Outcome:
     return _conclude(job, source, "", details, files)
 
 
-def read_source(path: Path) -> SourceMotion | Motion:
-    """Read a motion file: a named skeleton through Blender, or an AMASS-style npz or .smpl directly.
-
-    Raises
-    ------
-    UnusableMotion
-        If it cannot be used; the message says why.
-    """
-    if path.suffix.lower() in SMPL_SUFFIXES:
-        return read_amass(path)
-    forget_scripts_path()
-    from blender_addon.w2w.scene.clips import read_clip
-
-    return read_clip(path)
-
-
-def carry(
-    clip: Clip, source: SourceMotion | Motion, body: Body, bone_maps: Sequence[BoneMap] = ()
-) -> tuple[Motion, dict[str, Any]]:
-    """Carry what a file holds to the body, under the clip's labels.
+def load_clip(
+    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()
+) -> tuple[SourceMotion | Motion, Motion, dict[str, Any]]:
+    """Read a clip's file and carry it to the body, under the clip's labels.
 
     Returns
     -------
+    source : SourceMotion or Motion
+        What the file holds.
     motion : Motion
     details : dict
         Where it came from: take, skeleton, scale, frames, rate, duration.
@@ -200,22 +184,24 @@ def carry(
     Raises
     ------
     UnusableMotion
-        If the skeleton cannot be matched.
+        If it cannot be used; the message says why.
     """
-    if isinstance(source, Motion):
-        motion, take, skeleton, scale = to_body(source, body), "", "SMPL", 1.0
-    else:
-        carried = retarget(source, body, bone_maps)
-        motion, take, skeleton, scale = carried.motion, source.take, carried.bone_map, carried.scale
+    forget_scripts_path()
+    from blender_addon.w2w.scene.motions import carry, read_motion
+
+    with quiet_output():
+        source = read_motion(clip.path)
+    carried = carry(source, body, bone_maps)
+    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
     details = {
-        "take": take,
-        "skeleton": skeleton,
+        "take": carried.take,
+        "skeleton": carried.skeleton,
         "frames": motion.n_frames,
         "frame_rate": motion.rate,
         "duration_s": round(motion.duration, 4),
-        "scale": scale,
+        "scale": carried.scale,
     }
-    return motion.labelled(clip.activity, clip.subject, clip.name), details
+    return source, motion, details
 
 
 @contextlib.contextmanager
@@ -241,9 +227,7 @@ def file_sha256(path: Path) -> str:
 
 def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(job.out, job.inputs)
-    with quiet_output():
-        source = read_source(job.clip.path)
-    motion, details = carry(job.clip, source, body, job.bone_maps)
+    _, motion, details = load_clip(job.clip, body, job.bone_maps)
     recording = record(body, patches, motion, job.config)
     features, is_test = describe(recording, job.config)
     motion.save(job.motion_file)

@@ -29,7 +29,7 @@ from blender_addon.w2w.core.skinning import joint_transforms
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 from blender_addon.w2w.core.windows import WindowSpec
 
-from .clip_job import carry, quiet_output, read_source
+from .clip_job import load_clip
 from .exit_codes import NOTHING_TO_DO, USAGE
 
 
@@ -50,9 +50,7 @@ def inspect(
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     try:
-        with quiet_output():
-            source = read_source(clip.path)
-        motion, details = carry(clip, source, body, bone_maps)
+        source, motion, details = load_clip(clip, body, bone_maps)
     except UnusableMotion as error:
         console.print(f"[red]{file.name} would be skipped:[/red] {error}.")
         raise typer.Exit(NOTHING_TO_DO) from error

@@ -29,7 +29,7 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.source_motion import UnusableMotion
 from blender_addon.w2w.core.study import StudyConfig, place_patches, record
 
-from .clip_job import carry, quiet_output, read_source
+from .clip_job import load_clip
 from .exit_codes import NOTHING_TO_DO, USAGE
 from .signal_figure import signal_figure
 
@@ -63,9 +63,7 @@ def synth(
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     try:
-        with quiet_output():
-            source = read_source(clip)
-        motion, _ = carry(Clip(clip, clip.name, clip.stem, activity_of(clip.name)), source, body)
+        _, motion, _ = load_clip(Clip(clip, clip.name, clip.stem, activity_of(clip.name)), body)
         recording = record(body, _only(patches, chosen), motion, config)
         write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
     except (UnusableMotion, ValueError, OSError) as error:

@@ -9,15 +9,11 @@ from typing import NamedTuple
 
 import bpy
 
-from ..core.amass import read_amass, to_body
-from ..core.body import Body
 from ..core.library import MOTION_SUFFIXES, LibraryError, activity_of, read_library, unique_names
-from ..core.motion import Motion
-from ..core.retarget import retarget
-from ..core.source_motion import SourceMotion, UnusableMotion
+from ..core.source_motion import UnusableMotion
 from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
-from ..scene.clips import read_clip
+from ..scene.motions import Carried, carry, read_motion
 from .jobs import Step, Steps
 
 
@@ -28,14 +24,6 @@ class Wanted(NamedTuple):
     name: str
     activity: str
     subject: str = ""
-
-
-class Carried(NamedTuple):
-    """A motion on the body, and where it came from."""
-
-    motion: Motion
-    skeleton: str
-    scale: float
 
 
 def wanted_in_folder(folder: Path) -> list[Wanted]:
@@ -89,19 +77,6 @@ def import_steps(mesh: bpy.types.Object, wanted: list[Wanted]) -> Steps:
     used = len(wanted) - failed
     text = f"Imported {used} motion{'s' * (used != 1)}"
     return f"{text}; {failed} file{'s' * (failed != 1)} cannot be used: the list says why" if failed else text
-
-
-def read_motion(path: Path) -> SourceMotion | Motion:
-    """What a motion file holds; see `scene.clips.read_clip` and `core.amass.read_amass`."""
-    return read_amass(path) if path.suffix.lower() == ".npz" else read_clip(path)
-
-
-def carry(source: SourceMotion | Motion, body: Body) -> Carried:
-    """Carry what a file holds to a body."""
-    if isinstance(source, Motion):
-        return Carried(to_body(source, body), "SMPL", 1.0)
-    carried = retarget(source, body)
-    return Carried(carried.motion, carried.bone_map, carried.scale)
 
 
 def add_clip(

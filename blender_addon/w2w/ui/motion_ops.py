@@ -13,8 +13,9 @@ from ..core.source_motion import UnusableMotion
 from ..scene.actions import FIRST_FRAME, scene_rate, show_action
 from ..scene.body import armature_of, body_of
 from ..scene.clips import best_take
+from ..scene.motions import carry
 from . import jobs
-from .motion_import import Wanted, add_clip, carry, import_steps, remove_clips, wanted_files, wanted_in_folder
+from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted_files, wanted_in_folder
 from .source_view import remove_source
 from .study import current_body, selected
 

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Any motion file to a motion on the body, whatever wrote it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ..core.amass import SMPL_SUFFIXES, read_amass, to_body
+from ..core.body import Body
+from ..core.bone_maps import BoneMap
+from ..core.motion import Motion
+from ..core.retarget import retarget
+from ..core.source_motion import SourceMotion
+from .clips import read_clip
+
+
+class Carried(NamedTuple):
+    """A motion on the body, and where it came from.
+
+    Attributes
+    ----------
+    motion : Motion
+        Without labels.
+    take : str
+        Name of the take; empty for SMPL files, which have none.
+    skeleton : str
+        Whose bone names matched.
+    scale : float
+        Body metres in one unit of the file.
+    """
+
+    motion: Motion
+    take: str
+    skeleton: str
+    scale: float
+
+
+def read_motion(path: Path) -> SourceMotion | Motion:
+    """Read a motion file: a named skeleton through Blender, or an SMPL motion directly.
+
+    Raises
+    ------
+    UnusableMotion
+        If it cannot be used; the message says why.
+    """
+    return read_amass(path) if path.suffix.lower() in SMPL_SUFFIXES else read_clip(path)
+
+
+def carry(source: SourceMotion | Motion, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
+    """Carry what a file holds to a body.
+
+    Parameters
+    ----------
+    source : SourceMotion or Motion
+        From `read_motion`.
+    body : Body
+    maps : sequence of BoneMap
+        The user's own, tried before the bundled ones.
+
+    Raises
+    ------
+    UnusableMotion
+        If the skeleton cannot be matched.
+    """
+    if isinstance(source, Motion):
+        return Carried(to_body(source, body), "", "SMPL", 1.0)
+    carried = retarget(source, body, maps)
+    return Carried(carried.motion, source.take, carried.bone_map, carried.scale)
