@@ -3,15 +3,21 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.skeleton import N_JOINTS
+
+settings.register_profile("everywhere", deadline=None)  # a busy machine is no failure
+settings.register_profile("ci", deadline=None, derandomize=True)
+settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
