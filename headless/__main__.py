@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import typer
 
 from .demo import demo
@@ -44,12 +42,6 @@ APP.command(name="demo-library")(demo_library)
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; ends the process with its exit code."""
     APP(args=arguments, prog_name="w2w")
-
-
-def from_blender(command: str) -> None:
-    """Run one subcommand inside ``blender --background --python FILE -- ARGUMENTS``."""
-    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    main([command, *arguments])
 
 
 if __name__ == "__main__":

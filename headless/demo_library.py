@@ -8,9 +8,9 @@ if __name__ == "__main__":  # blender --background --python headless/demo_librar
     from pathlib import Path
 
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-    from headless.__main__ import from_blender
+    from headless.from_blender import run_command
 
-    from_blender("demo-library")
+    run_command("demo-library")
 
 import csv
 import io

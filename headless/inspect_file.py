@@ -8,9 +8,9 @@ if __name__ == "__main__":  # blender --background --python headless/inspect_fil
     from pathlib import Path
 
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-    from headless.__main__ import from_blender
+    from headless.from_blender import run_command
 
-    from_blender("inspect")
+    run_command("inspect")
 
 from pathlib import Path
 from typing import Annotated
