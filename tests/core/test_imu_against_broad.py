@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Synthesis from a 60 Hz optical pose against the real IMU on the same body (BROAD)."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, Slerp
+
+from blender_addon.w2w.core.filtering import butterworth
+from blender_addon.w2w.core.imu import Synthesis, synthesize
+from blender_addon.w2w.core.imu_datasets import BroadTrial, read_broad
+
+POSE_RATE = 60.0
+LOWPASS_HZ = 10.0
+
+
+@pytest.fixture(scope="module")
+def trial(shared_data) -> BroadTrial:
+    pytest.importorskip("h5py")
+    return read_broad(shared_data / "imu" / "broad" / "07_undisturbed_fast_rotation_B.hdf5")
+
+
+def agreement(trial: BroadTrial, settings: Synthesis, shift_s: float) -> tuple[float, float, float]:
+    """Mean r of the three accelerometer axes, their RMSE, and mean r of the gyroscope's."""
+    seen = np.isfinite(trial.matrices).all(axis=(1, 2, 3))
+    stamps, matrices = trial.recording.time[seen], trial.matrices[seen, 0]
+    times = np.arange(stamps[0], stamps[-1], 1 / POSE_RATE)
+    pose = np.zeros((len(times), 1, 4, 4))
+    pose[:, 0, :3, :3] = Slerp(stamps, Rotation.from_matrix(matrices[:, :3, :3]))(times).as_matrix()
+    pose[:, 0, :3, 3] = CubicSpline(stamps, matrices[:, :3, 3])(times)
+    pose[:, 0, 3, 3] = 1
+    made = synthesize(pose, POSE_RATE, settings)
+    at = trial.recording.time[trial.movement]
+    results = []
+    for real, ideal in ((trial.recording.acc, made.acc), (trial.recording.gyr, made.gyr)):
+        low_real = butterworth(real[:, 0].T.astype(float), trial.recording.rate, LOWPASS_HZ, 2, True).T
+        low_made = butterworth(ideal[:, 0].T.astype(float), made.rate, LOWPASS_HZ, 2, True).T
+        a, b = low_real[trial.movement], CubicSpline(times[0] + made.time, low_made)(at + shift_s)
+        r = np.mean([np.corrcoef(a[:, axis], b[:, axis])[0, 1] for axis in range(3)])
+        results += [r, np.sqrt(((a - b) ** 2).mean())]
+    return results[0], results[1], results[2]
+
+
+def test_it_reads_what_the_real_sensor_read(trial):
+    """Nothing is fitted but the constant delay of the sensor against the optics."""
+    acc_r, acc_rmse, gyr_r = agreement(trial, Synthesis(rate_hz=200, cutoff_hz=20), shift_s=-0.0042)
+    assert acc_r >= 0.985
+    assert acc_rmse <= 0.90
+    assert gyr_r >= 0.998
+
+
+def test_without_any_fit_it_is_still_close(trial):
+    acc_r, acc_rmse, gyr_r = agreement(trial, Synthesis(rate_hz=200, cutoff_hz=20), shift_s=0.0)
+    assert acc_r >= 0.985
+    assert acc_rmse <= 0.90
+    assert gyr_r >= 0.996
+
+
+def test_the_printed_equations_are_not(trial):
+    paper = Synthesis(rate_hz=60, method="finite-difference", convention="paper", cutoff_hz=None)
+    acc_r, acc_rmse, gyr_r = agreement(trial, paper, shift_s=0.0)
+    assert acc_r < 0.5
+    assert acc_rmse > 5
+    assert gyr_r < 0.5
