@@ -12,11 +12,13 @@ import numpy as np
 
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
+from blender_addon.w2w.core.clip_blocks import clip_inputs
+from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.shapes import bundled_targets
-from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches, recommend, same_clips
+from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches
 
 from .clip_job import LIMIT_S, WORK, Job, Outcome, file_sha256
 from .engine import run_jobs
@@ -201,17 +203,19 @@ def _remove_leftovers(out: Path, used: set[str]) -> None:
 def _rank(
     used: list[Clip], config: StudyConfig, out: Path, progress: Progress
 ) -> tuple[Recommendation, np.ndarray]:
-    features, is_test, signatures = [], [], []
+    clips = []
     for clip in used:
         with np.load(out / WORK / "features" / f"{clip.name}.npz", allow_pickle=False) as data:
-            features.append(data["features"])
-            is_test.append(data["is_test"])
-            signatures.append(data["signature"])
-    counts = [len(part) for part in is_test]
-    groups = same_clips(
-        [clip.name for clip in used], [clip.motion_key for clip in used], np.array(signatures)
+            is_test, signature = data["is_test"], data["signature"]
+        clips.append(RankedClip(clip.name, clip.activity, clip.subject, is_test, signature, clip.motion_key))
+    files = [f"{clip.name}.npz" for clip in clips]
+    inputs = clip_inputs(
+        config.classifier,
+        [out / WORK / "features" / file for file in files],
+        [out / "signals" / file for file in files],
+        [len(clip.is_test) for clip in clips],
+        config.windows,
     )
-    group_names = np.array([used[np.flatnonzero(groups == group)[0]].name for group in groups])
     with progress.bar("Ranking places", 100) as advance:
         done = 0
 
@@ -221,17 +225,8 @@ def _rank(
             done = int(100 * fraction)
 
         try:
-            recommendation = recommend(
-                np.concatenate(features),
-                np.repeat([clip.activity for clip in used], counts),
-                np.repeat(group_names, counts),
-                np.repeat([clip.subject for clip in used], counts),
-                np.concatenate(is_test),
-                config,
-                told,
-            )
+            return rank_clips(clips, inputs, config, told)
         except ValueError as error:
             activities = Counter(clip.activity for clip in used)
             found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
             raise StudyError(f"{error}. Clips used by activity: {found}") from error
-    return recommendation, groups

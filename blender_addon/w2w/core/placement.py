@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .facility_location import FacilityLocation
+from .place_blocks import PlaceBlocks, as_blocks
 from .utility import UtilityMap, utility_map
 
 ROUNDING = 1e-6
@@ -214,7 +215,7 @@ def exact_subset(
 
 
 def multi_sensor_check(
-    order: Sequence[int], inputs: np.ndarray, activity: np.ndarray, **protocol: Any
+    order: Sequence[int], inputs: np.ndarray | PlaceBlocks, activity: np.ndarray, **protocol: Any
 ) -> list[UtilityMap]:
     """Test the mean of maxima: one classifier on the chosen sensors' signals together.
 
@@ -222,7 +223,7 @@ def multi_sensor_check(
     ----------
     order : sequence of int
         Places as chosen.
-    inputs : ndarray, shape (W, N, D) or (W, N, samples, 6)
+    inputs : ndarray or PlaceBlocks, shape (W, N, D) or (W, N, samples, 6)
         Features or windows of all places, as for `utility_map`.
     activity : array_like of str, shape (W,)
     **protocol
@@ -234,9 +235,11 @@ def multi_sensor_check(
         For the first sensor alone, the first two together, and so on; each of one
         place, the sensors' inputs side by side along the last axis.
     """
+    source = as_blocks(inputs)
+    alone = [source.places(place, place + 1)[:, 0] for place in order]
     maps = []
     for size in range(1, len(order) + 1):
-        worn = np.moveaxis(inputs[:, list(order[:size])], 1, -2)
+        worn = np.stack(alone[:size], axis=-2)
         together = worn.reshape(*worn.shape[:-2], -1)[:, None]
         maps.append(utility_map(together, activity, **protocol))
     return maps

@@ -12,9 +12,10 @@ import numpy as np
 from .body import Body
 from .crossval import same_motion_groups
 from .features import window_features
-from .imu import Synthesis
+from .imu import Synthesis, synthesize
 from .motion import Motion
 from .patches import DEFAULT_PATCHES, PatchSet, sample_patches
+from .place_blocks import PlaceBlocks
 from .placement import Subset, best_single, greedy_subset
 from .recording import ImuRecording
 from .sensor import SensorModel
@@ -143,6 +144,32 @@ def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -
     return record_motion(body, patches, motion, config.synthesis, config.sensor_model(), config.seed)
 
 
+def record_baked(
+    matrices: np.ndarray, rate: float, patches: PatchSet, labels: tuple[str, str, str], config: StudyConfig
+) -> ImuRecording:
+    """What sensors on all patches would record of a surface that Blender has moved.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (T, N, 4, 4)
+        World matrices of the patches.
+    rate : float
+        Frames per second.
+    patches : PatchSet
+    labels : tuple of str
+        Activity, subject and clip.
+    config : StudyConfig
+
+    Raises
+    ------
+    ValueError
+        If the motion is too short for the synthesis.
+    """
+    ideal = synthesize(matrices, rate, config.synthesis)
+    named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
+    return config.sensor_model().apply(named, seed=config.seed)
+
+
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:
     """Windows of a recording as features.
 
@@ -167,7 +194,7 @@ def same_clips(names: Sequence[str], keys: Sequence[str], signatures: np.ndarray
 
 
 def recommend(
-    features: np.ndarray,
+    inputs: np.ndarray | PlaceBlocks,
     activity: np.ndarray,
     group: np.ndarray,
     subject: np.ndarray,
@@ -179,7 +206,8 @@ def recommend(
 
     Parameters
     ----------
-    features : ndarray, shape (W, N, D)
+    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
+        What the classifier takes (`utility.inputs_of`).
     activity, group, subject : ndarray of str, shape (W,)
         Label, motion and person of each window.
     is_test : ndarray of bool, shape (W,)
@@ -193,7 +221,7 @@ def recommend(
         If fewer than two activities can be tested; the message says why.
     """
     utility = utility_map(
-        features,
+        inputs,
         activity,
         group,
         subject if config.by_subject else None,

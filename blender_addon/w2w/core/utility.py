@@ -14,9 +14,11 @@ import numpy as np
 from .classifiers.ridge import Ridge
 from .crossval import ALWAYS_TRAIN, grouped_folds, subject_folds, untestable
 from .files import write_npz
-from .intervals import bootstrap_f1, count_by_clip, f1_scores
+from .intervals import score_places
+from .place_blocks import PlaceBlocks, SomeWindows, as_blocks
 
 CLASSIFIERS: dict[str, Callable[[], Any]] = {"ridge": Ridge}
+"""Each has a `name`, its `inputs` ("features" or "windows") and `predict_folds`, as `Ridge` has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,7 @@ class UtilityMap:
 
 
 def utility_map(
-    features: np.ndarray,
+    inputs: np.ndarray | PlaceBlocks,
     activity: np.ndarray,
     clip: np.ndarray,
     subject: np.ndarray | None,
@@ -129,8 +131,9 @@ def utility_map(
 
     Parameters
     ----------
-    features : ndarray, shape (W, N, ...)
-        What the classifier takes: features (W, N, D), or windows (W, N, samples, 6).
+    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
+        What the classifier takes (`inputs_of`): features (W, N, D), or windows (W, N, samples, 6);
+        in memory, or served some places at a time.
     activity : array_like of str, shape (W,)
     clip : array_like, shape (W,)
         Clip of each window. Clips that are one motion, and augmented copies of a clip,
@@ -169,14 +172,13 @@ def utility_map(
     index = {name: number for number, name in enumerate(split.tested)}
     used = np.flatnonzero(np.isin(activity, split.tested))
     labels = np.array([index[name] for name in activity[used].tolist()])
-    model = CLASSIFIERS[classifier]() if isinstance(classifier, str) else classifier
-    predictions = model.predict_folds(features[used], labels, split.fold[used], is_test[used], progress)
+    model = _model(classifier)
+    source = SomeWindows(as_blocks(inputs), used)
+    predictions = model.predict_folds(source, labels, split.fold[used], is_test[used], progress)
 
     tested = used[is_test[used]]
     truth = labels[is_test[used]].astype(np.int16)
-    counts = count_by_clip(truth, predictions, clip[tested], len(index))
-    f1 = f1_scores(counts, np.ones((1, len(counts.size))))[0]
-    boot = bootstrap_f1(counts, resamples, level, np.random.default_rng(seed))
+    f1, confusion, boot = score_places(truth, predictions, clip[tested], len(index), resamples, level, seed)
     return UtilityMap(
         activities=split.tested,
         f1=f1,
@@ -188,7 +190,7 @@ def utility_map(
         rank_low=boot.rank_low,
         rank_high=boot.rank_high,
         mean_samples=boot.mean_samples,
-        confusion=counts.confusion(),
+        confusion=confusion,
         predictions=predictions,
         truth=truth,
         clip=clip[tested].astype(np.str_),
@@ -197,6 +199,21 @@ def utility_map(
         protocol=split.protocol,
         left_out=split.left_out,
     )
+
+
+def inputs_of(classifier: Any) -> str:
+    """What a classifier takes: "features" or "windows".
+
+    Parameters
+    ----------
+    classifier : str or object
+        As for `utility_map`.
+    """
+    return _model(classifier).inputs
+
+
+def _model(classifier: Any) -> Any:
+    return CLASSIFIERS[classifier]() if isinstance(classifier, str) else classifier
 
 
 class _Split(NamedTuple):

@@ -90,13 +90,16 @@ class WindowSpec:
         return max(1, round(self.stride_s * rate))
 
 
-def cut_windows(recording: ImuRecording, spec: WindowSpec) -> Windows:
+def cut_windows(recording: ImuRecording, spec: WindowSpec, starts: np.ndarray | None = None) -> Windows:
     """Cut a recording into windows.
 
     Parameters
     ----------
     recording : ImuRecording
     spec : WindowSpec
+    starts : ndarray of int, optional
+        First sample of each window, from `window_starts` of a recording that these sensors are
+        part of; else every window without a long gap.
 
     Returns
     -------
@@ -108,24 +111,51 @@ def cut_windows(recording: ImuRecording, spec: WindowSpec) -> Windows:
     TooShortError
         If there is not one window; the message says why.
     """
-    samples, stride = spec.samples(recording.rate), spec.stride(recording.rate)
+    samples = spec.samples(recording.rate)
+    signals = _prepared(recording, spec)
+    if starts is None:
+        starts = _whole_windows(signals, recording, spec)
+    views = np.lib.stride_tricks.sliding_window_view(signals, samples, axis=0)
+    stride = spec.stride(recording.rate)
+    regular = len(starts) == len(views[::stride])  # a view then, where an index would copy
+    chosen = views[::stride] if regular else views[starts]
+    return Windows(np.moveaxis(chosen, 3, 2), _separate(starts, samples))
+
+
+def window_starts(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
+    """First sample of each window that `cut_windows` makes of a recording, shape (W,), int.
+
+    Raises
+    ------
+    TooShortError
+        As `cut_windows`.
+    """
+    return _whole_windows(_prepared(recording, spec), recording, spec)
+
+
+def _prepared(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
+    """Signals (T, N, 6) with short gaps bridged, and at least a window long."""
+    samples = spec.samples(recording.rate)
     signals = np.concatenate([recording.acc, recording.gyr], axis=2, dtype=np.float32)
     _bridge_gaps(signals, round(spec.longest_gap_s * recording.rate))
     if len(signals) < samples:
         _refuse_too_short(recording, spec)
         signals = _extend(signals, samples, spec.short)
-    views = np.lib.stride_tricks.sliding_window_view(signals, samples, axis=0)[::stride]
-    starts = np.arange(len(views)) * stride
+    return signals
+
+
+def _whole_windows(signals: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
+    """Starts of the windows in which no sensor has a gap."""
+    samples, stride = spec.samples(recording.rate), spec.stride(recording.rate)
+    starts = np.arange(0, len(signals) - samples + 1, stride)
     broken = np.concatenate([[0], np.isnan(signals).any(axis=(1, 2)).cumsum()])
-    if broken[-1]:
-        whole = broken[starts + samples] == broken[starts]
-        views, starts = views[whole], starts[whole]
-        if not len(views):
-            raise TooShortError(
-                f"clip {recording.clip!r} has no {spec.length_s:g} s without a gap of lost samples longer "
-                f"than {spec.longest_gap_s:g} s"
-            )
-    return Windows(np.moveaxis(views, 3, 2), _separate(starts, samples))
+    whole = starts[broken[starts + samples] == broken[starts]]
+    if not len(whole):
+        raise TooShortError(
+            f"clip {recording.clip!r} has no {spec.length_s:g} s without a gap of lost samples longer "
+            f"than {spec.longest_gap_s:g} s"
+        )
+    return whole
 
 
 def _separate(starts: np.ndarray, samples: int) -> np.ndarray:

@@ -10,12 +10,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.imu import synthesize
+from ..core.clip_blocks import clip_inputs
+from ..core.clip_ranking import RankedClip, rank_clips
 from ..core.motion import Motion
 from ..core.motion_signature import motion_signature
 from ..core.patches import PatchSet
-from ..core.recording import ImuRecording
-from ..core.study import Recommendation, StudyConfig, describe, recommend, same_clips
+from ..core.study import Recommendation, StudyConfig, describe, record_baked
 from ..scene.actions import InexpressibleActionError, read_action
 from ..scene.bake import PatchBaker
 from . import results, signal_cache
@@ -122,10 +122,8 @@ def _signals(
     """Work for a thread: a clip's signals and features into the cache; gives their key."""
 
     def work(told: Callable[[float], None]) -> str:
-        ideal = synthesize(matrices, rate, config.synthesis)
+        recording = record_baked(matrices, rate, patches, labels, config)
         told(0.5)
-        named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
-        recording = config.sensor_model().apply(named, seed=config.seed)
         features, is_test = describe(recording, config)
         baked = BakedClip(recording, features, is_test, _signature(motion, matrices))
         key = _key(baked, settings)
@@ -146,20 +144,14 @@ def _recommend(
     used: list[tuple[str, str, str, str]], config: StudyConfig, told: Callable[[float], None]
 ) -> Recommendation:
     """Rank clips given as name, key of the signals, activity and subject."""
-    names, keys, activities, subjects = zip(*used, strict=True)
-    features, is_test, signatures = zip(*(signal_cache.load_features(key) for key in keys), strict=True)
-    counts = [len(part) for part in is_test]
-    groups = same_clips(names, [""] * len(names), np.array(signatures))
-    group_names = np.array([f"motion {group}" for group in groups])
-    return recommend(
-        np.concatenate(features),
-        np.repeat(activities, counts),
-        np.repeat(group_names, counts),
-        np.repeat(subjects, counts),
-        np.concatenate(is_test),
-        config,
-        told,
-    )
+    clips = []
+    for name, key, activity, subject in used:
+        is_test, signature = signal_cache.load_clip(key)
+        clips.append(RankedClip(name, activity, subject, is_test, signature))
+    files = [signal_cache.path_of(key) for _, key, _, _ in used]
+    windows = [len(clip.is_test) for clip in clips]
+    inputs = clip_inputs(config.classifier, files, files, windows, config.windows)
+    return rank_clips(clips, inputs, config, told)[0]
 
 
 def _motion_of(armature: bpy.types.Object, action: bpy.types.Action) -> Motion | None:

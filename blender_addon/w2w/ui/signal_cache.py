@@ -66,10 +66,10 @@ def save(key: str, baked: BakedClip, folder: Path) -> None:
     _recordings.pop(key, None)
 
 
-def load_features(key: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Features, test mask and signature of a key."""
+def load_clip(key: str) -> tuple[np.ndarray, np.ndarray]:
+    """Test mask and signature of a key."""
     with np.load(path_of(key), allow_pickle=False) as data:
-        return data["features"], data["is_test"], data["signature"]
+        return data["is_test"], data["signature"]
 
 
 def recording(key: str) -> ImuRecording | None:

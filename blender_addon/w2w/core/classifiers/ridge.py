@@ -12,6 +12,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from threadpoolctl import threadpool_limits
 
+from ..place_blocks import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+
 ALPHAS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
 INNER_FOLDS = 4
@@ -51,6 +53,8 @@ class Ridge:
         Decides the random units.
     workers : int
         Threads.
+    block_bytes : int
+        Features held at a time; changes nothing but memory.
     """
 
     alphas: tuple[float, ...] = ALPHAS
@@ -58,12 +62,14 @@ class Ridge:
     tuning_sensors: int = 12
     seed: int = 0
     workers: int = 2
+    block_bytes: int = BLOCK_BYTES
 
     name: ClassVar[str] = "ridge"
+    inputs: ClassVar[str] = "features"
 
     def predict_folds(
         self,
-        features: np.ndarray,
+        features: np.ndarray | PlaceBlocks,
         labels: np.ndarray,
         fold: np.ndarray,
         is_test: np.ndarray,
@@ -73,7 +79,7 @@ class Ridge:
 
         Parameters
         ----------
-        features : ndarray, shape (W, N, D)
+        features : ndarray or PlaceBlocks, shape (W, N, D)
             Of order one, as `window_features` gives them.
         labels : ndarray of int, shape (W,)
             Activity of each window, 0 to A - 1.
@@ -87,27 +93,30 @@ class Ridge:
         -------
         ndarray, shape (sum of is_test, N), int16
         """
-        n_sensors = features.shape[1]
+        places = as_blocks(features)
+        n_sensors = places.shape[1]
         folds = np.unique(fold[is_test])
-        alphas = self.choose_alphas(features, labels, fold, is_test)
+        alphas = self.choose_alphas(places, labels, fold, is_test)
         splits = _Splits(labels, fold, is_test, [(f,) for f in folds], [(f,) for f in folds])
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), n_sensors), dtype=np.int16)
-        expand = self._layer(features.shape[2])
+        expand = self._layer(places.shape[2])
 
-        def name_windows(sensor: int) -> None:
-            named = splits.predict(expand(features[:, sensor]), alphas[:, None])
+        def name_windows(sensor: int, inputs: np.ndarray) -> None:
+            named = splits.predict(expand(inputs), alphas[:, None])
             for rows, by_alpha in zip(splits.tested, named, strict=True):
                 predictions[position[rows], sensor] = by_alpha[0]
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
-            for done, _ in enumerate(pool.map(name_windows, range(n_sensors)), start=1):
-                if progress is not None:
-                    progress(done / n_sensors)
+            for first, last in spans(places, self.block_bytes):
+                block = places.places(first, last).swapaxes(0, 1)
+                for done, _ in enumerate(pool.map(name_windows, range(first, last), block), start=first + 1):
+                    if progress is not None:
+                        progress(done / n_sensors)
         return predictions
 
     def choose_alphas(
-        self, features: np.ndarray, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
+        self, features: np.ndarray | PlaceBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
     ) -> np.ndarray:
         """The ridge of each fold, chosen by cross-validation among the other folds.
 
@@ -128,11 +137,12 @@ class Ridge:
             labels, fold, is_test, [(f, *part) for f, part in pairs], [part for _, part in pairs]
         )
         alphas = np.tile(self.alphas, (len(pairs), 1))
-        sensors = np.unique(np.linspace(0, features.shape[1] - 1, self.tuning_sensors).astype(int))
-        expand = self._layer(features.shape[2])
+        places = as_blocks(features)
+        sensors = np.unique(np.linspace(0, places.shape[1] - 1, self.tuning_sensors).astype(int))
+        expand = self._layer(places.shape[2])
 
         def accuracies(sensor: int) -> np.ndarray:
-            named = splits.predict(expand(features[:, sensor]), alphas)
+            named = splits.predict(expand(places.places(sensor, sensor + 1)[:, 0]), alphas)
             return np.array(
                 [
                     [_balanced_accuracy(labels[rows], one) for one in by_alpha]
@@ -181,12 +191,18 @@ class _Splits:
         self.indicators = [np.eye(self.n_classes)[labels[rows]] for rows in self.rows]
 
     def predict(self, inputs: np.ndarray, alphas: np.ndarray) -> list[list[np.ndarray]]:
-        """Classes of the tested windows of each split, for each ridge of its row of `alphas`."""
-        inputs = inputs - inputs.mean(axis=0)
+        """Classes of the tested windows of each split, for each ridge of its row of `alphas`.
+
+        `inputs` are centred in place.
+        """
+        inputs -= inputs.mean(axis=0)
         width = inputs.shape[1]
-        parts = [inputs[rows].astype(np.float64) for rows in self.rows]
-        grams = np.stack([part.T @ part for part in parts]).reshape(len(parts), -1)
-        sums = np.stack([one.T @ part for one, part in zip(self.indicators, parts, strict=True)])
+        grams = np.empty((len(self.rows), width * width))
+        sums = np.empty((len(self.rows), self.n_classes, width))
+        for number, (rows, indicator) in enumerate(zip(self.rows, self.indicators, strict=True)):
+            part = inputs[rows].astype(np.float64)  # of one fold at a time, which bounds memory
+            grams[number] = (part.T @ part).ravel()
+            sums[number] = indicator.T @ part
         windows = self.trained @ np.stack([one.sum(axis=0) for one in self.indicators])
         return [
             _Discriminant(

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ranking from files some places at a time gives the bytes of ranking from memory, in bounded memory."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.classifiers.ridge import Ridge
+from blender_addon.w2w.core.clip_blocks import FeatureFiles, WindowFiles, clip_inputs
+from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
+from blender_addon.w2w.core.files import write_npz
+from blender_addon.w2w.core.intervals import score_places
+from blender_addon.w2w.core.npz_slices import StoredArray
+from blender_addon.w2w.core.place_blocks import ArrayBlocks, SomeWindows, spans
+from blender_addon.w2w.core.recording import ImuRecording
+from blender_addon.w2w.core.study import StudyConfig
+from blender_addon.w2w.core.utility import UtilityMap, utility_map
+from blender_addon.w2w.core.windows import WindowSpec, cut_windows
+
+ACTIVITIES = ("bow", "jump", "run")
+
+
+class Served(ArrayBlocks):
+    """Serves an array and remembers how much was asked for at once."""
+
+    def places(self, first, last):
+        self.__dict__.setdefault("asked", []).append(last - first)
+        return super().places(first, last).copy()
+
+
+def library(n_places=10, n_clips=24, n_windows=4, width=9):
+    rng = np.random.default_rng(0)
+    clip = np.repeat(np.arange(n_clips), n_windows)
+    label = clip % len(ACTIVITIES)
+    centres = rng.normal(size=(len(ACTIVITIES), n_places, width))
+    features = centres[label] + 2 * rng.normal(size=(len(clip), n_places, width))
+    return features.astype(np.float32), np.array(ACTIVITIES)[label], clip, np.arange(len(clip)) % 2 == 0
+
+
+def stored(utility: UtilityMap, path):
+    utility.save(path)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("places_at_once", [1, 3, 10])
+def test_the_size_of_the_blocks_changes_no_byte(tmp_path, places_at_once):
+    features, activity, clip, is_test = library()
+    protocol = (activity, clip, None, is_test, ACTIVITIES)
+    source = Served(features)
+    budget = places_at_once * features[:, 0].nbytes
+    blockwise = utility_map(source, *protocol, Ridge(block_bytes=budget), resamples=50)
+    whole = utility_map(features, *protocol, Ridge(), resamples=50)
+    assert stored(blockwise, tmp_path / "a.npz") == stored(whole, tmp_path / "b.npz")
+    assert max(source.asked) == places_at_once
+
+
+def test_a_place_larger_than_the_budget_comes_alone():
+    assert list(spans(ArrayBlocks(np.zeros((5, 3, 7))), 1)) == [(0, 1), (1, 2), (2, 3)]
+    assert list(spans(ArrayBlocks(np.zeros((5, 3, 7))), 5 * 7 * 4 * 2)) == [(0, 2), (2, 3)]
+
+
+def test_some_windows_of_a_source():
+    array = np.arange(60.0).reshape(5, 4, 3)
+    some = SomeWindows(ArrayBlocks(array), np.array([0, 3]))
+    assert some.shape == (2, 4, 3)
+    np.testing.assert_array_equal(some.places(1, 3), array[[0, 3], 1:3])
+    all_of_them = SomeWindows(ArrayBlocks(array), np.arange(5)).places(0, 4)
+    assert np.shares_memory(all_of_them, array)
+
+
+def test_intervals_are_the_same_bytes_whatever_the_block():
+    rng = np.random.default_rng(1)
+    truth, clip = np.arange(300) % 3, np.arange(300) // 3
+    predictions = rng.integers(0, 3, size=(300, 11))
+    whole = score_places(truth, predictions, clip, 3, 40, 0.95, 7, block=11)
+    parts = score_places(truth, predictions, clip, 3, 40, 0.95, 7, block=2)
+    for a, b in zip([*whole[:2], *whole[2]], [*parts[:2], *parts[2]], strict=True):
+        assert a.tobytes() == b.tobytes()
+
+
+def test_a_part_of_a_stored_array(tmp_path):
+    array = np.random.default_rng(2).normal(size=(6, 5, 4)).astype(np.float32)
+    write_npz(tmp_path / "a.npz", {"other": np.arange(3), "features": array})
+    found = StoredArray.find(tmp_path / "a.npz", "features")
+    assert (found.shape, found.dtype) == (array.shape, array.dtype)
+    np.testing.assert_array_equal(found.columns(1, 3), array[:, 1:3])
+
+
+def test_files_that_cannot_be_read_in_parts_are_said(tmp_path):
+    write_npz(tmp_path / "packed.npz", {"features": np.zeros((2, 2))}, compress=True)
+    np.savez(tmp_path / "fortran.npz", features=np.asfortranarray(np.zeros((2, 3))))
+    (tmp_path / "text.npz").write_text("no zip at all")
+    with pytest.raises(ValueError, match="is compressed"):
+        StoredArray.find(tmp_path / "packed.npz", "features")
+    with pytest.raises(ValueError, match="does not hold the array 'signature'"):
+        StoredArray.find(tmp_path / "packed.npz", "signature")
+    with pytest.raises(ValueError, match="is not an array that W2W wrote"):
+        StoredArray.find(tmp_path / "fortran.npz", "features")
+    with pytest.raises(ValueError, match="does not hold the array"):
+        StoredArray.find(tmp_path / "text.npz", "features")
+    with pytest.raises(FileNotFoundError):
+        StoredArray.find(tmp_path / "absent.npz", "features")
+
+
+def recordings(tmp_path, lengths=(260, 60, 150), n_places=7):
+    rng, paths, kept = np.random.default_rng(3), [], []
+    for number, length in enumerate(lengths):
+        acc, gyr = rng.normal(size=(2, length, n_places, 3))
+        if number == 0:
+            acc[5:40, 6] = np.nan  # a long gap of one sensor costs all of them the window
+            gyr[200:202, 1] = np.nan
+        kept.append(ImuRecording(acc, gyr, 50.0))
+        paths.append(tmp_path / f"{number}.npz")
+        kept[-1].save(paths[-1])
+    return paths, kept
+
+
+def test_windows_come_from_the_recordings_as_if_cut_whole(tmp_path):
+    paths, kept = recordings(tmp_path)
+    spec = WindowSpec()
+    whole = [cut_windows(recording, spec).signals for recording in kept]
+    windows = WindowFiles(paths, [len(part) for part in whole], spec)
+    expected = np.concatenate(whole)
+    assert windows.shape == expected.shape
+    assert len(whole[0]) == 3  # of four, one has the gap
+    for first, last in ((0, 7), (0, 1), (1, 2), (3, 6)):
+        np.testing.assert_array_equal(windows.places(first, last), expected[:, first:last])
+
+
+def test_a_classifier_gets_what_it_asks_for(tmp_path):
+    paths, kept = recordings(tmp_path)
+    windows = [len(cut_windows(recording, WindowSpec()).signals) for recording in kept]
+    feature_paths = [tmp_path / f"features{number}.npz" for number in range(len(kept))]
+    for path, count in zip(feature_paths, windows, strict=True):
+        write_npz(path, {"features": np.zeros((count, 7, 5), dtype=np.float32)})
+    takes_windows = replace(Ridge())
+    object.__setattr__(takes_windows, "inputs", "windows")
+    arguments = (feature_paths, paths, windows, WindowSpec())
+    assert clip_inputs("ridge", *arguments).shape == (sum(windows), 7, 5)
+    assert clip_inputs(takes_windows, *arguments).shape == (sum(windows), 7, 100, 6)
+
+
+def test_files_of_other_places_are_said(tmp_path):
+    for number, width in enumerate((4, 5)):
+        write_npz(tmp_path / f"{number}.npz", {"features": np.zeros((2, 3, width), dtype=np.float32)})
+    with pytest.raises(ValueError, match=r"1\.npz holds features of shape \(3, 5\), others \(3, 4\)"):
+        FeatureFiles([tmp_path / "0.npz", tmp_path / "1.npz"])
+
+
+def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
+    n_clips, n_windows, n_places, width = 30, 5, 64, 150
+    features, activity, clip, is_test = library(n_places, n_clips, n_windows, width)
+    paths, clips = [], []
+    for number in range(n_clips):
+        rows = clip == number
+        paths.append(tmp_path / f"{number}.npz")
+        write_npz(paths[-1], {"features": features[rows]})
+        signature = np.random.default_rng(number).normal(size=3)
+        clips.append(
+            RankedClip(f"clip {number}", activity[rows][0], "", is_test[rows], signature, str(number))
+        )
+    config = StudyConfig()
+    recommendation, groups = rank_clips(clips, features, config)
+    assert groups.tolist() == list(range(n_clips))
+    streamed, _ = rank_clips(clips, FeatureFiles(paths), config)
+    assert stored(streamed.utility, tmp_path / "a.npz") == stored(recommendation.utility, tmp_path / "b.npz")
+    source = FeatureFiles(paths)
+    tracemalloc.start()
+    source.places(8, 12)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1.3 * features[:, 8:12].nbytes + 200_000
+    assert features.nbytes > 10 * peak
