@@ -268,19 +268,20 @@ def test_a_cancelled_bake_leaves_the_scene_as_it_was(body_in_scene, patches, wav
     other = write_action(body_in_scene.armature, waving)
     collection = place_patches(body_in_scene.mesh, patches)
     scene.frame_set(7)
-    seen = []
-
-    def stop(done, total):
-        seen.append((done, total))
-        if done == 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        PatchBaker(body_in_scene.mesh, patches).bake(other, path="general", on_frame=stop)
-    assert seen == [(1, 60), (2, 60), (3, 60)]
+    empties = list(collection.objects)
+    empties[3].select_set(True)
+    empties[4].hide_set(True)
+    bpy.context.view_layer.objects.active = empties[3]
+    frames = PatchBaker(body_in_scene.mesh, patches).by_frame(other, path="general")
+    assert [next(frames) for _ in range(3)] == pytest.approx([1 / 60, 2 / 60, 3 / 60])
+    assert scene.frame_current != 7
+    frames.close()
     assert body_in_scene.armature.animation_data.action == played
     assert scene.frame_current == 7
     assert not bpy.context.view_layer.layer_collection.children[collection.name].exclude
+    assert bpy.context.view_layer.objects.active == empties[3]
+    assert [item for item in bpy.context.selected_objects if item in empties] == [empties[3]]
+    assert [item for item in empties if item.hide_get()] == [empties[4]]
 
 
 def test_a_mirrored_or_uneven_body_is_refused(body_in_scene, patches):

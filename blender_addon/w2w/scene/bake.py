@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -19,12 +19,10 @@ from . import actions
 from .bake_path import why_not_fast
 from .body import armature_of, body_of, body_space, matrix
 from .evaluated import EvaluatedVertices
-from .patches import PATCH
+from .playback import active_action, each_frame, playing, without_empties
 
 EVEN_SCALE = 1e-4
 """How far the three scales of an object may differ and still count as one."""
-
-OnFrame = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +69,7 @@ class PatchBaker:
         _check(mesh, patches)
         self._body: Body | None = None
 
-    def bake(
-        self,
-        action: bpy.types.Action | None = None,
-        path: Literal["auto", "general"] = "auto",
-        on_frame: OnFrame | None = None,
-    ) -> Bake:
+    def bake(self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto") -> Bake:
         """World matrices of the patches while the armature plays an action.
 
         Parameters
@@ -86,11 +79,28 @@ class PatchBaker:
             between the scene's first and last frame.
         path : {"auto", "general"}
             "auto" reads the f-curves wherever they alone decide where the patches are.
-        on_frame : callable, optional
-            Called with the frames done and to do on the general path, which takes time; what
-            it raises ends the bake and leaves the scene as it was.
         """
-        action = action or _active_action(self.armature)
+        frames = self.by_frame(action, path)
+        while True:
+            try:
+                next(frames)
+            except StopIteration as stop:
+                return stop.value
+
+    def by_frame(
+        self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto"
+    ) -> Generator[float, None, Bake]:
+        """Bake as `bake` does, with a pause after each frame of the general path, which takes time.
+
+        Between the pauses the scene is on another frame; at the end, or when the generator is
+        closed early, it is as it was.
+
+        Yields
+        ------
+        float
+            Share of the frames done.
+        """
+        action = action or active_action(self.armature)
         reason = "asked for"
         if path == "auto":
             reason = why_not_fast(self.mesh, self.armature, action)
@@ -99,7 +109,7 @@ class PatchBaker:
                     return self._fast(action)
                 except actions.InexpressibleActionError as error:
                     reason = str(error)
-        return self._general(action, reason, on_frame)
+        return (yield from self._general(action, reason))
 
     def _fast(self, action: bpy.types.Action) -> Bake:
         if self._body is None:
@@ -108,10 +118,10 @@ class PatchBaker:
         matrices = patch_matrices(self._body, self.patches, motion)
         return Bake(matrices, motion.rate, "fast", "the armature's f-curves alone move the body")
 
-    def _general(self, action: bpy.types.Action | None, reason: str, on_frame: OnFrame | None) -> Bake:
+    def _general(self, action: bpy.types.Action | None, reason: str) -> Generator[float, None, Bake]:
         frames, rate = _frames_to_bake(self.armature, action)
-        with _playing(self.armature, action), _without_empties(self.mesh):
-            matrices = _evaluated_matrices(self.mesh, self.patches.triangles, frames, on_frame)
+        with playing(self.armature, action), without_empties(self.mesh):
+            matrices = yield from _evaluated_matrices(self.mesh, self.patches.triangles, frames)
         return Bake(matrices, rate, "general", reason)
 
 
@@ -125,9 +135,7 @@ def bake(
     return PatchBaker(mesh, patches).bake(action, path)
 
 
-def read_empties(
-    empties: Sequence[bpy.types.Object], frames: np.ndarray, on_frame: OnFrame | None = None
-) -> np.ndarray:
+def read_empties(empties: Sequence[bpy.types.Object], frames: np.ndarray) -> np.ndarray:
     """World matrices of objects, one by one and frame by frame, as Blender gives them.
 
     Slow, and right whatever moves them: what the two paths are measured against.
@@ -143,7 +151,7 @@ def read_empties(
     ndarray, shape (T, N, 4, 4), float64
     """
     matrices = np.empty((len(frames), len(empties), 4, 4))
-    for number in _each_frame(frames, on_frame):
+    for number in each_frame(frames):
         for index, empty in enumerate(empties):
             matrices[number, index] = np.array(empty.matrix_world)
     return matrices
@@ -171,10 +179,6 @@ def _placed(motion: Motion, armature: bpy.types.Object) -> Motion:
     return replace(motion, rotations=rotations, pelvis=motion.pelvis @ place[:3, :3].T + place[:3, 3])
 
 
-def _active_action(armature: bpy.types.Object) -> bpy.types.Action | None:
-    return armature.animation_data.action if armature.animation_data else None
-
-
 def _frames_to_bake(armature: bpy.types.Object, action: bpy.types.Action | None) -> tuple[np.ndarray, float]:
     if action is not None and (curves := actions.bone_curves(armature, action)):
         return actions.frames_of(action, curves)
@@ -182,73 +186,15 @@ def _frames_to_bake(armature: bpy.types.Object, action: bpy.types.Action | None)
     return np.arange(scene.frame_start, scene.frame_end + 1, dtype=np.float64), actions.scene_rate()
 
 
-def _each_frame(frames: np.ndarray, on_frame: OnFrame | None) -> Iterator[int]:
-    """Put the scene on each frame in turn, and back where it was at the end."""
-    scene = bpy.context.scene
-    current, part = scene.frame_current, scene.frame_subframe
-    try:
-        for number, frame in enumerate(frames):
-            whole = int(np.floor(frame))
-            scene.frame_set(whole, subframe=float(frame - whole))
-            yield number
-            if on_frame:
-                on_frame(number + 1, len(frames))
-    finally:
-        scene.frame_set(current, subframe=part)
-
-
 def _evaluated_matrices(
-    mesh: bpy.types.Object, triangles: np.ndarray, frames: np.ndarray, on_frame: OnFrame | None
-) -> np.ndarray:
+    mesh: bpy.types.Object, triangles: np.ndarray, frames: np.ndarray
+) -> Generator[float, None, np.ndarray]:
     """Frames of triangles on the evaluated mesh, shape (T, N, 4, 4)."""
     vertices = EvaluatedVertices(mesh, triangles)
     corners = np.empty((len(frames), *triangles.shape, 3))
-    for number in _each_frame(frames, on_frame):
-        corners[number] = vertices.positions()
+    with closing(each_frame(frames)) as numbers:
+        for number in numbers:
+            corners[number] = vertices.positions()
+            yield (number + 1) / len(frames)
     first, second, third = corners[:, :, 0], corners[:, :, 1], corners[:, :, 2]
     return frames_from_edges(corners.mean(axis=2), second - first, third - first)
-
-
-@contextmanager
-def _playing(armature: bpy.types.Object, action: bpy.types.Action | None) -> Iterator[None]:
-    """Let the armature play an action, and the one it played before at the end."""
-    before = _active_action(armature)
-    if action is None or action == before:
-        yield
-        return
-    slot = getattr(armature.animation_data, "action_slot", None)
-    actions.show_action(armature, action)
-    try:
-        yield
-    finally:
-        armature.animation_data.action = before
-        if slot is not None:
-            armature.animation_data.action_slot = slot
-
-
-@contextmanager
-def _without_empties(mesh: bpy.types.Object) -> Iterator[None]:
-    """Leave collections of this body's empties out of evaluation: they cost more than the body."""
-    idle = [
-        layer
-        for layer in _layer_collections(bpy.context.view_layer.layer_collection)
-        if not layer.exclude and _holds_only_empties(layer.collection, mesh)
-    ]
-    for layer in idle:
-        layer.exclude = True
-    try:
-        yield
-    finally:
-        for layer in idle:
-            layer.exclude = False
-
-
-def _layer_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:
-    for child in layer.children:
-        yield child
-        yield from _layer_collections(child)
-
-
-def _holds_only_empties(collection: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
-    items = collection.all_objects
-    return len(items) > 0 and all(PATCH in item and item.parent == mesh for item in items)

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from pathlib import Path
 
 import bpy
@@ -17,7 +18,7 @@ from ..core.motion_signature import motion_signature
 from ..core.patches import PatchSet
 from ..core.study import Recommendation, StudyConfig, describe, record_baked
 from ..scene.actions import InexpressibleActionError, read_action
-from ..scene.bake import PatchBaker
+from ..scene.bake import Bake, PatchBaker
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
 from .preferences import cache_folder
@@ -25,6 +26,8 @@ from .signal_cache import BakedClip
 from .study import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
 
 SHOWN_REASONS = 2
+
+BakeSteps = Generator[Step, None, Bake]
 
 
 def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0) -> Steps:
@@ -46,15 +49,16 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
     finished = False
     try:
         for number, index in enumerate(indices):
-            fraction = low + (high - low) * number / len(indices)
+            share = (high - low) / len(indices)
+            fraction = low + number * share
             clip = study.clips[index]
             name = clip.name
             yield Step(fraction, name)
-            bake = baker.bake(clip.action)
+            bake = yield from _told(baker.by_frame(clip.action), name, fraction, fraction + 0.8 * share)
             motion = _motion_of(baker.armature, clip.action)
             labels = (clip.activity, clip.subject, clip.name)
             work = _signals(bake.matrices, bake.rate, patches, labels, config, motion, settings, folder)
-            key = yield from in_thread(work, name, fraction, fraction)
+            key = yield from in_thread(work, name, fraction + 0.8 * share, fraction + share)
             clip = study.clips[index]
             clip.signals, clip.baked_as = key, settings
             clip.bake_path = f"{bake.path} path: {bake.reason}"
@@ -107,6 +111,17 @@ def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
         and not (state_of(clip, settings) == BAKED and signal_cache.has(clip.signals))
         and clip.action is not None
     ]
+
+
+def _told(frames: Generator[float, None, Bake], name: str, low: float, high: float) -> BakeSteps:
+    """Bake frame by frame, each a step of the job."""
+    with closing(frames):
+        while True:
+            try:
+                done = next(frames)
+            except StopIteration as stop:
+                return stop.value
+            yield Step(low + (high - low) * done, f"{name}, evaluated by Blender")
 
 
 def _signals(

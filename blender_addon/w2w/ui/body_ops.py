@@ -4,40 +4,25 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, StringProperty
+from bpy.props import StringProperty
 
 from ..core.body import Body
-from ..core.shapes import RANGES, shaped
 from ..core.smpl import BodyError, load_body
 from ..scene.body import add_body, armature_of, body_of
 from .jobs import dismiss, show_error
+from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
+from .silence import without_updates
 from .study import body_of_object, current_body
 
 
-def _slider(name: str, label: str, description: str, default: float, unit: str = "NONE") -> FloatProperty:
-    """A slider of a shape parameter over its whole range."""
-    low, high = RANGES[name]
-    return FloatProperty(
-        name=label, description=description, default=default, min=low, max=high, precision=2, unit=unit
-    )
-
-
 class W2W_OT_add_body(bpy.types.Operator):
-    """Add the body that comes with W2W; its shape can be set in the panel of the last operation"""
+    """Add the body that comes with W2W; its shape can be changed at any time"""
 
     bl_idname = "w2w.add_body"
     bl_label = "Add Body"
     bl_options = {"REGISTER", "UNDO"}
 
-    gender: _slider("gender", "Gender", "-1 is female, 0 neutral, 1 male", 0.0)
-    set_height: BoolProperty(name="Set Height", description="Else it follows from the other sliders")
-    height: _slider("height", "Height", "Height in metres", 1.70, unit="LENGTH")
-    set_weight: BoolProperty(name="Set Weight", description="Else it follows from the other sliders")
-    weight: _slider("weight", "Weight", "Weight in kilograms", 70.0)
-    muscle: _slider("muscle", "Muscle", "0 is average, 1 a body builder", 0.0)
-    age: _slider("age", "Age", "Age in years", RANGES["age"][0])
-    arms: _slider("arms", "Arms", "Length of the arms relative to the average", 1.0)
-    legs: _slider("legs", "Legs", "Length of the legs relative to the average", 1.0)
+    __annotations__ = sliders()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -47,27 +32,40 @@ class W2W_OT_add_body(bpy.types.Operator):
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the shape's sliders in the panel of the last operation."""
-        layout = self.layout
-        layout.use_property_split = True
-        layout.prop(self, "gender", slider=True)
-        for name in ("height", "weight"):
-            row = layout.row(heading=name.title())
-            row.prop(self, f"set_{name}", text="")
-            value = row.row()
-            value.active = getattr(self, f"set_{name}")
-            value.prop(self, name, text="", slider=True)
-        for name in ("muscle", "age", "arms", "legs"):
-            layout.prop(self, name, slider=True)
+        draw_sliders(self.layout, self)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add it at the 3D cursor, in a collection of its own."""
-        shape = {name: getattr(self, name) for name in ("gender", "muscle", "age", "arms", "legs")}
-        shape |= {name: getattr(self, name) for name in ("height", "weight") if getattr(self, f"set_{name}")}
         try:
-            body = shaped(Body.bundled(), **shape)
+            body = shaped_body(self)
         except ValueError as error:
             return show_error(self, str(error))
-        add_study(context, body, "Body")
+        mesh = add_study(context, body, "Body")
+        mesh.w2w.has_shape = True
+        copy_shape(self, mesh.w2w.shape)
+        return {"FINISHED"}
+
+
+class W2W_OT_reset_shape(bpy.types.Operator):
+    """Give the body its average shape again"""
+
+    bl_idname = "w2w.reset_shape"
+    bl_label = "Reset Shape"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a body with sliders."""
+        body = current_body(context)
+        return body is not None and body.w2w.has_shape and context.mode == "OBJECT"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Put all sliders back."""
+        body = current_body(context)
+        with without_updates():
+            for name in NAMES:
+                body.w2w.shape.property_unset(name)
+        apply_shape(body)
         return {"FINISHED"}
 
 
@@ -148,8 +146,8 @@ class W2W_OT_select_body(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def add_study(context: bpy.types.Context, body: Body, name: str) -> None:
-    """Add a body at the 3D cursor, in a collection of its own, and work on it."""
+def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Object:
+    """Add a body at the 3D cursor, in a collection of its own, and work on it; returns its mesh."""
     collection = bpy.data.collections.new(f"W2W {name}")
     context.scene.collection.children.link(collection)
     objects = add_body(body, collection, name)
@@ -157,6 +155,7 @@ def add_study(context: bpy.types.Context, body: Body, name: str) -> None:
     make_study(context, objects.mesh)
     select_only(context, objects.mesh)
     dismiss()
+    return objects.mesh
 
 
 def make_study(context: bpy.types.Context, mesh: bpy.types.Object) -> None:
@@ -174,4 +173,10 @@ def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
     context.view_layer.objects.active = item
 
 
-CLASSES = (W2W_OT_add_body, W2W_OT_load_body, W2W_OT_use_mesh, W2W_OT_select_body)
+CLASSES = (
+    W2W_OT_add_body,
+    W2W_OT_reset_shape,
+    W2W_OT_load_body,
+    W2W_OT_use_mesh,
+    W2W_OT_select_body,
+)

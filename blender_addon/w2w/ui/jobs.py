@@ -142,6 +142,12 @@ def dismiss() -> None:
     message = None
 
 
+def dismiss_error() -> None:
+    """Take the panel's message away where it tells an error: that is over."""
+    if message is not None and message.is_error:
+        dismiss()
+
+
 def _is_done(future: Future) -> bool:
     deadline = time.perf_counter() + POLL
     while not future.done() and time.perf_counter() < deadline:

@@ -8,6 +8,8 @@ from pathlib import Path
 import bpy
 from bl_operators.presets import AddPresetBase
 
+from ..core.library import MOTION_SUFFIXES
+
 PRESETS = Path(__file__).parent / "presets"
 PRESET_FOLDER = "w2w/study"
 
@@ -70,7 +72,7 @@ class W2W_FH_motions(bpy.types.FileHandler):
     bl_idname = "W2W_FH_motions"
     bl_label = "Motions for W2W"
     bl_import_operator = "w2w.import_motions"
-    bl_file_extensions = ".fbx;.bvh;.npz"
+    bl_file_extensions = ";".join(MOTION_SUFFIXES)
 
     @classmethod
     def poll_drop(cls, context: bpy.types.Context) -> bool:
@@ -84,7 +86,7 @@ def _add_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 
 def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    self.layout.operator("w2w.import_motions", text="Motions for W2W (.fbx/.bvh/.npz)")
+    self.layout.operator("w2w.import_motions", text=f"Motions for W2W ({'/'.join(MOTION_SUFFIXES)})")
 
 
 CLASSES = (W2W_MT_tick_clips, W2W_MT_study_presets, W2W_OT_add_study_preset, W2W_FH_motions)

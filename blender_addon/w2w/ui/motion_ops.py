@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from ..core.library import LibraryError
+from ..core.library import MOTION_SUFFIXES, LibraryError
 from ..core.source_motion import UnusableMotion
 from ..scene.actions import FIRST_FRAME, scene_rate, show_action
 from ..scene.body import armature_of, body_of
@@ -35,7 +35,7 @@ def can_change(cls: type, context: Context) -> bool:
 
 
 class W2W_OT_import_motions(bpy.types.Operator):
-    """Import motion files (FBX, BVH, AMASS npz) onto the body; the files' own armatures are left out"""
+    """Import motion files (FBX, BVH, AMASS npz, smpl) onto the body; the files' own armatures are left out"""
 
     bl_idname = "w2w.import_motions"
     bl_label = "Import Motions"
@@ -43,7 +43,9 @@ class W2W_OT_import_motions(bpy.types.Operator):
 
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
-    filter_glob: StringProperty(default="*.fbx;*.bvh;*.npz", options={"HIDDEN"})
+    filter_glob: StringProperty(
+        default=";".join(f"*{suffix}" for suffix in MOTION_SUFFIXES), options={"HIDDEN"}
+    )
 
     @classmethod
     def poll(cls, context: Context) -> bool:

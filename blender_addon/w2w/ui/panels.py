@@ -10,6 +10,7 @@ import bpy
 from . import jobs
 from .panel_text import draw_message, draw_text
 from .result_panels import W2WPanel
+from .shape import draw_sliders
 from .source_view import source_collections
 from .study import (
     BAKED,
@@ -122,6 +123,30 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
 
 
+class W2W_PT_shape(W2WPanel, bpy.types.Panel):
+    """The shape of W2W's own body."""
+
+    bl_label = "Shape"
+    bl_idname = "W2W_PT_shape"
+    bl_parent_id = "W2W_PT_body"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """Only the bundled body has one."""
+        body = current_body(context)
+        return body is not None and body.w2w.has_shape
+
+    def draw_header_preset(self, context: Context) -> None:
+        """Put the way back into the header."""
+        self.layout.operator("w2w.reset_shape", text="", icon="LOOP_BACK", emboss=False)
+
+    def draw(self, context: Context) -> None:
+        """Draw the sliders."""
+        self.layout.enabled = jobs.running is None and context.mode == "OBJECT"
+        draw_sliders(self.layout, current_body(context).w2w.shape)
+
+
 class W2W_PT_motions(StepPanel, bpy.types.Panel):
     """Step 2."""
 
@@ -146,7 +171,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         row.operator("w2w.import_folder", text="Folder", icon="FILE_FOLDER")
         row.operator("w2w.add_armature_motion", text="", icon="OUTLINER_OB_ARMATURE")
         if not len(study.clips):
-            layout.label(text="FBX, BVH or AMASS npz files", icon="INFO")
+            layout.label(text="FBX, BVH, AMASS npz or smpl files", icon="INFO")
             return
         layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=8)
         row = layout.row(align=True)
@@ -298,6 +323,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
 CLASSES = (
     W2W_PT_main,
     W2W_PT_body,
+    W2W_PT_shape,
     W2W_PT_motions,
     W2W_PT_patches,
     W2W_PT_signals,

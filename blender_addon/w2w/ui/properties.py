@@ -20,7 +20,7 @@ from ..core.sensor_presets import DEFAULT_SENSOR, PRESETS
 from ..core.utility import CLASSIFIERS
 from ..core.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
-from . import updates
+from . import shape, updates
 from .results import MEAN_VIEW
 
 COLOUR_MAPS = (
@@ -118,6 +118,10 @@ class W2W_PG_study(bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
+    has_shape: BoolProperty(
+        name="Has a Shape", description="This is W2W's own body, whose shape can be changed"
+    )
+    shape: PointerProperty(type=shape.W2W_PG_shape, name="Shape")
     show_armature: BoolProperty(
         name="Show Armature",
         description="Show the body's bones",
@@ -290,7 +294,7 @@ class W2W_PG_scene(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (W2W_PG_clip, W2W_PG_activity, W2W_PG_place, W2W_PG_study, W2W_PG_scene)
+CLASSES = (*shape.CLASSES, W2W_PG_clip, W2W_PG_activity, W2W_PG_place, W2W_PG_study, W2W_PG_scene)
 
 
 def register() -> None:

@@ -10,6 +10,7 @@ import bpy
 
 from ..core.imu import Synthesis
 from ..core.patches import PatchSet
+from ..core.shapes import RANGES
 from ..core.study import StudyConfig
 from ..core.utility import UtilityMap
 from ..core.windows import WindowSpec
@@ -87,7 +88,18 @@ def utility_of(study: bpy.types.PropertyGroup) -> UtilityMap | None:
 
 def bake_settings(study: bpy.types.PropertyGroup) -> str:
     """All that signals depend on besides the body and the motion."""
-    return f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
+    text = f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
+    return f"{text} {_shape_text(study.shape)}".rstrip()
+
+
+def _shape_text(shape: bpy.types.PropertyGroup) -> str:
+    """The sliders that are not where they were at first; a slider that does not count is left out."""
+    counting = [name for name in RANGES if getattr(shape, f"set_{name}", True)]
+    values = {name: getattr(shape, name) for name in counting}
+    usual = {
+        name: shape.bl_rna.properties[name].default for name in counting if not hasattr(shape, f"set_{name}")
+    }
+    return " ".join(f"{name}={value:g}" for name, value in values.items() if value != usual.get(name))
 
 
 def rank_settings(study: bpy.types.PropertyGroup) -> str:
