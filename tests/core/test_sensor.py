@@ -93,13 +93,14 @@ def test_an_ideal_sensor_reads_the_truth():
     assert (read.rate, read.clip) == (truth.rate, truth.clip)
 
 
-@pytest.mark.parametrize("rate", [10.0, 25.0])
+@pytest.mark.parametrize("rate", [4.0, 10.0])
 def test_allan_deviation_reads_back_what_went_in(rate):
     """Ten hours at rest: white noise, bias instability and rate random walk, each within 10 %."""
     triad = Triad(noise_density=2e-3, bias_instability=1e-3, correlation_s=60.0, random_walk=1.2e-5)
     model = SensorModel(gyroscope=triad)
     seconds = 10 * 3600
-    found = model.apply(at_rest(int(seconds * rate), n_sensors=4, rate=rate), seed=7).gyr
+    # the random walk read from ten hours of four sensors scatters by 9 % from seed to seed
+    found = model.apply(at_rest(int(seconds * rate), n_sensors=12, rate=rate), seed=7).gyr
     lags = np.unique(np.geomspace(1, seconds * rate / 12, 30).astype(int))
     tau = lags / rate
     variance = allan_deviation(found, 1 / rate, lags) ** 2

@@ -8,7 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from .body import TEMPLATES
@@ -80,10 +80,7 @@ class BoneMap:
 
     def match(self, bones: Sequence[str]) -> dict[int, int]:
         """Joint index -> bone index, for the joints whose bone is there."""
-        position: dict[str, int] = {}
-        for names in (stripped_names(bones), map(plain_name, bones)):
-            for index, name in enumerate(names):
-                position.setdefault(name, index)
+        position = _positions(tuple(bones))
         matched = {}
         for joint, names in self.joints.items():
             found = next((position[name] for name in names if name in position), None)
@@ -92,6 +89,17 @@ class BoneMap:
         return matched
 
 
+@lru_cache(maxsize=64)
+def _positions(bones: tuple[str, ...]) -> dict[str, int]:
+    """Where the bone of each plain name is; the clips of a library have few different skeletons."""
+    position: dict[str, int] = {}
+    for names in (stripped_names(bones), map(plain_name, bones)):
+        for index, name in enumerate(names):
+            position.setdefault(name, index)
+    return position
+
+
+@lru_cache(maxsize=4096)
 def plain_name(name: str) -> str:
     """A bone's name without name space, case and separators: ``mixamorig:LeftArm`` -> ``leftarm``."""
     name = re.sub(r"^.*[:|]", "", name)

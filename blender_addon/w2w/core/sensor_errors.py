@@ -38,6 +38,9 @@ CONSTANTS = {
 SFC64_WORDS = 3
 """64-bit words that seed an SFC64 generator."""
 
+PHILOX_WORDS = 4
+"""64-bit words that a Philox generator gives in one step of its counter."""
+
 
 class _Words(ISeedSequence):
     """Seeds a generator with words that are already mixed."""
@@ -67,12 +70,13 @@ class SensorStreams:
     def __init__(self, seed: int, clip: str, sensors: range) -> None:
         digest = hashlib.sha256(clip.encode("utf-8")).digest()
         entropy = [seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()]
-        self._states = [
-            np.random.SeedSequence(entropy, spawn_key=(sensor,))
-            .generate_state(len(PARTS) * SFC64_WORDS, np.uint64)
-            .reshape(len(PARTS), SFC64_WORDS)
-            for sensor in sensors
-        ]
+        # Philox counts, so the seeds of any range of sensors come in one call (Salmon et al. 2011,
+        # doi:10.1145/2063384.2063405); each sensor takes whole steps of the counter
+        key = np.random.SeedSequence(entropy).generate_state(2, np.uint64)
+        steps = -(-len(PARTS) * SFC64_WORDS // PHILOX_WORDS)
+        counter = np.random.Philox(key=key, counter=steps * sensors.start)
+        words = counter.random_raw(PHILOX_WORDS * steps * len(sensors)).reshape(len(sensors), -1)
+        self._states = words[:, : len(PARTS) * SFC64_WORDS].reshape(-1, len(PARTS), SFC64_WORDS)
         self._constants = self.normal("constants", 39)
 
     def generators(self, part: str) -> list[np.random.Generator]:

@@ -108,7 +108,7 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     frames, rate = frames_of(action, curves)
     rotations = np.empty((len(frames), len(JOINT_NAMES), 3, 3))
     for joint, name in enumerate(JOINT_NAMES):
-        basis = basis_matrices(armature.pose.bones[name], curves.get(name, {}), frames)
+        basis = basis_matrices([armature.pose.bones[name]], [curves.get(name, {})], frames)[:, 0]
         _check_basis(basis, name, action)
         rest = matrix(armature.data.bones[name].matrix_local)[:3, :3]
         rotations[:, joint] = rest @ basis[:, :3, :3] @ np.linalg.inv(rest)

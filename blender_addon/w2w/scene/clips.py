@@ -15,10 +15,10 @@ from ..core.bone_maps import best_match, missing_joints
 from ..core.library import MOTION_SUFFIXES
 from ..core.source_motion import SourceMotion, UnusableMotion
 from ..core.source_repair import repaired
-from .fcurves import action_curves, basis_matrices
+from .fcurves import OwnCurves, action_curves, basis_matrices
 from .motion_files import check_fbx, check_text_motion
 
-Curves = dict[str, dict[tuple[str, int], bpy.types.FCurve]]
+Curves = dict[str, OwnCurves]
 
 PREFERRED_TAKE = "mixamo.com"
 MIN_FRAMES = 4
@@ -183,10 +183,14 @@ def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
     world = _object_matrices(armature, take, frames)
     matrices = np.empty((len(frames), len(bones) + 1, 4, 4))
     matrices[:, 0] = world
-    for number, bone in enumerate(bones, start=1):
-        basis = basis_matrices(armature.pose.bones[bone.name], take.curves.get(bone.name, {}), frames)
-        offset = np.linalg.solve(rest_local[parents[number]], rest_local[number])
-        matrices[:, number] = matrices[:, parents[number]] @ (offset @ basis)
+    basis = basis_matrices(
+        [armature.pose.bones[bone.name] for bone in bones],
+        [take.curves.get(bone.name, {}) for bone in bones],
+        frames,
+    )
+    local = np.linalg.solve(rest_local[parents[1:]], rest_local[1:]) @ basis
+    for number in range(1, len(parents)):
+        np.matmul(matrices[:, parents[number]], local[:, number - 1], out=matrices[:, number])
     render = bpy.context.scene.render
     return SourceMotion(
         bones=(armature.name, *(bone.name for bone in bones)),
@@ -254,7 +258,7 @@ def _curves_by_owner(curves: list[bpy.types.FCurve], paths: dict[str, str]) -> C
 def _object_matrices(item: bpy.types.Object, take: Take, frames: np.ndarray) -> np.ndarray:
     """World matrix of an object in each frame, its animated parents included."""
     curves = take.curves.get("", {}) if item is take.armature else _object_curves(item, take.action)
-    local = basis_matrices(item, curves, frames)
+    local = basis_matrices([item], [curves], frames)[:, 0]
     if item.parent is None:
         return local
     return _object_matrices(item.parent, take, frames) @ np.array(item.matrix_parent_inverse) @ local

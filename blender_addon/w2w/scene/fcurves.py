@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+OwnCurves = dict[tuple[str, int], bpy.types.FCurve]
+"""F-curves of one object or bone by property and index."""
 
 LINEAR = 1
 """Value of the enum ``Keyframe.interpolation`` as `foreach_get` gives it."""
@@ -38,13 +41,15 @@ def sample(curve: bpy.types.FCurve, frames: np.ndarray) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (T,), float64
+    ndarray, shape (T,)
     """
     points = curve.keyframe_points
     if len(points) == 0 or curve.modifiers:
         return np.array([curve.evaluate(frame) for frame in frames])
     keys = np.empty(len(points) * 2, dtype=np.float32)
     points.foreach_get("co", keys)
+    if np.array_equal(keys[::2], frames):  # a key in every frame, as in most files
+        return keys[1::2]
     times, values = keys[::2].astype(np.float64), keys[1::2].astype(np.float64)
     if _is_straight(curve, times, frames):
         return np.interp(frames, times, values)
@@ -63,56 +68,70 @@ def _is_straight(curve: bpy.types.FCurve, times: np.ndarray, frames: np.ndarray)
 
 
 def basis_matrices(
-    owner: bpy.types.PoseBone | bpy.types.Object,
-    curves: dict[tuple[str, int], bpy.types.FCurve],
+    owners: Sequence[bpy.types.PoseBone] | Sequence[bpy.types.Object],
+    curves: Sequence[OwnCurves],
     frames: np.ndarray,
 ) -> np.ndarray:
-    """Local matrix of an object or pose bone in each frame, from its f-curves.
+    """Local matrices of objects or pose bones in each frame, from their f-curves.
 
     Parameters
     ----------
-    owner : PoseBone or Object
-        Gives the rotation mode and the value of every channel without a curve.
-    curves : dict of (property, index) to FCurve
+    owners : sequence of PoseBone or Object, length B
+        Give the rotation mode and the value of every channel without a curve.
+    curves : sequence of dict of (property, index) to FCurve, length B
         Curves of `location`, `rotation_*` and `scale`.
     frames : ndarray, shape (T,)
 
     Returns
     -------
-    ndarray, shape (T, 4, 4)
+    ndarray, shape (T, B, 4, 4)
     """
-    matrices = np.zeros((len(frames), 4, 4))
-    matrices[:, 3, 3] = 1
-    scale = _channels(owner, "scale", curves, frames)
-    matrices[:, :3, :3] = _rotations(owner, curves, frames) * scale[:, None, :]
-    matrices[:, :3, 3] = _channels(owner, "location", curves, frames)
+    matrices = np.zeros((len(frames), len(owners), 4, 4))
+    matrices[..., 3, 3] = 1
+    scale = _channels(owners, "scale", curves, frames)
+    matrices[..., :3, :3] = _rotations(owners, curves, frames) * scale[..., None, :]
+    matrices[..., :3, 3] = _channels(owners, "location", curves, frames)
     return matrices
 
 
-def _rotations(owner: bpy.types.PoseBone | bpy.types.Object, curves: dict, frames: np.ndarray) -> np.ndarray:
-    mode = owner.rotation_mode
+def _rotations(owners: Sequence, curves: Sequence[OwnCurves], frames: np.ndarray) -> np.ndarray:
+    """Rotation matrices (T, B, 3, 3): all owners of one mode at once, as there are few modes."""
+    turns = np.empty((len(frames), len(owners), 3, 3))
+    modes = [owner.rotation_mode for owner in owners]
+    for mode in set(modes):
+        those = [number for number, its_mode in enumerate(modes) if its_mode == mode]
+        some = ([owners[number] for number in those], [curves[number] for number in those], frames)
+        turns[:, those] = _rotations_of_mode(mode, *some).reshape(len(frames), len(those), 3, 3)
+    return turns
+
+
+def _rotations_of_mode(
+    mode: str, owners: Sequence, curves: Sequence[OwnCurves], frames: np.ndarray
+) -> np.ndarray:
+    """Rotation matrices (T * B, 3, 3)."""
     if mode == "QUATERNION":
-        quaternions = _channels(owner, "rotation_quaternion", curves, frames)
+        quaternions = _channels(owners, "rotation_quaternion", curves, frames).reshape(-1, 4)
         return Rotation.from_quat(_non_zero(quaternions), scalar_first=True).as_matrix()
     if mode == "AXIS_ANGLE":
-        values = _channels(owner, "rotation_axis_angle", curves, frames)
+        values = _channels(owners, "rotation_axis_angle", curves, frames).reshape(-1, 4)
         axis = values[:, 1:] / np.maximum(np.linalg.norm(values[:, 1:], axis=1, keepdims=True), 1e-12)
         return Rotation.from_rotvec(axis * values[:, :1]).as_matrix()
-    angles = _channels(owner, "rotation_euler", curves, frames)
+    angles = _channels(owners, "rotation_euler", curves, frames).reshape(-1, 3)
     # Blender's XYZ turns about x first, in fixed axes: scipy writes fixed axes in lower case.
     order = ["XYZ".index(letter) for letter in mode]
     return Rotation.from_euler(mode.lower(), angles[:, order]).as_matrix()
 
 
-def _channels(
-    owner: bpy.types.PoseBone | bpy.types.Object, name: str, curves: dict, frames: np.ndarray
-) -> np.ndarray:
-    resting = np.array(getattr(owner, name), dtype=np.float64)
-    values = np.tile(resting, (len(frames), 1))
-    for index in range(len(resting)):
-        curve = curves.get((name, index))
-        if curve is not None:
-            values[:, index] = sample(curve, frames)
+def _channels(owners: Sequence, name: str, curves: Sequence[OwnCurves], frames: np.ndarray) -> np.ndarray:
+    """Values of one property, shape (T, B, size)."""
+    resting = np.array([getattr(owner, name) for owner in owners], dtype=np.float64)
+    values = np.empty((len(frames), *resting.shape))
+    values[:] = resting
+    for number, own in enumerate(curves):
+        for index in range(resting.shape[1]):
+            curve = own.get((name, index))
+            if curve is not None:
+                values[:, number, index] = sample(curve, frames)
     return values
 
 
