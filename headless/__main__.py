@@ -8,6 +8,7 @@ import typer
 from .demo import demo
 from .demo_library import demo_library
 from .inspect_file import inspect
+from .place import place
 from .run import run
 from .sensors import sensors
 from .status import status
@@ -32,6 +33,7 @@ APP = typer.Typer(
 )
 APP.command()(run)
 APP.command()(demo)
+APP.command()(place)
 APP.command(name="inspect")(inspect)
 APP.command()(synth)
 APP.command()(sensors)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from blender_addon.w2w.core.advice import Advice, advise
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.clip_blocks import clip_inputs
@@ -19,6 +20,7 @@ from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.shapes import bundled_targets
 from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches
+from blender_addon.w2w.core.utility import UtilityMap
 
 from .clip_job import LIMIT_S, WORK, Job, Outcome, file_sha256
 from .engine import run_jobs
@@ -68,8 +70,12 @@ class Study:
     groups : ndarray, shape (used clips,), int
         Which used clips show the same motion.
     recommendation : Recommendation
+    advice : Advice
+        The choice under the config's constraints.
     out : Path
         Output folder.
+    together : tuple of UtilityMap
+        What one classifier on the first chosen sensor, the first two, and so on reaches.
     """
 
     library: Library
@@ -79,7 +85,9 @@ class Study:
     outcomes: tuple[Outcome, ...]
     groups: np.ndarray
     recommendation: Recommendation
+    advice: Advice
     out: Path
+    together: tuple[UtilityMap, ...] = ()
 
     @property
     def used(self) -> list[Outcome]:
@@ -121,6 +129,10 @@ def run_study(
     watch.step("placing patches")
     _forget_running(out)
     patches = _prepare(body, config, out, progress)
+    try:
+        config.constraints.terms(patches)
+    except ValueError as error:
+        raise StudyError(f"the constraints cannot be met: {error}") from error
     watch.step("turning motions to signals")
     outcomes = _bake(library, config, out, engine, progress, watch)
     used = [outcome.clip for outcome in outcomes if outcome.used]
@@ -130,7 +142,11 @@ def run_study(
     _remove_leftovers(out, {clip.name for clip in used})
     watch.step("ranking places")
     recommendation, groups = _rank(used, config, out, progress)
-    return Study(library, config, body, patches, tuple(outcomes), groups, recommendation, out)
+    watch.step("choosing places")
+    with progress.spinner("Choosing places"):
+        advice = _choose(recommendation, patches, config)
+    recommendation = replace(recommendation, best=advice.best, subset=advice.subset)
+    return Study(library, config, body, patches, tuple(outcomes), groups, recommendation, advice, out)
 
 
 def make_folders(out: Path) -> None:
@@ -230,3 +246,10 @@ def _rank(
             activities = Counter(clip.activity for clip in used)
             found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
             raise StudyError(f"{error}. Clips used by activity: {found}") from error
+
+
+def _choose(recommendation: Recommendation, patches: PatchSet, config: StudyConfig) -> Advice:
+    try:
+        return advise(recommendation.utility, patches, config.target, config.max_places, config.constraints)
+    except ValueError as error:
+        raise StudyError(f"the constraints cannot be met: {error}") from error

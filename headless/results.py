@@ -12,37 +12,49 @@ import numpy as np
 
 from blender_addon.w2w.core.files import write_json, write_text
 
+from .advice_text import DIGITS, advice_content, place_content
+from .finished import UTILITY
 from .pipeline import Study
 
-DIGITS = 6
-"""Decimals of an F1 on file."""
-
+AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "cluster")
 TOP_REGIONS = 10
 
 
 def write_results(study: Study) -> None:
-    """Write `summary.json` and `utility.csv` into the study's folder."""
+    """Write `summary.json`, `utility.csv` and `utility.npz` into the study's folder."""
+    study.recommendation.utility.save(study.out / UTILITY)
     write_text(study.out / "utility.csv", utility_table(study))
     write_json(study.out / "summary.json", summary(study))
 
 
 def utility_table(study: Study) -> str:
-    """Every patch's F1: patch, region, vertex, one column an activity, mean and its interval."""
+    """Every patch's F1: patch, region, vertex, one column an activity, mean, rank, and their intervals.
+
+    Patches of one `cluster` say the same.
+    """
     utility, patches = study.recommendation.utility, study.patches
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["patch", "region", "vertex", *utility.activities, "mean", "mean_low", "mean_high"])
+    writer.writerow(["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES])
     for patch, region in enumerate(patches.regions):
         scores = [*utility.f1[patch], utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]]
         writer.writerow(
-            [patch, region, patches.vertices[patch], *(f"{score:.{DIGITS}f}" for score in scores)]
+            [
+                patch,
+                region,
+                patches.vertices[patch],
+                *(f"{score:.{DIGITS}f}" for score in scores),
+                utility.rank_low[patch],
+                utility.rank_high[patch],
+                study.advice.clusters[patch],
+            ]
         )
     return stream.getvalue()
 
 
 def summary(study: Study) -> dict[str, Any]:
     """What the study found, for people and programs."""
-    utility, subset = study.recommendation.utility, study.recommendation.subset
+    utility = study.recommendation.utility
     skipped = [{"file": file, "reason": reason} for file, reason in study.library.skipped]
     skipped += [{"file": o.clip.file, "reason": o.reason} for o in study.outcomes if not o.used]
     return {
@@ -57,20 +69,7 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
-        "best_single_patch": {
-            **place(study, study.recommendation.best),
-            "indistinguishable_patches": int(utility.same_as(study.recommendation.best).sum()) - 1,
-        },
-        "subset": {
-            "target": subset.target,
-            "reached": subset.reached,
-            "sentence": subset.sentence(),
-            "best_reachable": _f1(subset.best_reachable),
-            "places": [
-                {**place(study, patch), "mean_max_f1_so_far": _f1(value)}
-                for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True)
-            ],
-        },
+        **advice_content(study.advice, utility, study.patches, study.together),
         "regions": _regions(study),
         "used": [_used(study, number) for number in range(len(study.used))],
         "skipped": skipped,
@@ -79,16 +78,7 @@ def summary(study: Study) -> dict[str, Any]:
 
 def place(study: Study, patch: int) -> dict[str, Any]:
     """One patch by number, name and place, with its scores."""
-    utility, patches = study.recommendation.utility, study.patches
-    return {
-        "patch": int(patch),
-        "name": patches.names[patch],
-        "region": patches.regions[patch],
-        "vertex": int(patches.vertices[patch]),
-        "mean_f1": _f1(utility.mean[patch]),
-        "mean_f1_interval": [_f1(utility.mean_low[patch]), _f1(utility.mean_high[patch])],
-        "f1": {name: _f1(value) for name, value in zip(utility.activities, utility.f1[patch], strict=True)},
-    }
+    return place_content(patch, study.recommendation.utility, study.patches)
 
 
 def top_regions(study: Study, count: int = TOP_REGIONS) -> list[tuple[str, float]]:

@@ -13,6 +13,7 @@ if __name__ == "__main__":  # blender --background --python headless/run.py -- L
     run_command("run")
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,16 +29,20 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.windows import WindowSpec
 
+from .advice_text import show_advice
 from .bodies import parse_bodies, write_comparison
 from .clip_job import LIMIT_S, WORK
 from .engine import EngineError
 from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
+from .finished import FinishedStudy
 from .folder_lock import FolderBusyError, only_run
 from .pipeline import Engine, Study, StudyError, make_folders, run_study, write_config
 from .progress import Progress
 from .results import top_regions, write_results
+from .together import sensors_together
 from .views import write_blend, write_pictures
 from .watch import Watch
+from .wishes import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
 
 
 def run(
@@ -69,6 +74,14 @@ def run(
     target: Annotated[
         float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
     ] = 0.90,
+    only: Only = "",
+    forbid: Forbid = "",
+    must: Must = "",
+    max_places: MaxPlaces = None,
+    costs: Costs = None,
+    leave_out: Annotated[
+        str, typer.Option(help="Activities to leave out, by commas, such as 'other,unknown'.")
+    ] = "",
     folds: Annotated[
         int, typer.Option(min=2, help="Folds of the cross-validation; clips never straddle one.")
     ] = 5,
@@ -111,9 +124,11 @@ def run(
             folds=folds,
             by_subject=by_subject,
             target=target,
+            max_places=max_places,
+            constraints=parse_wishes(only, forbid, must, costs),
             seed=seed,
         )
-        found = read_library(library, labels)
+        found = without(read_library(library, labels), leave_out)
         chosen = parse_bodies(bodies)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
     except (ValueError, OSError) as error:
@@ -178,6 +193,10 @@ def _execute(
     progress = Progress(console)
     try:
         study = run_study(library, body, config, out, engine, progress, watch)
+        watch.step("testing the sensors together")
+        with progress.spinner("Testing the sensors together"):
+            tested = sensors_together(FinishedStudy.of(study), study.advice.subset.order)
+        study = replace(study, together=tested)
         watch.step("writing results")
         write_config(study)
         write_results(study)
@@ -193,6 +212,29 @@ def _execute(
         raise typer.Exit(INTERRUPTED) from error
     watch.step("finished")
     return study
+
+
+def without(library: Library, activities: str) -> Library:
+    """The library less some activities, given by commas.
+
+    Raises
+    ------
+    ValueError
+        If no clip shows one of them, or none is left.
+    """
+    names = {name.strip() for name in activities.split(",") if name.strip()}
+    unknown = names - set(library.activities)
+    if unknown:
+        raise ValueError(f"--leave-out: no clip is labelled {', '.join(sorted(unknown))}")
+    kept = tuple(clip for clip in library.clips if clip.activity not in names)
+    if not kept:
+        raise ValueError("--leave-out leaves no clip")
+    dropped = [
+        (clip.file, f"{clip.activity} is left out (--leave-out)")
+        for clip in library.clips
+        if clip.activity in names
+    ]
+    return replace(library, clips=kept, skipped=(*library.skipped, *dropped))
 
 
 def show_labels(library: Library, console: Console) -> None:
@@ -211,7 +253,7 @@ def show_labels(library: Library, console: Console) -> None:
 
 def show_outcome(study: Study, pictures: bool, console: Console) -> None:
     """Print what was found and where it stands."""
-    utility, subset = study.recommendation.utility, study.recommendation.subset
+    utility = study.recommendation.utility
     skipped = [(o.clip.file, o.reason) for o in study.outcomes if not o.used] + list(study.library.skipped)
     if skipped:
         table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
@@ -228,13 +270,7 @@ def show_outcome(study: Study, pictures: bool, console: Console) -> None:
     for region, mean in top_regions(study):
         table.add_row(region, f"{mean:.3f}")
     console.print(table)
-    best = study.recommendation.best
-    console.print(
-        f"Best single spot: [bold]{study.patches.names[best]}[/bold], mean F1 {utility.mean[best]:.3f} "
-        f"(95 % interval {utility.mean_low[best]:.3f} to {utility.mean_high[best]:.3f})"
-    )
-    chosen = ", ".join(study.patches.names[patch] for patch in subset.order)
-    console.print(f"Smallest set: [bold]{chosen}[/bold]. {subset.sentence()}.")
+    show_advice(study.advice, utility, study.patches, study.together, console)
     console.print(f"{len(study.used)} clips used, {len(skipped)} skipped.")
     console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
     if pictures:

@@ -11,6 +11,7 @@ import numpy as np
 
 from .facility_location import FacilityLocation
 from .place_blocks import PlaceBlocks, as_blocks
+from .small_sets import LARGEST, best_small_set
 from .utility import UtilityMap, utility_map
 
 ROUNDING = 1e-6
@@ -179,8 +180,9 @@ def exact_subset(
     Parameters
     ----------
     f1, target, max_size, allowed, required, cost
-        As for `greedy_subset`. Where `max_size` places cannot reach the target, the
-        best set of that size is given.
+        As for `greedy_subset`. A target that no places reach is lowered to the best
+        reachable, and where `max_size` places cannot reach it, the best set of that size
+        is given.
     time_limit_s : float
         Seconds the solver may take for each of its two steps.
 
@@ -198,16 +200,19 @@ def exact_subset(
         If the solver found no set in the time it had.
     """
     terms = _Terms.checked(f1, max_size, allowed, required, cost)
-    open_places = np.flatnonzero(terms.allowed)
-    position = np.cumsum(terms.allowed) - 1
+    goal = min(target, terms.best_reachable) - ROUNDING / 2
+    few = _small_set(terms, goal)
+    if few is not None:
+        return terms.subset(_by_gain(terms.f1, few), target, proven=True)
+    open_places, required = terms.renumbered()
     problem = FacilityLocation(
         value=terms.f1[open_places],
         cost=terms.cost[open_places],
-        required=[position[options] for options in terms.required],
+        required=required,
         max_size=terms.max_size,
         time_limit_s=time_limit_s,
     )
-    cheapest = problem.cheapest(target - ROUNDING / 2)
+    cheapest = problem.cheapest(goal)
     budget = None if cheapest is None else float(terms.cost[open_places[cheapest.places]].sum())
     best = problem.best(budget)
     proven = best.proven and (cheapest is None or cheapest.proven)
@@ -283,6 +288,15 @@ class _Terms:
             raise ValueError(f"max_size is {limit}, but {max(1, len(options))} places are required")
         return cls(f1, mask, options, price, limit)
 
+    def renumbered(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """The allowed places, and what is required by their numbers among these."""
+        position = np.cumsum(self.allowed) - 1
+        return np.flatnonzero(self.allowed), [position[options] for options in self.required]
+
+    @property
+    def best_reachable(self) -> float:
+        return float(self.f1[self.allowed].max(axis=0).mean())
+
     def subset(self, order: Sequence[int], target: float, proven: bool = False) -> Subset:
         order = [int(place) for place in order]
         values = np.maximum.accumulate(self.f1[order], axis=0).mean(axis=1)
@@ -291,10 +305,30 @@ class _Terms:
             mean_max_after_each=tuple(values.tolist()),
             target=target,
             reached=bool(values[-1] >= target - ROUNDING),
-            best_reachable=float(self.f1[self.allowed].max(axis=0).mean()),
+            best_reachable=self.best_reachable,
             cost=float(self.cost[order].sum()),
             proven=proven,
         )
+
+
+def _small_set(terms: _Terms, goal: float) -> np.ndarray | None:
+    """The smallest set that reaches the goal, or the best of the size allowed; None where it is not small."""
+    if np.ptp(terms.cost) > 0:
+        return None
+    greedy = greedy_subset(terms.f1, goal, terms.max_size, terms.allowed, terms.required)
+    if min(len(greedy.order), terms.max_size) > 2 * LARGEST:
+        return None  # the optimum is hardly that much smaller
+    open_places, required = terms.renumbered()
+    for size in range(1, min(terms.max_size, LARGEST) + 1):
+        enough = len(greedy.order) <= size
+        known = greedy.mean_max_after_each[-1] if enough else 0.0
+        few = best_small_set(terms.f1[open_places], size, required, known)
+        if few is None:
+            continue
+        reached = terms.f1[open_places[few]].max(axis=0).mean() >= goal
+        if reached or size == terms.max_size:
+            return open_places[few]
+    return None
 
 
 def _mask(allowed: np.ndarray | None, n_places: int) -> np.ndarray:

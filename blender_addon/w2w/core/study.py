@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .body import Body
+from .constraints import Constraints
 from .crossval import same_motion_groups
 from .features import window_features
 from .imu import Synthesis, synthesize
@@ -54,6 +55,8 @@ class StudyConfig:
         Mean-max F1 the recommended set of places shall reach.
     max_places : int or None
         Most places in that set.
+    constraints : Constraints
+        Where sensors may and must go, and what they cost there.
     seed : int
         Every random draw comes from it.
 
@@ -73,6 +76,7 @@ class StudyConfig:
     by_subject: bool = False
     target: float = 0.90
     max_places: int | None = None
+    constraints: Constraints = field(default_factory=Constraints)
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a ranking means for a designer: where to wear, what one sensor more would bring, what is the same."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .constraints import Constraints
+from .patches import PatchSet
+from .placement import ROUNDING, Subset, best_single, exact_subset, greedy_subset, marginal_gain
+from .redundancy import redundancy_clusters
+from .utility import UtilityMap
+
+SOLVER_S = 10.0
+"""Seconds that each of the two steps of the exact choice may take."""
+
+SAME_OPINION = 0.8
+"""Mean correlation of predictions from which places are grouped as saying the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Advice:
+    """Where to wear, under a designer's constraints.
+
+    Attributes
+    ----------
+    best : int
+        Allowed place with the highest macro F1.
+    subset : Subset
+        The paper's greedy choice.
+    exact : Subset or None
+        The cheapest set that does it; None where the solver found none in time.
+    next_place : int
+        The allowed place that would add most to the greedy set, -1 where nothing is left.
+    next_gain : float
+        What it would add to the mean-max F1.
+    clusters : ndarray, shape (N,), int
+        Places of one number say the same; 0 is the largest cluster.
+    alternatives : tuple of ndarray of int
+        For each place of the greedy set, the other allowed places of its cluster whose F1
+        cannot be told from its own.
+    """
+
+    best: int
+    subset: Subset
+    exact: Subset | None
+    next_place: int
+    next_gain: float
+    clusters: np.ndarray
+    alternatives: tuple[np.ndarray, ...]
+
+    def gap_sentence(self) -> str:
+        """Say how far the greedy set is from the optimum."""
+        if self.exact is None:
+            return f"the exact optimum was not found within {2 * SOLVER_S:g} s"
+        greedy, exact = self.subset, self.exact
+        proof = "" if exact.proven else " (the best found in the time allowed, not proven)"
+        score = f"{exact.mean_max_after_each[-1]:.3f} with {_sensors(exact)}"
+        if exact.reached and not greedy.reached:
+            return f"the exact optimum reaches the target, {score}{proof}"
+        if exact.cost < greedy.cost - ROUNDING:
+            return f"the exact optimum reaches {score}, greedy needs {_sensors(greedy)}{proof}"
+        gain = exact.mean_max_after_each[-1] - greedy.mean_max_after_each[-1]
+        if gain > ROUNDING:
+            return f"the exact optimum reaches {score}, {gain:.3f} more than greedy{proof}"
+        return f"greedy is as good as the exact optimum{proof}"
+
+
+def advise(
+    utility: UtilityMap,
+    patches: PatchSet,
+    target: float,
+    max_places: int | None = None,
+    constraints: Constraints | None = None,
+) -> Advice:
+    """Choose places from a finished ranking.
+
+    Parameters
+    ----------
+    utility : UtilityMap
+    patches : PatchSet
+        The places ranked.
+    target : float
+        Mean-max F1 to reach.
+    max_places : int, optional
+        Most places.
+    constraints : Constraints, optional
+
+    Returns
+    -------
+    Advice
+
+    Raises
+    ------
+    ValueError
+        If the constraints cannot be met.
+    """
+    terms = (constraints or Constraints()).terms(patches)
+    subset = greedy_subset(utility.f1, target, max_places, **terms)
+    try:
+        exact = exact_subset(utility.f1, target, max_places, **terms, time_limit_s=SOLVER_S)
+    except TimeoutError:
+        exact = None
+    gain = np.where(terms["allowed"], marginal_gain(utility.f1, subset.order), -1.0)
+    gain[list(subset.order)] = -1.0
+    clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
+    return Advice(
+        best=best_single(utility, terms["allowed"]),
+        subset=subset,
+        exact=exact,
+        next_place=int(gain.argmax()) if gain.max() >= 0 else -1,
+        next_gain=float(max(gain.max(), 0.0)),
+        clusters=clusters,
+        alternatives=tuple(
+            np.flatnonzero(
+                (clusters == clusters[place])
+                & utility.same_as(place)
+                & terms["allowed"]
+                & (np.arange(len(clusters)) != place)
+            )
+            for place in subset.order
+        ),
+    )
+
+
+def _sensors(subset: Subset) -> str:
+    count = len(subset.order)
+    text = f"{count} sensor{'s' if count != 1 else ''}"
+    return text if abs(subset.cost - count) < ROUNDING else f"{text} at a cost of {subset.cost:g}"

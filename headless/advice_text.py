@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A choice of sensors in words on the screen and as plain values on file."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from blender_addon.w2w.core.advice import Advice
+from blender_addon.w2w.core.patches import PatchSet
+from blender_addon.w2w.core.placement import Subset
+from blender_addon.w2w.core.utility import UtilityMap
+
+DIGITS = 6
+"""Decimals of an F1 on file."""
+
+
+def show_advice(
+    advice: Advice,
+    utility: UtilityMap,
+    patches: PatchSet,
+    together: Sequence[UtilityMap],
+    console: Console,
+) -> None:
+    """Print the best spot, the chosen set sensor by sensor, and what the choice rests on."""
+    best, names = advice.best, patches.names
+    same = int(utility.same_as(best).sum()) - 1
+    console.print(
+        f"Best single spot: [bold]{names[best]}[/bold], mean F1 {utility.mean[best]:.3f} "
+        f"(95 % interval {utility.mean_low[best]:.3f} to {utility.mean_high[best]:.3f}); "
+        + (f"{same} of the other places cannot be told from it." if same else "no other place is as good.")
+    )
+    table = Table(title="Sensors, one after another", title_justify="left")
+    table.add_column("")
+    table.add_column("place", overflow="fold")
+    table.add_column("mean-max F1", justify="right")
+    if together:
+        table.add_column("together", justify="right")
+        table.add_column("95 % interval", justify="right")
+    table.add_column("as good, and saying the same", overflow="fold")
+    for number, (place, score) in enumerate(
+        zip(advice.subset.order, advice.subset.mean_max_after_each, strict=True)
+    ):
+        row = [str(number + 1), names[place], f"{score:.3f}"]
+        if together:
+            row += _tested(together[number]) if number < len(together) else ["", ""]
+        table.add_row(*row, _regions(advice.alternatives[number], patches))
+    console.print(table)
+    console.print(f"{advice.subset.sentence()}; {advice.gap_sentence()}.")
+    if advice.next_place >= 0:
+        console.print(f"One more sensor ({names[advice.next_place]}) would add {advice.next_gain:.3f}.")
+    if together:
+        console.print(
+            "'mean-max F1' takes for each activity the sensor that is best at it, the usual proxy; "
+            "'together' is one classifier on all sensors up to that line, tested like the map.",
+            style="dim",
+        )
+
+
+def advice_content(
+    advice: Advice, utility: UtilityMap, patches: PatchSet, together: Sequence[UtilityMap]
+) -> dict[str, Any]:
+    """The choice as plain values."""
+    return {
+        "best_single_patch": {
+            **place_content(advice.best, utility, patches),
+            "indistinguishable_patches": int(utility.same_as(advice.best).sum()) - 1,
+        },
+        "subset": {
+            **subset_content(advice.subset, utility, patches),
+            "alternatives": [[patches.names[p] for p in places] for places in advice.alternatives],
+        },
+        "exact": None
+        if advice.exact is None
+        else {
+            **subset_content(advice.exact, utility, patches),
+            "proven": advice.exact.proven,
+        },
+        "greedy_and_exact": advice.gap_sentence(),
+        "next_sensor": None
+        if advice.next_place < 0
+        else {
+            "patch": advice.next_place,
+            "name": patches.names[advice.next_place],
+            "gain": _f1(advice.next_gain),
+        },
+        "together": together_content(together),
+    }
+
+
+def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """A set of places with its reach."""
+    return {
+        "target": subset.target,
+        "reached": subset.reached,
+        "sentence": subset.sentence(),
+        "best_reachable": _f1(subset.best_reachable),
+        "cost": subset.cost,
+        "places": [
+            {**place_content(patch, utility, patches), "mean_max_f1_so_far": _f1(value)}
+            for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True)
+        ],
+    }
+
+
+def place_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """One patch by number, name and place, with its scores."""
+    return {
+        "patch": int(patch),
+        "name": patches.names[patch],
+        "region": patches.regions[patch],
+        "vertex": int(patches.vertices[patch]),
+        "mean_f1": _f1(utility.mean[patch]),
+        "mean_f1_interval": [_f1(utility.mean_low[patch]), _f1(utility.mean_high[patch])],
+        "rank_interval": [int(utility.rank_low[patch]), int(utility.rank_high[patch])],
+        "f1": {name: _f1(value) for name, value in zip(utility.activities, utility.f1[patch], strict=True)},
+    }
+
+
+def together_content(together: Sequence[UtilityMap]) -> list[dict[str, Any]]:
+    """What one classifier on the first sensor, the first two, and so on reached."""
+    return [
+        {
+            "sensors": number,
+            "mean_f1": _f1(tested.mean[0]),
+            "mean_f1_interval": [_f1(tested.mean_low[0]), _f1(tested.mean_high[0])],
+            "f1": {name: _f1(value) for name, value in zip(tested.activities, tested.f1[0], strict=True)},
+        }
+        for number, tested in enumerate(together, start=1)
+    ]
+
+
+def _tested(tested: UtilityMap) -> list[str]:
+    return [f"{tested.mean[0]:.3f}", f"{tested.mean_low[0]:.3f} to {tested.mean_high[0]:.3f}"]
+
+
+def _regions(places: np.ndarray, patches: PatchSet) -> str:
+    """Regions of places with how many there are of each, the commonest first."""
+    if not len(places):
+        return "none"
+    counts = Counter(patches.regions[place] for place in places.tolist()).most_common()
+    shown = ", ".join(f"{region} ({count})" for region, count in counts[:4])
+    return shown + (f" and {len(counts) - 4} regions more" if len(counts) > 4 else "")
+
+
+def _f1(value: float) -> float:
+    return round(float(value), DIGITS)

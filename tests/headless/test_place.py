@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w place` and the options of `w2w run`: another choice from a finished ranking, nothing baked again."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from blender_addon.w2w.core.utility import UtilityMap
+from headless.__main__ import APP
+
+
+def run(*arguments):
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments])
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """A study of W2W's own library, three clips an activity, under constraints."""
+    folder = tmp_path_factory.mktemp("place")
+    costs = folder / "costs.csv"
+    costs.write_text("region,cost\nleg,2\n", encoding="utf-8")
+    assert run("demo-library", folder / "library", "--clips", 3)[0] == 0
+    code, output = run(
+        *("run", folder / "library", "--out", folder / "out", "--patches", 48, "--no-pictures"),
+        *("--labels", folder / "library" / "labels.csv", "--workers", 1, "--forbid", "head,hand"),
+        *("--max", 2, "--target", 1, "--cost", costs, "--leave-out", "stair_climbing", "--folds", 3),
+    )
+    assert code == 0, output
+    return folder / "out", output
+
+
+def chosen(out, *options):
+    code, output = run("place", out, "--out", out / "choice.json", *options)
+    assert code == 0, output
+    return json.loads((out / "choice.json").read_text()), output
+
+
+def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
+    out, output = study
+    summary = json.loads((out / "summary.json").read_text())
+    places = summary["subset"]["places"]
+    assert 1 <= len(places) <= 2
+    for place in [*places, *summary["exact"]["places"], summary["best_single_patch"]]:
+        assert not {"head", "ear", "hand", "finger", "thumb", "palm"} & set(place["region"].split())
+    assert summary["exact"]["proven"]
+    assert summary["exact"]["cost"] == sum(
+        2.0 if set(place["region"].split()) & {"thigh", "knee", "shin", "calf", "ankle", "heel"} else 1.0
+        for place in summary["exact"]["places"]
+    )
+    assert "stair_climbing" not in summary["activities"]
+    assert any("--leave-out" in entry["reason"] for entry in summary["skipped"])
+    assert summary["next_sensor"]["gain"] >= 0
+    assert "exact optimum" in output
+
+
+def test_the_sensors_are_tested_together_by_the_same_folds(study):
+    """Of one sensor it is the map's own F1, but for a ridge of its own."""
+    summary = json.loads((study[0] / "summary.json").read_text())
+    assert [entry["sensors"] for entry in summary["together"]] == list(
+        range(1, len(summary["subset"]["places"]) + 1)
+    )
+    alone = summary["together"][0]
+    assert alone["mean_f1"] == pytest.approx(summary["subset"]["places"][0]["mean_f1"], abs=0.15)
+    low, high = alone["mean_f1_interval"]
+    assert low <= alone["mean_f1"] <= high
+    assert set(alone["f1"]) == set(summary["best_single_patch"]["f1"])
+
+
+def test_the_ranking_on_file_is_whole(study):
+    out, _ = study
+    utility = UtilityMap.load(out / "utility.npz")
+    with (out / "utility.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    np.testing.assert_allclose([float(row["mean"]) for row in rows], utility.mean, atol=1e-6)
+    assert [int(row["rank_low"]) for row in rows] == utility.rank_low.tolist()
+    assert [int(row["rank_high"]) for row in rows] == utility.rank_high.tolist()
+    clusters = [int(row["cluster"]) for row in rows]
+    assert set(clusters) == set(range(max(clusters) + 1))
+
+
+def test_another_choice_from_the_same_ranking(study):
+    out, _ = study
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
+    free, _ = chosen(out, "--no-together")
+    assert free["together"] == []
+    left, output = chosen(out, "--only", "left", "--must", "left arm", "--max", 3, "--target", 1)
+    regions = [place["region"] for place in left["subset"]["places"]]
+    assert all(region.startswith("left") for region in regions)
+    assert any(region.split()[1] in ("upper", "elbow", "forearm", "wrist", "shoulder") for region in regions)
+    assert len(left["together"]) == len(regions)
+    assert left["subset"]["best_reachable"] <= free["subset"]["best_reachable"]
+    assert "one classifier on all sensors" in output
+    assert before == {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--only", "left", "--forbid", "left"], "nothing is left to choose from"),
+        (["--must", "tail"], "no place is called 'tail'"),
+        (["--must", "left,right", "--max", "1"], "2 places are required"),
+        (["--cost", "missing.csv"], "missing.csv"),
+    ],
+)
+def test_what_cannot_be_met_is_refused_in_words(study, options, complaint):
+    code, output = run("place", study[0], *options)
+    assert code == 2
+    assert complaint in output
+
+
+def test_a_folder_without_a_finished_run_is_refused(tmp_path):
+    code, output = run("place", tmp_path)
+    assert code == 2
+    assert "not the results folder of a finished run: summary.json is missing" in output
