@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
@@ -160,7 +161,8 @@ def do_clip(job: Job) -> Outcome:
     if done is not None:
         return Outcome(job.clip, done["reason"], done["details"], source)
     try:
-        details, files = _make(job)
+        with threadpool_limits(1):  # sums split over threads round otherwise: not the same bytes everywhere
+            details, files = _make(job)
     except (UnusableMotion, ValueError) as error:  # core says ValueErrors for people: too short, not finite
         return _conclude(job, source, str(error), {}, ())
     except MemoryError:
