@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.retarget import BY_STRUCTURE, retarget, smallest_rotation
+from blender_addon.w2w.core.retarget import BY_STRUCTURE, retarget
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
 from blender_addon.w2w.core.skinning import joint_transforms
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
+from blender_addon.w2w.core.swing_twist import smallest_rotation
 
 MIXAMO_NAMES = (
     "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase "

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .body import Body
-from .retarget import smallest_rotation
 from .skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from .swing_twist import smallest_rotation
 
 UNITS = {1.0: "metres", 0.01: "centimetres", 0.001: "millimetres"}
 SHORTEST, TALLEST = 0.4, 2.5

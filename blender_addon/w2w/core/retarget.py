@@ -22,6 +22,7 @@ from .skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
 from .skinning import skin, skinning_transforms
 from .source_motion import SourceMotion, UnusableMotion, unscaled_rotations
 from .structure_match import match_by_structure
+from .swing_twist import frame_of, smallest_rotation
 
 SEGMENT_END = {
     JOINT_INDEX[f"{side}_{start}"]: JOINT_INDEX[f"{side}_{end}"]
@@ -106,7 +107,7 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     rotations = _world_rotations(source, matched, alignment)
     scale = _leg_length(body.joints) / _moving_leg_length(source, matched)
     motion = Motion(
-        rotations=_relative_to_parents(rotations),
+        rotations=relative_to_parents(rotations),
         pelvis=_pelvis_path(source, matched, body, rotations[:, 0], scale),
         rate=source.rate,
     )
@@ -177,27 +178,21 @@ def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     return alignment
 
 
-def smallest_rotation(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The rotation of least angle that turns one direction into another.
+def relative_to_parents(world: np.ndarray) -> np.ndarray:
+    """Rotation of each joint relative to its parent, of the pelvis to the world.
 
     Parameters
     ----------
-    start, end : ndarray, shape (3,)
-        Of any length but zero.
+    world : ndarray, shape (T, 24, 3, 3)
 
     Returns
     -------
-    ndarray, shape (3, 3)
+    ndarray, shape (T, 24, 3, 3)
     """
-    a, b = start / np.linalg.norm(start), end / np.linalg.norm(end)
-    cosine = a @ b
-    if cosine < -1 + 1e-9:  # opposite: any axis at right angles will do
-        axis = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
-        axis /= np.linalg.norm(axis)
-        return 2 * np.outer(axis, axis) - np.eye(3)
-    cross = np.cross(a, b)
-    skew = np.array([[0, -cross[2], cross[1]], [cross[2], 0, -cross[0]], [-cross[1], cross[0], 0]])
-    return np.eye(3) + skew + skew @ skew / (1 + cosine)
+    local = world.copy()
+    parents = list(PARENTS[1:])
+    local[:, 1:] = world[:, parents].swapaxes(-1, -2) @ world[:, 1:]
+    return local
 
 
 def on_the_ground(body: Body, motion: Motion) -> Motion:
@@ -220,17 +215,9 @@ def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
         up = np.array([0.0, 0.0, 1.0])
     else:
         own = _trunk({joint: body.joints[joint] for joint in rest})
-        own_frame = _frame(np.array([1.0, 0.0, 0.0]), own)
-        return _frame(left, trunk) @ own_frame.T
-    return _frame(left, up)
-
-
-def _frame(left: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Orthonormal columns left, back, up; `up` is kept, `left` made square to it."""
-    up = up / np.linalg.norm(up)
-    left = left - up * (left @ up)
-    left = left / np.linalg.norm(left)
-    return np.stack([left, np.cross(up, left), up], axis=1)
+        own_frame = frame_of(np.array([1.0, 0.0, 0.0]), own)
+        return frame_of(left, trunk) @ own_frame.T
+    return frame_of(left, up)
 
 
 def _across(positions: dict[int, np.ndarray], part: str) -> np.ndarray:
@@ -295,13 +282,6 @@ def _world_rotations(source: SourceMotion, matched: dict[int, int], alignment: n
             carried = alignment[PARENTS[joint]].T @ alignment[joint]
             rotations[:, joint] = rotations[:, PARENTS[joint]] @ carried
     return rotations
-
-
-def _relative_to_parents(world: np.ndarray) -> np.ndarray:
-    local = world.copy()
-    parents = list(PARENTS[1:])
-    local[:, 1:] = world[:, parents].swapaxes(-1, -2) @ world[:, 1:]
-    return local
 
 
 def _pelvis_path(

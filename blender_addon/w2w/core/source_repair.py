@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from .bone_maps import best_match, missing_joints
-from .retarget import smallest_rotation
 from .skeleton import JOINT_INDEX
 from .source_motion import SourceMotion, unscaled_rotations
 from .structure_match import match_by_structure
+from .swing_twist import smallest_rotation
 
 JUMP = 4.0
 """A first step this many times as far as any other in the clip leads from a pose that is not of it."""
