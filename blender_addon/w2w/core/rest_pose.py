@@ -72,7 +72,11 @@ def to_axes(left: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 def in_t_pose(
-    vertices: np.ndarray, joints: np.ndarray, weights: np.ndarray, reference: Body
+    vertices: np.ndarray,
+    joints: np.ndarray,
+    weights: np.ndarray,
+    reference: Body,
+    limbs: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Straighten and raise limbs until a body stands as in W2W's rest pose.
 
@@ -88,13 +92,16 @@ def in_t_pose(
     weights : ndarray, shape (V, 24)
     reference : Body
         A body in the T-pose: where limbs should point.
+    limbs : ndarray, shape (24, 3), optional
+        Joints that tell where the limbs point now, where those they turn about are placed otherwise
+        than the reference's.
 
     Returns
     -------
     vertices : ndarray, shape (V, 3)
     joints : ndarray, shape (24, 3)
     """
-    turns = _turns_to_t_pose(joints, reference.joints)
+    turns = _turns_to_t_pose(joints if limbs is None else limbs, reference.joints)
     if np.array_equal(turns, np.tile(np.eye(3), (N_JOINTS, 1, 1))):
         return vertices, joints
     straight = joints.copy()

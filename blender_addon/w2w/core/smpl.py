@@ -16,6 +16,7 @@ from .registration import register
 from .rest_pose import in_t_pose, metres_per_unit, on_the_ground, to_axes
 from .skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from .smpl_pickle import read_arrays, read_npz_member
+from .smpl_shoulders import with_smpl_shoulders
 from .smpl_topology import N_TRIANGLES, N_VERTICES, SmplMesh, recognise
 
 MODEL_ARRAYS = ("v_template", "f", "J_regressor", "weights", "kintree_table")
@@ -170,9 +171,13 @@ def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Bod
             f"its faces are SMPL's, but the bundled body cannot be laid on it (it stays {1000 * error:.1f} "
             "mm away on average): expected a body in a T-pose or an A-pose"
         )
-    straight, joints = in_t_pose(placed, fit.joints, fit.weights, template)
+    straight, straight_joints = in_t_pose(placed, fit.joints, fit.weights, template)
+    joints, weights = with_smpl_shoulders(straight, straight_joints, fit.weights)
+    # a shoulder joint stays where it is when the arm turns about it
+    posed = fit.joints + joints - straight_joints
+    straight, joints = in_t_pose(placed, posed, weights, template, limbs=fit.joints)
     straight, joints = on_the_ground(straight, joints)
-    return Body(straight, mesh.faces, joints, fit.weights, name, mesh.mirror)
+    return Body(straight, mesh.faces, joints, weights, name, mesh.mirror)
 
 
 def body_from_rig(
