@@ -7,12 +7,14 @@ import typer
 
 from .demo import demo
 from .demo_library import demo_library
+from .dsads import dsads
 from .inspect_file import inspect
 from .place import place
 from .run import run
 from .sensors import sensors
 from .status import status
 from .synth import synth
+from .tables import tables
 
 APP = typer.Typer(
     name="w2w",
@@ -34,6 +36,8 @@ APP = typer.Typer(
 APP.command()(run)
 APP.command()(demo)
 APP.command()(place)
+APP.command()(tables)
+APP.command()(dsads)
 APP.command(name="inspect")(inspect)
 APP.command()(synth)
 APP.command()(sensors)

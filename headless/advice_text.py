@@ -16,6 +16,9 @@ from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.placement import Subset
 from blender_addon.w2w.core.utility import UtilityMap
 
+AT_MOST = 12
+"""Sensors listed on the screen; the files have them all."""
+
 DIGITS = 6
 """Decimals of an F1 on file."""
 
@@ -43,13 +46,16 @@ def show_advice(
         table.add_column("together", justify="right")
         table.add_column("95 % interval", justify="right")
     table.add_column("as good, and saying the same", overflow="fold")
+    order = advice.subset.order
     for number, (place, score) in enumerate(
-        zip(advice.subset.order, advice.subset.mean_max_after_each, strict=True)
+        zip(order[:AT_MOST], advice.subset.mean_max_after_each, strict=False)
     ):
         row = [str(number + 1), names[place], f"{score:.3f}"]
         if together:
             row += _tested(together[number]) if number < len(together) else ["", ""]
         table.add_row(*row, _regions(advice.alternatives[number], patches))
+    if len(order) > AT_MOST:
+        table.add_row("", f"and {len(order) - AT_MOST} more")
     console.print(table)
     console.print(f"{advice.subset.sentence()}; {advice.gap_sentence()}.")
     if advice.next_place >= 0:

@@ -36,6 +36,7 @@ from .engine import EngineError
 from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
 from .finished import FinishedStudy
 from .folder_lock import FolderBusyError, only_run
+from .left_out import show_left_out
 from .pipeline import Engine, Study, StudyError, make_folders, run_study, write_config
 from .progress import Progress
 from .results import top_regions, write_results
@@ -262,8 +263,7 @@ def show_outcome(study: Study, pictures: bool, console: Console) -> None:
         for row in skipped:
             table.add_row(*row)
         console.print(table)
-    for names, reason in _same_reasons(utility.left_out):
-        console.print(f"Left out of the ranking: {', '.join(names)}, since each {reason}.", style="yellow")
+    show_left_out(utility.left_out, console)
     table = Table(title="Best regions (F1 of their best spot, mean over activities)", title_justify="left")
     table.add_column("region")
     table.add_column("mean F1", justify="right")
@@ -289,11 +289,3 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
         low, high = pair["interval"]
         table.add_row(" and ".join(pair["bodies"]), f"{pair['spearman_mean']}", f"{low} to {high}")
     console.print(table)
-
-
-def _same_reasons(left_out: dict[str, str]) -> list[tuple[list[str], str]]:
-    """Activities left out for the same reason, with the reason."""
-    names: dict[str, list[str]] = {}
-    for name, reason in left_out.items():
-        names.setdefault(reason.removeprefix(name).strip(), []).append(name)
-    return [(group, reason) for reason, group in names.items()]

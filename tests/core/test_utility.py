@@ -6,7 +6,6 @@ import pytest
 from sklearn.metrics import f1_score
 
 from blender_addon.w2w.core.classifiers.ridge import Ridge
-from blender_addon.w2w.core.features import window_features
 from blender_addon.w2w.core.placement import best_single, greedy_subset, multi_sensor_check
 from blender_addon.w2w.core.utility import UtilityMap, utility_map
 
@@ -155,19 +154,3 @@ def test_several_sensors_together_are_tested_as_one():
     assert alone.mean[0] == pytest.approx(utility.mean[0])
     assert together.mean[0] > 0.95
     assert proxy.mean_max_after_each[-1] < 0.75
-
-
-def test_real_sensors_rank_as_published(shared_data):
-    """DSADS, 19 activities, leave-one-subject-out: legs over torso over arms."""
-    with np.load(shared_data / "imu" / "dsads" / "dsads_acc_gyr_25hz.npz") as data:
-        windows = data["x"].astype(np.float32).transpose(0, 2, 1, 3)
-        activity, subject = data["activity"].astype(str), data["subject"].astype(str)
-    features = window_features(windows, 25.0)
-    clip = np.char.add(np.char.add(activity, "/"), subject)
-    names = sorted(set(activity))
-    utility = utility_map(features, activity, clip, subject, np.ones(len(clip), bool), names, Ridge())
-    torso, right_arm, left_arm, right_leg, left_leg = utility.mean
-    assert min(right_leg, left_leg) > 0.85
-    assert 0.79 < torso < 0.84
-    assert 0.73 < right_arm < left_arm < 0.83
-    assert utility.protocol == "leave one of 8 subjects out"

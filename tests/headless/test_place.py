@@ -116,3 +116,31 @@ def test_a_folder_without_a_finished_run_is_refused(tmp_path):
     code, output = run("place", tmp_path)
     assert code == 2
     assert "not the results folder of a finished run: summary.json is missing" in output
+
+
+def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
+    out, _ = study
+    groups = tmp_path / "groups.csv"
+    groups.write_text("activity,group\nsit_to_stand,legs\none_leg_stand,legs\n", encoding="utf-8")
+    code, output = run("tables", out, "--groups", groups)
+    assert code == 0, output
+    with (out / "tables.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len({row["placement"] for row in rows}) == 11
+    assert [(row["group"], row["activity"]) for row in rows[::11]] == [
+        ("legs", "one_leg_stand"),
+        ("legs", "sit_to_stand"),
+        ("legs", "mean"),
+        ("all", "arm_raise_band"),
+        ("all", "mean"),
+    ]
+    utility = UtilityMap.load(out / "utility.npz")
+    for row in rows:
+        assert float(row["low"]) <= float(row["f1"]) <= float(row["high"])
+        if row["activity"] in utility.activities:
+            expected = utility.f1[int(row["patch"]), utility.activities.index(row["activity"])]
+            assert float(row["f1"]) == pytest.approx(float(expected), abs=1e-6)
+    assert "lateral" in output
+    code, output = run("tables", out, "--groups", out / "utility.csv")
+    assert code == 2
+    assert "needs the columns 'activity' and 'group'" in output

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w tables`: F1 of every activity at the 11 placements, in groups, from a finished ranking."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/tables.py -- RESULTS
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.from_blender import run_command
+
+    run_command("tables")
+
+import csv
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from blender_addon.w2w.core.placements import placement_patches
+from blender_addon.w2w.core.score_table import score_table
+
+from .exit_codes import USAGE
+from .finished import FinishedStudy
+from .left_out import show_left_out
+from .score_table_text import show_scores, wide_console, write_scores
+
+
+def tables(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    groups: Annotated[
+        Path | None,
+        typer.Option(help="csv with columns activity, group: a table a group. Else one table of all."),
+    ] = None,
+    side: Annotated[
+        str, typer.Option(help="Side of the placements that exist on both: left or right.")
+    ] = "left",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="csv file; tables.csv in RESULTS unless told.")
+    ] = None,
+) -> None:
+    """Print F1 of every activity at the paper's 11 placements, each with its interval, and save it as csv.
+
+    Exit codes: 0 printed, 2 wrong use.
+    """
+    console = wide_console()
+    try:
+        study = FinishedStudy.load(results)
+        group_of = read_groups(groups) if groups else {}
+        if side not in ("left", "right"):
+            raise ValueError(f"--side is left or right, not {side}")
+    except (ValueError, OSError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    places = placement_patches(study.body(), study.patches, side)
+    rows = score_table(study.utility, list(places.values()), group_of)
+    show_scores(rows, list(places), f"F1 at the 11 placements, {side} side", console)
+    show_left_out(study.utility.left_out, console)
+    path = out or results / "tables.csv"
+    write_scores(path, rows, list(places), list(places.values()))
+    console.print(f"{study.utility.protocol}, {study.utility.classifier}. Table: {path}")
+
+
+def read_groups(path: Path) -> dict[str, str]:
+    """Group of each activity: the one that most lines of the csv give it.
+
+    Raises
+    ------
+    ValueError
+        If the file lacks the columns ``activity`` and ``group``.
+    OSError
+        If it cannot be read.
+    """
+    lines: dict[str, Counter[str]] = {}
+    with path.open(newline="", encoding="utf-8-sig") as stream:
+        reader = csv.DictReader(stream)
+        if not {"activity", "group"} <= set(reader.fieldnames or ()):
+            raise ValueError(
+                f"{path} needs the columns 'activity' and 'group' in its first line, "
+                f"and has: {', '.join(reader.fieldnames or ()) or 'nothing'}"
+            )
+        for row in reader:
+            if row["activity"] and row["group"]:
+                lines.setdefault(row["activity"].strip(), Counter())[row["group"].strip()] += 1
+    return {activity: groups.most_common(1)[0][0] for activity, groups in lines.items()}
