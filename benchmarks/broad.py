@@ -26,6 +26,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation, Slerp
 
+from benchmarks.lever_arms import fitted_arm, lever_effects
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.filtering import butterworth
 from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis, synthesize
@@ -146,10 +147,8 @@ def _with_lever_arm(
     real: np.ndarray, acc: np.ndarray, spin: np.ndarray, spin_up: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lever arm r that brings acc + w' x r + w x (w x r) nearest to the real signal, and that sum."""
-    effects = np.stack(
-        [np.cross(spin_up, axis) + np.cross(spin, np.cross(spin, axis)) for axis in np.eye(3)], axis=-1
-    )
-    arm = np.linalg.lstsq(effects.reshape(-1, 3), (real - acc).ravel(), rcond=None)[0]
+    effects = lever_effects(spin, spin_up)
+    arm = fitted_arm(real - acc, effects)
     return arm, acc + effects @ arm
 
 

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The whole road against worn sensors: full-body Xsens BVH in, nine real IMUs as the truth.
 
-    python -m benchmarks.gait [--lowpass 10] [--plot OUT.png] [--json OUT.json]
+    python -m benchmarks.gait [--lowpass 10 3] [--root 3] [--plot OUT.png] [--json OUT.json]
 
-The BVH is read through Blender, retargeted to the bundled body, skinned; the patch nearest each
-worn sensor's site gives its signal. No lever arm, time shift, bias or scale is fitted: only one
-constant rotation a sensor, from the sensor's axes to the patch's, since nobody knows how a strap
-sat. Real and simulated signals are low-passed alike (Butterworth, zero phase). Scores are
-Pearson's r, the mean of the three axes. The baseline in the same run are the Vicon joints: the
-path of the nearest joint and the turn of its segment, with the lever arm fitted as well.
+The BVH is read through Blender, retargeted to the bundled body, skinned; the patch nearest each worn sensor's
+site gives its signal. No lever arm, time shift, bias or scale is fitted: only one constant rotation a sensor,
+from the patch's axes to the sensor's, since nobody knows how a strap sat. Real and simulated signals are
+low-passed alike (Butterworth, zero phase). Scores are Pearson's r, the mean of the three axes.
+
+Beside it, in the same run: the road with the BVH's root path smoothed (`core/root_path.py`), and as baselines
+the Vicon joints, the path of the joint nearest each sensor with the turn of its segment, without and with the
+lever arm fitted. `python -m benchmarks.gait_limits` finds what the BVH could give at best.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ import numpy as np
 from scipy.signal import welch
 from scipy.spatial.transform import Rotation
 
+from benchmarks.gait_sites import SITES
+from benchmarks.lever_arms import fitted_arm, lever_effects
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.filtering import butterworth
@@ -28,10 +32,11 @@ from blender_addon.w2w.core.imu import Synthesis, synthesize
 from blender_addon.w2w.core.imu_datasets import GaitTrial, read_gait
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.patches import sample_patches
-from blender_addon.w2w.core.placements import resolve
 from blender_addon.w2w.core.recording import ImuRecording
 from blender_addon.w2w.core.retarget import retarget
+from blender_addon.w2w.core.root_path import smoothed_root
 from blender_addon.w2w.core.skinning import patch_matrices
+from blender_addon.w2w.core.source_motion import SourceMotion
 from blender_addon.w2w.scene.clips import read_clip
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "gait"
@@ -40,82 +45,86 @@ TRIAL = "S02-Trial-Walk-1"
 BVH_FRAMES = 2503
 """Frames of the BVH file; the sensors' rows are counted in them."""
 
-SITES = {
-    "Pelvis": "sacrum",
-    "L_UpLeg": "left thigh lateral",
-    "R_UpLeg": "right thigh lateral",
-    "L_LowLeg": "left lower leg medial",
-    "R_LowLeg": "right lower leg medial",
-    "L_LowLeg2": "left shin",
-    "R_LowLeg2": "right shin",
-    "L_Foot": "left instep",
-    "R_Foot": "right instep",
-}
-"""Region that each worn sensor sat on: Xsens's own placements (MVN manual) and, for the second
-sensor of a lower leg, its front."""
+ROAD, SMOOTHED = "W2W", "W2W, root smoothed"
+VICON, VICON_FITTED = "Vicon joints", "Vicon joints, lever arms fitted"
+
+COLOURS = ("#1d2530", "#d1495b", "#30638e")
+
+FIT_ROUNDS = 30
+"""Rotation and lever arm are fitted in turns."""
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--lowpass", type=float, default=10.0, help="Hz, of real and simulated signals")
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--plot", type=Path, help="power spectra side by side")
-    options = parser.parse_args()
-    trial = read_gait(DATA, TRIAL)
-    real = _filtered(trial.recording, options.lowpass)
-    simulated = _filtered(simulate(trial), options.lowpass)
-    rows = {}
-    for sensor, site in enumerate(real.sites):
-        aligned = align(simulated, real, sensor)
-        rows[site] = {
-            "patch": simulated.sites[sensor],
-            "acc_r": correlation(aligned[0], real.acc[:, sensor]),
-            "gyr_r": correlation(aligned[1], real.gyr[:, sensor]),
-            "acc_rmse": rms(aligned[0] - real.acc[:, sensor]),
-            "gyr_rmse": rms(aligned[1] - real.gyr[:, sensor]),
-        }
-        print(
-            f"{site:10s} {rows[site]['patch']:28s}"
-            + "".join(f" {name} {rows[site][name]:.3f}" for name in list(rows[site])[1:])
-        )
-    means = {name: float(np.mean([row[name] for row in rows.values()])) for name in ("acc_r", "gyr_r")}
-    print(f"{'mean':10s} {'':28s} acc_r {means['acc_r']:.3f} gyr_r {means['gyr_r']:.3f}")
-    if options.json:
-        write_json(options.json, {"sites": rows, "mean": means, "lowpass_hz": options.lowpass})
-    if options.plot:
-        plot_spectra(options.plot, real, simulated)
-
-
-def simulate(trial: GaitTrial) -> ImuRecording:
-    """Ideal signals at the worn sites, at the sensors' rate and over the sensors' frames."""
+def read_source() -> SourceMotion:
+    """The BVH as Blender reads it."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    body = Body.bundled()
-    motion = retarget(read_clip(DATA / f"xsens_{TRIAL}.bvh"), body).motion
-    first = trial.first_row - (BVH_FRAMES - motion.n_frames)  # leading T-pose frames are not read
-    frames = slice(first, first + trial.recording.n_samples)
+    return read_clip(DATA / f"xsens_{TRIAL}.bvh")
+
+
+def sensed_frames(trial: GaitTrial, n_frames: int) -> slice:
+    """Frames that the sensors' samples belong to; leading T-poses of the BVH are not among those read."""
+    first = trial.first_row - (BVH_FRAMES - n_frames)
+    return slice(first, first + trial.recording.n_samples)
+
+
+def site_poses(trial: GaitTrial, body: Body, motion: Motion) -> tuple[np.ndarray, tuple[str, ...]]:
+    """World matrices of the patches at the worn sites over the sensors' frames, and the patches' names."""
+    frames = sensed_frames(trial, motion.n_frames)
     patches = sample_patches(body)
-    chosen = [resolve(SITES[site], body, patches) for site in trial.recording.sites]
-    matrices = patch_matrices(
-        body, patches, Motion(motion.rotations[frames], motion.pelvis[frames], motion.rate)
-    )
-    ideal = synthesize(
-        matrices[:, chosen], motion.rate, Synthesis(rate_hz=trial.recording.rate, cutoff_hz=None)
-    )
-    return ImuRecording(ideal.acc, ideal.gyr, ideal.rate, tuple(patches.names[patch] for patch in chosen))
+    chosen = [SITES[site].patch(body, patches) for site in trial.recording.sites]
+    part = Motion(motion.rotations[frames], motion.pelvis[frames], motion.rate)
+    return patch_matrices(body, patches, part)[:, chosen], tuple(patches.names[patch] for patch in chosen)
 
 
-def align(simulated: ImuRecording, real: ImuRecording, sensor: int) -> tuple[np.ndarray, np.ndarray]:
-    """The simulated signals in the real sensor's axes: one rotation for the whole trial."""
-    acc, gyr = simulated.acc[:, sensor], simulated.gyr[:, sensor]
+def vicon_poses(trial: GaitTrial) -> np.ndarray:
+    """World matrices of the nearest joint of each sensor, turned as its segment, (T, N, 4, 4)."""
+    matrices = np.tile(np.eye(4), (trial.recording.n_samples, len(trial.recording.sites), 1, 1))
+    for sensor, site in enumerate(trial.recording.sites):
+        matrices[:, sensor, :3, 3] = trial.vicon[SITES[site].joint]
+        turns = Rotation.from_quat(trial.vicon[SITES[site].segment][:, [1, 2, 3, 0]])
+        matrices[:, sensor, :3, :3] = turns.as_matrix()
+    return matrices
+
+
+def compare(
+    matrices: np.ndarray, rate: float, real: ImuRecording, lowpass: float, lever_arms: bool = False
+) -> ImuRecording:
+    """Signals of moving frames in the real sensors' axes, low-passed; `real` is the raw recording."""
+    ideal = synthesize(matrices, rate, Synthesis(rate_hz=real.rate))
+    made, truth = below(ideal, lowpass), below(real, lowpass)
+    aligned = [
+        align(made, truth, sensor, arm_effects(ideal, sensor, lowpass) if lever_arms else None)
+        for sensor in range(real.n_sensors)
+    ]
+    acc, gyr = (np.stack(parts, axis=1) for parts in zip(*aligned, strict=True))
+    return ImuRecording(acc, gyr, real.rate, real.sites)
+
+
+def arm_effects(ideal: ImuRecording, sensor: int, lowpass: float) -> np.ndarray:
+    """What a lever arm at a sensor would add, low-passed (`lever_arms.lever_effects`)."""
+    spin = ideal.gyr[:, sensor].astype(np.float64)
+    effects = lever_effects(spin, np.gradient(spin, 1 / ideal.rate, axis=0))
+    return _lowpass(effects, ideal.rate, lowpass)
+
+
+def align(
+    made: ImuRecording, real: ImuRecording, sensor: int, effects: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """One sensor's signals in the real sensor's axes: one rotation for the whole trial.
+
+    With the `effects` of a lever arm that is fitted too.
+    """
+    acc, gyr = made.acc[:, sensor].astype(np.float64), made.gyr[:, sensor]
     theirs = [real.acc[:, sensor], real.gyr[:, sensor]]
     weights = [1 / rms(values) for values in theirs]
-    ours_all = np.concatenate([acc * weights[0], gyr * weights[1]])
-    theirs_all = np.concatenate([theirs[0] * weights[0], theirs[1] * weights[1]])
-    rotation, _ = Rotation.align_vectors(theirs_all, ours_all)
-    return rotation.apply(acc), rotation.apply(gyr)
+    moved = acc
+    for _ in range(1 if effects is None else FIT_ROUNDS):
+        rotation, _ = Rotation.align_vectors(
+            np.concatenate([weight * values for weight, values in zip(weights, theirs, strict=True)]),
+            np.concatenate([moved * weights[0], gyr * weights[1]]),
+        )
+        if effects is not None:
+            moved = acc + effects @ fitted_arm(rotation.inv().apply(theirs[0]) - acc, effects)
+    return rotation.apply(moved), rotation.apply(gyr)
 
 
 def correlation(ours: np.ndarray, theirs: np.ndarray) -> float:
@@ -124,41 +133,108 @@ def correlation(ours: np.ndarray, theirs: np.ndarray) -> float:
 
 
 def rms(values: np.ndarray) -> float:
-    """Root mean square of the vectors' lengths, a third for each axis."""
+    """Root mean square of all components."""
     return float(np.sqrt(np.mean(values**2)))
 
 
-def plot_spectra(path: Path, real: ImuRecording, simulated: ImuRecording) -> None:
-    """Power spectra of every site, real beside simulated, summed over the axes."""
+def scores(made: ImuRecording, real: ImuRecording, lowpass: float) -> dict[str, dict[str, float]]:
+    """Agreement site by site; `real` is the raw recording."""
+    truth = below(real, lowpass)
+    return {
+        site: {
+            "acc_r": correlation(made.acc[:, sensor], truth.acc[:, sensor]),
+            "gyr_r": correlation(made.gyr[:, sensor], truth.gyr[:, sensor]),
+            "acc_rmse": rms(made.acc[:, sensor] - truth.acc[:, sensor]),
+            "gyr_rmse": rms(made.gyr[:, sensor] - truth.gyr[:, sensor]),
+        }
+        for sensor, site in enumerate(real.sites)
+    }
+
+
+def below(recording: ImuRecording, cutoff: float) -> ImuRecording:
+    """The recording's content below a frequency, Hz."""
+    acc, gyr = (_lowpass(values, recording.rate, cutoff) for values in (recording.acc, recording.gyr))
+    return ImuRecording(acc, gyr, recording.rate, recording.sites)
+
+
+def _lowpass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
+    return np.moveaxis(butterworth(np.moveaxis(values, 0, -1), rate, cutoff, zero_phase=True), -1, 0)
+
+
+def print_table(found: dict[str, dict[str, dict[str, float]]], sites: tuple[str, ...]) -> None:
+    """A row a method, a column a site; accelerometer, then gyroscope."""
+    for name, title in (("acc_r", "accelerometer r"), ("gyr_r", "gyroscope r")):
+        print(f"| {title} | mean | " + " | ".join(sites) + " |\n|" + "---|" * (len(sites) + 2))
+        for method, rows in found.items():
+            values = [rows[site][name] for site in sites]
+            print(f"| {method} | {np.mean(values):.3f} | " + " | ".join(f"{v:.2f}" for v in values) + " |")
+        print()
+
+
+def plot_spectra(path: Path, signals: dict[str, ImuRecording], highest_hz: float) -> None:
+    """Power spectra of every site side by side, summed over the axes; the first signals are the truth."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(12, 5), dpi=150, layout="constrained")
+    sites = next(iter(signals.values())).sites
+    figure = Figure(figsize=(13, 5), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(2, len(real.sites), sharex=True, sharey="row")
-    for sensor, site in enumerate(real.sites):
-        for row, (name, unit) in enumerate((("acc", "(m/s²)²/Hz"), ("gyr", "(rad/s)²/Hz"))):
-            for recording, colour, label in ((real, "#1d2530", "worn"), (simulated, "#d1495b", "simulated")):
-                frequency, power = welch(
-                    getattr(recording, name)[:, sensor], recording.rate, nperseg=256, axis=0
-                )
+    axes = figure.subplots(2, len(sites), sharex=True, sharey="row")
+    for sensor, site in enumerate(sites):
+        for row, name in enumerate(("acc", "gyr")):
+            for (label, recording), colour in zip(signals.items(), COLOURS, strict=False):
+                values = getattr(recording, name)[:, sensor]
+                frequency, power = welch(values, recording.rate, nperseg=256, axis=0)
+                shown = (frequency > 0) & (frequency <= highest_hz)
                 axes[row, sensor].semilogy(
-                    frequency, power.sum(axis=1), color=colour, linewidth=1, label=label
+                    frequency[shown], power.sum(axis=1)[shown], color=colour, linewidth=1.2, label=label
                 )
-            axes[row, sensor].set_xlim(0, 12)
-            axes[row, 0].set_ylabel(f"{name} power, {unit}")
         axes[0, sensor].set_title(site, fontsize=9)
-    axes[0, -1].legend(fontsize=7)
+    axes[0, 0].set_ylabel("accelerometer, (m/s²)²/Hz")
+    axes[1, 0].set_ylabel("gyroscope, (rad/s)²/Hz")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=len(signals))
     figure.supxlabel("Frequency, Hz")
     figure.savefig(path)
 
 
-def _filtered(recording: ImuRecording, cutoff: float) -> ImuRecording:
-    acc, gyr = (
-        np.moveaxis(butterworth(np.moveaxis(values, 0, -1), recording.rate, cutoff, zero_phase=True), -1, 0)
-        for values in (recording.acc, recording.gyr)
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    return ImuRecording(acc, gyr, recording.rate, recording.sites)
+    parser.add_argument(
+        "--lowpass", type=float, nargs="+", default=[10.0, 3.0], help="Hz, of real and simulated signals"
+    )
+    parser.add_argument("--root", type=float, default=3.0, help="Hz, of the smoothed root path")
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--plot", type=Path, help="power spectra side by side, at the first --lowpass")
+    options = parser.parse_args()
+    trial = read_gait(DATA, TRIAL)
+    real, body = trial.recording, Body.bundled()
+    motion = retarget(read_source(), body).motion
+    road, names = site_poses(trial, body, motion)
+    smoothed, _ = site_poses(trial, body, smoothed_root(motion, options.root))
+    poses = {
+        ROAD: (road, motion.rate, False),
+        f"{SMOOTHED} below {options.root:g} Hz": (smoothed, motion.rate, False),
+        VICON: (vicon_poses(trial), real.rate, False),
+        VICON_FITTED: (vicon_poses(trial), real.rate, True),
+    }
+    print("\npatches: " + ", ".join(f"{site} {name}" for site, name in zip(real.sites, names, strict=True)))
+    everything = {}
+    for lowpass in options.lowpass:
+        made = {
+            name: compare(matrices, rate, real, lowpass, fit) for name, (matrices, rate, fit) in poses.items()
+        }
+        found = {name: scores(recording, real, lowpass) for name, recording in made.items()}
+        print(f"\nbelow {lowpass:g} Hz\n")
+        print_table(found, real.sites)
+        everything[f"{lowpass:g} Hz"] = found
+        if options.plot and lowpass == options.lowpass[0]:
+            shown = list(made.items())[:2]  # the road, as it is and with its root smoothed
+            plot_spectra(options.plot, {"worn sensor": below(real, lowpass), **dict(shown)}, lowpass)
+    if options.json:
+        write_json(options.json, everything)
 
 
 if __name__ == "__main__":

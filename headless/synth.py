@@ -25,6 +25,7 @@ from blender_addon.w2w.core.library import Clip, activity_of
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.placements import resolve
 from blender_addon.w2w.core.recording_formats import write_csv
+from blender_addon.w2w.core.root_path import smoothed_root
 from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.source_motion import UnusableMotion
 from blender_addon.w2w.core.study import StudyConfig, place_patches, record
@@ -32,6 +33,8 @@ from blender_addon.w2w.core.study import StudyConfig, place_patches, record
 from .clip_job import load_clip
 from .exit_codes import NOTHING_TO_DO, USAGE
 from .signal_figure import signal_figure
+
+AS_DEFAULT = Synthesis()
 
 
 def synth(
@@ -45,6 +48,14 @@ def synth(
         str, typer.Option(help="Sensor preset (see 'w2w sensors'), or 'ideal'.")
     ] = DEFAULT_SENSOR,
     rate: Annotated[float, typer.Option(min=5, max=1000, help="Samples per second.")] = 100.0,
+    band: Annotated[
+        float,
+        typer.Option(min=0, help="Band limit, Hz; 0 for none. Raise it for clean motion capture."),
+    ] = AS_DEFAULT.cutoff_hz,
+    root_band: Annotated[
+        float | None,
+        typer.Option(min=0.1, help="Band limit of the root's path, Hz: about 3 for inertial suits."),
+    ] = None,
     acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
     gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
@@ -55,7 +66,9 @@ def synth(
     """
     console = Console(highlight=False)
     try:
-        config = StudyConfig(sensor=sensor, synthesis=Synthesis(rate_hz=rate), seed=seed)
+        config = StudyConfig(
+            sensor=sensor, synthesis=Synthesis(rate_hz=rate, cutoff_hz=band or None), seed=seed
+        )
         body = Body.bundled()
         patches = place_patches(body, config)
         chosen = resolve(patch, body, patches)
@@ -64,6 +77,8 @@ def synth(
         raise typer.Exit(USAGE) from error
     try:
         _, motion, _ = load_clip(Clip(clip, clip.name, clip.stem, activity_of(clip.name)), body)
+        if root_band is not None:
+            motion = smoothed_root(motion, root_band)
         recording = record(body, _only(patches, chosen), motion, config)
         write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
     except (UnusableMotion, ValueError, OSError) as error:

@@ -47,6 +47,22 @@ def test_units_on_request(shared_data, tmp_path):
     assert 'acc_unit: "g"' in (tmp_path / "b.csv").read_text()
 
 
+def test_bands_on_request(shared_data, tmp_path):
+    shaken = {}
+    for name, options in {"as is": [], "narrow": ["--band", 3], "root": ["--root-band", 1]}.items():
+        out = tmp_path / f"{name}.csv"
+        code, output = call(
+            "synth", shared_data / JACKS, "--patch", "sternum", "--sensor", "ideal", "--out", out, *options
+        )
+        assert code == 0, output
+        recording = read_csv(out)
+        shaken[name] = [np.std(values, axis=0).sum() for values in (recording.acc[:, 0], recording.gyr[:, 0])]
+    assert shaken["narrow"][0] < 0.9 * shaken["as is"][0]
+    assert shaken["narrow"][1] < 0.9 * shaken["as is"][1]
+    assert shaken["root"][0] < 0.7 * shaken["as is"][0]
+    assert shaken["root"][1] == shaken["as is"][1]  # turns know nothing of the path
+
+
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
