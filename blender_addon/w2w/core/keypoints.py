@@ -96,10 +96,19 @@ def fit_keypoints(
         raise ValueError(f"up must be one of {', '.join(_UP)}, not {up!r}")
     paths = landmark_paths(np.asarray(keypoints) @ _UP[up].T, joint_set, rate, cutoff_hz)
     joints = _named_joints(body)
-    world = _world_rotations(paths.points, joints, rate)
     scale = _scale(paths, joints)
-    offset = joints["pelvis"] - middle(joints, "hip")
-    pelvis = scale * middle(paths.points, "hip") + world[:, 0] @ offset
+    points = {name: scale * path for name, path in paths.points.items()}
+    world = np.empty((len(keypoints), N_JOINTS, 3, 3))
+    _trunk_rotations(world, points, joints)
+    _head_rotations(world, points, joints)
+    carried = _carried_by_trunk(world, joints)
+    pelvis = np.mean([middle(points, part) - middle(carried, part) for part in ("hip", "shoulder")], axis=0)
+    for side in SIDES:
+        for start, end, parent in (("hip", "knee", "pelvis"), ("shoulder", "elbow", "spine3")):
+            found = pelvis + carried[f"{side} {start}"]
+            _anchor(points, f"{side} {start}", f"{side} {end}", found, world[:, JOINT_INDEX[parent]])
+        _arm_rotations(world, points, joints, side, rate)
+        _leg_rotations(world, points, joints, side, rate)
     motion = Motion(relative_to_parents(world), pelvis, rate)
     return KeypointFit(on_the_ground(body, motion), scale, paths)
 
@@ -132,16 +141,31 @@ def _scale(paths: Paths, joints: dict[str, np.ndarray]) -> float:
     return float(ours / sum(paths.lengths.values()))
 
 
-def _world_rotations(points: dict[str, np.ndarray], joints: dict[str, np.ndarray], rate: float) -> np.ndarray:
-    """World rotation of each joint in each frame, shape (T, 24, 3, 3)."""
-    world = np.empty((len(points["left hip"]), N_JOINTS, 3, 3))
-    _trunk_rotations(world, points, joints)
-    _head_rotations(world, points, joints)
+def _carried_by_trunk(world: np.ndarray, joints: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Where the trunk's rotations put hips and shoulders, relative to the pelvis; shape (T, 3) each."""
+    spine = np.zeros((len(world), 3))
+    for start, end in pairwise(("pelvis", "spine1", "spine2", "spine3")):
+        spine = spine + world[:, JOINT_INDEX[start]] @ (joints[end] - joints[start])
+    carried = {}
     for side in SIDES:
-        world[:, JOINT_INDEX[f"{side}_collar"]] = world[:, JOINT_INDEX["spine3"]]
-        _arm_rotations(world, points, joints, side, rate)
-        _leg_rotations(world, points, joints, side, rate)
-    return world
+        carried[f"{side} hip"] = world[:, 0] @ (joints[f"{side} hip"] - joints["pelvis"])
+        reach = joints[f"{side} shoulder"] - joints["spine3"]
+        carried[f"{side} shoulder"] = spine + world[:, JOINT_INDEX["spine3"]] @ reach
+    return carried
+
+
+def _anchor(
+    points: dict[str, np.ndarray], start: str, end: str, found: np.ndarray, frame: np.ndarray
+) -> None:
+    """Hang a limb on the trunk's own hip or shoulder, in place, so that noise of the trunk's joints does not
+    reach the hand or foot: only where the joint is on average, seen from the trunk, is taken from the data.
+    """
+    aside = np.median(_seen_from(frame, points[start] - found), axis=0)
+    points[start] = found + frame @ aside
+    if end in points:
+        bone = points[end] - points[start]
+        length = np.linalg.norm(bone, axis=1, keepdims=True)
+        points[end] = points[start] + np.median(length) * bone / length
 
 
 def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:
@@ -162,6 +186,8 @@ def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: d
     world[:, 0] = pelvis
     for third in (1, 2, 3):
         world[:, JOINT_INDEX[f"spine{third}"]] = pelvis @ Rotation.from_rotvec(turn * (third / 3)).as_matrix()
+    for side in SIDES:
+        world[:, JOINT_INDEX[f"{side}_collar"]] = world[:, JOINT_INDEX["spine3"]]
 
 
 def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:

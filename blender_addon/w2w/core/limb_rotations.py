@@ -15,7 +15,7 @@ import numpy as np
 from .swing_twist import smallest_rotation, turn_about, unit
 from .weighted_smoothing import smooth
 
-DIRECTION_NOISE = 0.05
+DIRECTION_NOISE = 0.1
 """Error of a segment's direction, radians: how fast a hinge's plane becomes certain as it bends."""
 
 TWIST_PRIOR = 0.7
