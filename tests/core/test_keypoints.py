@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.amass import read_amass, to_body
 from blender_addon.w2w.core.joint_sets import BODY_34, HUMAN36M_17, JOINT_SETS, KINECT_20, MM_FIT_17, mirrored
-from blender_addon.w2w.core.keypoints import fit_keypoints
+from blender_addon.w2w.core.keypoints import fit_keypoints, guess_up
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS
 from blender_addon.w2w.core.skinning import joint_transforms
@@ -166,6 +166,7 @@ def test_axes_and_units_do_not_matter(bundled_body, up, turn, unit):
     points = seen_as(KINECT_20, bundled_body, truth)
     there = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
     expected = fit_keypoints(points, RATE, KINECT_20, bundled_body)
+    assert guess_up(unit * points @ there.T, KINECT_20) == up
     fit = fit_keypoints(unit * points @ there.T, RATE, KINECT_20, bundled_body, up=up)
     assert fit.scale == pytest.approx(expected.scale / unit)
     # the heading about the vertical is free

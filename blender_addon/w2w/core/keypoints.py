@@ -113,6 +113,34 @@ def fit_keypoints(
     return KeypointFit(on_the_ground(body, motion), scale, paths)
 
 
+def guess_up(keypoints: np.ndarray, joint_set: JointSet) -> Up:
+    """The axis that trunks point along on average, for files that do not say which way is up.
+
+    Parameters
+    ----------
+    keypoints : ndarray, shape (T, J, 3)
+        Of people who mostly stand or sit; NaN where a joint was not seen.
+    joint_set : JointSet
+
+    Raises
+    ------
+    ValueError
+        If hips and shoulders are never seen together.
+    """
+    hips, shoulders = (
+        sum(
+            np.asarray(keypoints)[:, list(joint_set.members(f"{side} {part}"))].mean(axis=1) for side in SIDES
+        )
+        for part in ("hip", "shoulder")
+    )
+    trunk = unit(shoulders - hips)
+    if not np.isfinite(trunk).all(axis=1).any():
+        raise ValueError("hips and shoulders are never seen together: nothing shows which way is up")
+    mean = np.nanmean(trunk, axis=0)
+    axis = int(np.abs(mean).argmax())
+    return f"{'-' if mean[axis] < 0 else ''}{'xyz'[axis]}"
+
+
 def _axes(up: str) -> np.ndarray:
     """Rotation that turns an axis to z."""
     axis = np.zeros(3)
