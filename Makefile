@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests; both set up what they need first.
 
-.PHONY: demo test lint setup extension test-blender-5 test-window
+.PHONY: demo test lint setup extension extension-all test-blender-5 test-window
 
 setup:
 	@tools/set_up.sh
@@ -23,6 +23,10 @@ test-blender-5:
 
 extension: setup
 	.venv/bin/python tools/build_extension.py
+
+# A zip for Windows and macOS too.
+extension-all: setup
+	.venv/bin/python tools/build_extension.py --all
 
 # In a real Blender window; fails where the window test cannot run at all.
 test-window: extension

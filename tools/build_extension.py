@@ -3,7 +3,7 @@
 
 Run with the Python of an environment that holds the `bpy` package, whose extension tool writes the zip:
 
-    python tools/build_extension.py [PLATFORM ...]
+    python tools/build_extension.py [--all] [PLATFORM ...]
 
 Platforms are Blender's names; linux-x64 unless told. Wheels are downloaded to .cache/wheels once.
 """
@@ -48,8 +48,11 @@ def main() -> None:
     """Build the zips that the command line asks for and print their paths."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("platform", nargs="*", help=f"some of {', '.join(PLATFORMS)}; linux-x64 unless told")
-    for platform in parser.parse_args().platform or ["linux-x64"]:
-        print(build(platform))
+    parser.add_argument("--all", action="store_true", help="a zip for every platform")
+    options = parser.parse_args()
+    for platform in PLATFORMS if options.all else options.platform or ["linux-x64"]:
+        target = build(platform)
+        print(f"{target}  {target.stat().st_size / 1e6:.0f} MB")
 
 
 def build(platform: str) -> Path:

@@ -10,8 +10,10 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -22,10 +24,10 @@ from driver import Driver, Script, run
 OUT = Path(os.environ["W2W_OUT"])
 DATA = Path(os.environ["W2W_DATA"])
 ACTIVITIES = (
-    "climbing_stairs", "crawling", "kneeling", "load_carrying", "pivot_kick", "pointing", "punching",
-    "running", "shoveling", "sit_to_stand", "turning_180", "walking",
+    "crawling", "kneeling", "load_carrying", "pivot_kick",
+    "running", "sit_to_stand", "turning_180", "walking",
 )  # fmt: skip
-CLIPS_EACH = 4
+CLIPS_EACH = 6
 N_PATCHES = 512
 
 report: dict[str, object] = {}
@@ -41,6 +43,7 @@ def scenario() -> Script:
     yield from step_signals(driver)
     yield from step_utility(driver)
     yield from pick_and_compare(driver)
+    yield from reshape(driver)
     yield from reopen(driver)
     (OUT / "report.json").write_text(json.dumps(report, indent=2))
 
@@ -74,6 +77,15 @@ def idle(driver: Driver) -> Script:
     report.setdefault("messages", []).append(jobs.message.text if jobs.message else "")
 
 
+def undo_and_redo(driver: Driver, what: str, probe: Callable[[], object]) -> Script:
+    """Press Ctrl Z once, Ctrl Shift Z once, and report what a probe finds before, between and after."""
+    found = [probe()]
+    yield from driver.key("Z", ctrl=True)
+    found.append(probe())
+    yield from driver.key("Z", ctrl=True, shift=True)
+    report.setdefault("undo", {})[what] = [*found, probe()]
+
+
 def step_body(driver: Driver) -> Script:
     """Add the body; one undo takes it away, one redo brings it back."""
     yield from driver.press("w2w.add_body")
@@ -101,6 +113,7 @@ def step_motions(driver: Driver) -> Script:
     report["usable"] = sum(clip.action is not None for clip in study().clips)
     report["activities"] = sorted({clip.activity for clip in study().clips})
     report["objects_left_by_import"] = len(bpy.data.objects) - objects
+    yield from undo_and_redo(driver, "import", lambda: len(study().clips))
     actions = len(bpy.data.actions)
     with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
         files = [{"name": path.name} for path in sorted((DATA / "mixamo/_broken").glob("*.fbx"))]
@@ -109,6 +122,7 @@ def step_motions(driver: Driver) -> Script:
     report["problems"] = {clip.name: clip.problem for clip in study().clips if clip.problem}
     report["actions_from_problems"] = len(bpy.data.actions) - actions
     yield from driver.look("2_motions_problem")
+    yield from drop_a_clip(driver)
     bpy.ops.w2w.tick_clips(which="PROBLEM")
     yield from driver.press("w2w.remove_clips")
     report["clips_after_removing_problems"] = len(study().clips)
@@ -130,6 +144,27 @@ def step_motions(driver: Driver) -> Script:
     report["source_left"] = sum("w2w source" in item for item in bpy.data.collections)
 
 
+def drop_a_clip(driver: Driver) -> Script:
+    """Drop a real FBX and a real BVH on the viewport, one after the other, and undo each."""
+    region = driver.region("WINDOW")
+    x, y = region.x + 200, region.y + 300
+    report["dropped"] = {}
+    for path in (real_clips("walking", "fbx")[0], sorted((DATA / "bvh").rglob("*.bvh"))[0]):
+        before = len(study().clips)
+        yield from driver.drop([path], x, y)
+        yield from driver.look(f"2_drop_{path.suffix[1:]}")
+        yield from driver.turns(60)
+        if len(study().clips) == before:  # Blender offers its own importer too: choose ours in the menu
+            yield from driver.event("M", "PRESS", x, y)
+            yield from driver.event("M", "RELEASE", x, y)
+        yield from driver.until(lambda before=before: len(study().clips) > before, 30)
+        yield from idle(driver)
+        clip = study().clips[-1]
+        report["dropped"][path.suffix] = [clip.n_frames, clip.problem]
+        yield from driver.key("Z", ctrl=True)
+        report.setdefault("clips_after_undoing_drops", []).append(len(study().clips) - before)
+
+
 def step_patches(driver: Driver) -> Script:
     """Place patches twice: nothing of the first time is left."""
     yield from driver.press("w2w.place_patches")
@@ -139,6 +174,13 @@ def step_patches(driver: Driver) -> Script:
     yield from driver.press("w2w.place_patches")
     yield from idle(driver)
     report["empties_after_placing_again"] = sum(item.type == "EMPTY" for item in bpy.data.objects)
+    study().patch_seed = 1
+    first = study().patches_key
+    yield from driver.press("w2w.place_patches")
+    yield from idle(driver)
+    yield from undo_and_redo(driver, "place", lambda: study().patches_key == first)
+    yield from driver.key("Z", ctrl=True)
+    report["patches_after_undo"] = (study().patches_key == first, len(study().patch_collection.objects))
 
 
 def step_signals(driver: Driver) -> Script:
@@ -178,6 +220,9 @@ def step_utility(driver: Driver) -> Script:
     report["shown"] = bpy.context.scene.w2w.body.data.color_attributes.active_color.name
     report["mean_f1_range"] = [row.f1 for row in study().regions]
     report["chosen"] = len(study().chosen)
+    yield from undo_and_redo(
+        driver, "rank", lambda: (len(bpy.context.scene.w2w.body.data.color_attributes), len(study().chosen))
+    )
     yield from driver.look("5_mean")
     yield from driver.scroll_sidebar(12)
     yield from driver.look("5_places")
@@ -185,6 +230,7 @@ def step_utility(driver: Driver) -> Script:
     yield from driver.drag(x, y, -60)
     report["target_after_drag"] = round(study().target, 3)
     report["chosen_after_drag"] = len(study().chosen)
+    yield from undo_and_redo(driver, "target", lambda: (round(study().target, 3), len(study().chosen)))
     yield from driver.press("w2w.select_patch")
     report["picked_in_table"] = study().picked
     yield from driver.look("5_table_pick")
@@ -202,6 +248,7 @@ def pick_and_compare(driver: Driver) -> Script:
     yield from driver.click(x, y)
     report["picked_on_body"] = study().picked
     yield from driver.look("6_pick")
+    report["in_sight"] = in_sight(driver)
     x, y = driver.on_screen((0.09, -0.05, 0.9))
     yield from driver.click(x, y, shift=True)
     report["compared_on_body"] = study().compared
@@ -211,6 +258,46 @@ def pick_and_compare(driver: Driver) -> Script:
     report["frame_while_playing"] = bpy.context.scene.frame_current
     yield from driver.look("6_playing")
     yield from driver.key("SPACE")
+
+
+def in_sight(driver: Driver) -> dict[str, list[bool]]:
+    """Whether patches of the chest and of the back can be seen from the front."""
+    ui = "bl_ext.user_default.w2w.blender_addon.w2w.ui"
+    body = bpy.context.scene.w2w.body
+    patches = sys.modules[f"{ui}.study"].patches_of(body)
+    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
+        surface = sys.modules[f"{ui}.surface"].Surface(bpy.context, body, patches)
+        return {
+            part: [surface.in_sight(patch) for patch, region in enumerate(patches.regions) if part in region]
+            for part in ("sternum", "upper back", "lower back", "chest", "abdomen", "scapula")
+        }
+
+
+def reshape(driver: Driver) -> Script:
+    """Drag a shape slider: the body changes under its heatmap; one undo brings it back."""
+    yield from driver.scroll_sidebar_to_top()
+    yield from driver.open_panel_below("show_armature")
+    x, y = yield from driver.find("shape.gender")
+    before, shown = outline(), bpy.context.scene.w2w.body.data.color_attributes.active_color.name
+    yield from driver.drag(x, y, 60)
+    yield from driver.look("8_shape")
+    report["shape_changed"] = outline() != before
+    report["heatmap_stays"] = bpy.context.scene.w2w.body.data.color_attributes.active_color.name == shown
+    report["patches_stay"] = len(study().patch_collection.objects)
+    yield from driver.key("Z", ctrl=True)
+    report["shape_undone"] = outline() == before
+    report["gender_after_undo"] = study().shape.gender
+
+
+def outline() -> list[float]:
+    """Numbers that change with a body's shape: a vertex, a joint and the pelvis's path in its action."""
+    body = bpy.context.scene.w2w.body
+    action = body.parent.animation_data.action
+    path = next(
+        curve for curve in action.fcurves if "pelvis" in curve.data_path and "location" in curve.data_path
+    )
+    joint = body.parent.data.bones["left_shoulder"].head_local
+    return [*body.data.vertices[1000].co, *joint, path.keyframe_points[-1].co[1]]
 
 
 def reopen(driver: Driver) -> Script:
@@ -239,21 +326,22 @@ def state() -> dict[str, object]:
     }
 
 
+def real_clips(activity: str, kind: str) -> list[Path]:
+    """Files of an activity, one a motion."""
+    with (DATA / "motions.csv").open(newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["activity"] == activity]
+    usable = [row for row in rows if (row["format"], row["import_status"]) == (kind, "ok")]
+    return [DATA / row["file"] for row in {row["motion_key"]: row for row in usable}.values()]
+
+
 def make_library() -> Path:
     """Links to real clips in folders by activity."""
     library = OUT / "library"
-    with (DATA / "motions.csv").open(newline="") as stream:
-        rows = [
-            row for row in csv.DictReader(stream) if (row["format"], row["import_status"]) == ("fbx", "ok")
-        ]
+    shutil.rmtree(library, ignore_errors=True)
     for activity in ACTIVITIES:
-        (library / activity).mkdir(parents=True, exist_ok=True)
-        motions = {row["motion_key"]: row for row in rows if row["activity"] == activity}
-        for row in list(motions.values())[:CLIPS_EACH]:
-            source = DATA / row["file"]
-            link = library / activity / f"{source.stem} {len(list((library / activity).iterdir())) + 1}.fbx"
-            link.unlink(missing_ok=True)
-            link.symlink_to(source)
+        (library / activity).mkdir(parents=True)
+        for number, source in enumerate(real_clips(activity, "fbx")[:CLIPS_EACH], start=1):
+            (library / activity / f"{source.stem} {number}.fbx").symlink_to(source)
     return library
 
 

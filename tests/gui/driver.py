@@ -22,6 +22,9 @@ from mathutils import Vector
 ROW = 7
 """Pixels between two tries when a panel is searched for a button: less than half a row."""
 
+HEADER = 32
+"""Pixels from a panel's last button to the header of the next one."""
+
 Script = Generator[None, None, None]
 
 
@@ -82,6 +85,16 @@ class Driver:
         yield from self.event("LEFTMOUSE", "RELEASE", x, y, **keys)
         yield from self.turns(3)
 
+    def drop(self, paths: list[Path], x: int, y: int) -> Script:
+        """Drop files on the window as a file manager does."""
+        program = Path(__file__).with_name("drop_files.py")
+        height = self.window.height
+        mouse = subprocess.Popen(["python3", str(program), str(x), str(height - y), *map(str, paths)])
+        yield from self.until(lambda: mouse.poll() is not None, 30)
+        if mouse.returncode:
+            raise RuntimeError(f"dropping failed with {mouse.returncode}")
+        yield from self.turns(10)
+
     def drag(self, x: int, y: int, distance: int) -> Script:
         """Drag sideways with the left button."""
         yield from self.move(x, y)
@@ -99,6 +112,22 @@ class Driver:
         yield from self.move(x, y)
         for _ in range(clicks):
             yield from self.event("WHEELDOWNMOUSE", "PRESS", x, y)
+        yield from self.turns(30)
+
+    def scroll_sidebar_to_top(self) -> Script:
+        """Turn the mouse wheel over the sidebar, upwards, as far as it goes."""
+        region = self.region("UI")
+        x, y = region.x + 12, region.y + 30
+        yield from self.move(x, y)
+        for _ in range(60):
+            yield from self.event("WHEELUPMOUSE", "PRESS", x, y)
+        yield from self.turns(30)
+
+    def open_panel_below(self, wanted: str) -> Script:
+        """Click the header of the closed panel under the last button of another."""
+        _, y = yield from self.find(wanted)
+        left = self.region("UI").x + 60
+        yield from self.click(left, y - HEADER)
         yield from self.turns(30)
 
     def on_screen(self, place: tuple[float, float, float]) -> tuple[int, int]:

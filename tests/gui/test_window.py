@@ -18,17 +18,20 @@ import pytest
 PROJECT = Path(__file__).resolve().parents[2]
 SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
 OUT = PROJECT / ".cache" / "gui"
-TIMEOUT_S = 900
+TIMEOUT_S = 2400
+"""A window drawn in software on a busy machine is slow; an idle one takes under four minutes."""
 
 STEPS = (
     "0_empty",
     "1_body",
+    "2_drop_fbx",
     "2_source_beside",
     "3_patches",
     "4_signals",
     "5_mean",
     "5_activity",
     "6_compare",
+    "8_shape",
 )
 """Pictures that must be there at least."""
 
@@ -79,7 +82,7 @@ def test_body_comes_and_goes_with_one_undo(report: dict[str, Any]) -> None:
 
 def test_a_folder_of_real_clips_is_imported_and_nothing_else(report: dict[str, Any]) -> None:
     assert report["clips"] == report["usable"] >= 30
-    assert len(report["activities"]) == 12
+    assert len(report["activities"]) == 8
     assert report["objects_left_by_import"] == 0
 
 
@@ -106,12 +109,12 @@ def test_baking_can_be_cancelled_undone_and_redone(report: dict[str, Any]) -> No
 
 
 def test_ranking_shows_heatmaps_and_the_target_chooses_live(report: dict[str, Any]) -> None:
-    assert report["heatmaps"] == 13
+    assert report["heatmaps"] == 9
     assert report["shown"] == "Mean F1"
     assert report["mean_f1_range"] == sorted(report["mean_f1_range"], reverse=True)
     assert report["target_after_drag"] < 0.9
     assert 1 <= report["chosen_after_drag"] < report["chosen"]
-    assert report["shown_activity"] == "F1: kneeling"
+    assert report["shown_activity"] == "F1: load_carrying"
 
 
 def test_the_pick_tool_picks_and_compares(report: dict[str, Any]) -> None:
@@ -120,6 +123,33 @@ def test_the_pick_tool_picks_and_compares(report: dict[str, Any]) -> None:
     assert report["compared_on_body"] >= 0
     assert report["compared_on_body"] != report["picked_on_body"]
     assert report["frame_while_playing"] != 12
+
+
+@pytest.mark.parametrize("what", ["import", "place", "rank", "target"])
+def test_one_undo_takes_a_step_back_and_one_redo_brings_it_again(report: dict[str, Any], what: str) -> None:
+    before, undone, redone = report["undo"][what]
+    assert undone != before
+    assert redone == before
+
+
+def test_undoing_a_new_placing_brings_back_the_old_patches(report: dict[str, Any]) -> None:
+    assert report["patches_after_undo"] == [True, 512]
+    assert report["undo"]["import"][1] == 0
+    assert report["undo"]["rank"][1] == [0, 0]
+
+
+def test_files_dropped_on_the_viewport_are_imported(report: dict[str, Any]) -> None:
+    assert set(report["dropped"]) == {".fbx", ".bvh"}
+    assert all(n_frames > 10 and not problem for n_frames, problem in report["dropped"].values())
+    assert report["clips_after_undoing_drops"] == [0, 0]
+
+
+def test_a_shape_slider_reshapes_the_body_in_one_step_of_undo(report: dict[str, Any]) -> None:
+    assert report["shape_changed"]
+    assert report["heatmap_stays"]
+    assert report["patches_stay"] == 512
+    assert report["shape_undone"]
+    assert report["gender_after_undo"] == 0
 
 
 def test_a_saved_file_reopens_alike(report: dict[str, Any]) -> None:

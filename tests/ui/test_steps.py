@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
+import addon_utils
 import bpy
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.library import MOTION_SUFFIXES
+from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.placement import greedy_subset
 from blender_addon.w2w.core.shapes import shaped
 from blender_addon.w2w.core.study import record
@@ -183,6 +187,34 @@ def test_a_saved_file_reopens_complete(library: Path, tmp_path: Path) -> None:
     assert all(signal_cache.has(clip.signals) for clip in body.w2w.clips)
 
 
+def test_without_the_extension_heatmaps_are_plain_colour_attributes(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    body.w2w.view = "A2"
+    expected = {attribute.name: pixels(attribute) for attribute in body.data.color_attributes}
+    path = tmp_path / "study.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    plain = subprocess.run(
+        [sys.executable, Path(__file__).with_name("read_plainly.py"), path, tmp_path / "found.npz"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert plain.returncode == 0, plain.stderr
+    with np.load(tmp_path / "found.npz") as found:
+        assert found["active"] == f"F1: {body.w2w.activities[1].name}"
+        assert found["empties"] == N_PATCHES
+        assert set(found["names"]) == set(expected)
+        for name, colours in expected.items():
+            np.testing.assert_array_equal(found[name], colours)
+
+
+def pixels(attribute: bpy.types.Attribute) -> np.ndarray:
+    """Colours of an attribute."""
+    values = np.empty(4 * len(attribute.data), dtype=np.float32)
+    attribute.data.foreach_get("color", values)
+    return values
+
+
 def test_ranking_bakes_again_what_the_cache_has_lost(library: Path) -> None:
     body = make_study(library)
     expected = utility_of(body.w2w).f1.copy()
@@ -251,6 +283,40 @@ def test_an_armature_of_the_scene_gives_its_motion_and_stays_as_it_is(library: P
     n_frames = min(given.n_frames, taken.n_frames)
     assert n_frames > 60
     assert keys == [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
+
+
+def test_actions_of_the_same_rig_in_the_scene_are_not_taken_for_the_file_s(
+    library: Path, tmp_path: Path
+) -> None:
+    bpy.context.scene.render.fps = 30
+    body = make_study(library, "motions")
+    armature, clips = armature_of(body), body.w2w.clips
+    export_clip(body, 4, tmp_path / "one.fbx")
+    expected = read_action(armature, clips[4].action)
+    bpy.ops.w2w.import_motions(directory=str(tmp_path), files=[{"name": "one.fbx"}])
+    found = read_action(armature, clips[-1].action)
+    np.testing.assert_allclose(turns(found), turns(expected), atol=4)
+
+
+def turns(motion: Motion) -> np.ndarray:
+    """Widest turn of each joint, degrees."""
+    angles = Rotation.from_matrix(motion.rotations.reshape(-1, 3, 3)).magnitude()
+    return np.degrees(angles.reshape(motion.n_frames, -1).max(axis=0))
+
+
+def export_clip(body: bpy.types.Object, index: int, path: Path) -> None:
+    """Write the body's armature with one clip as an FBX file."""
+    bpy.ops.w2w.preview_clip(index=index)
+    scene, armature = bpy.context.scene, armature_of(body)
+    scene.frame_start, scene.frame_end = 1, scene.frame_preview_end
+    armature.hide_set(False)
+    bpy.ops.object.select_all(action="DESELECT")
+    armature.select_set(True)
+    addon_utils.enable("io_scene_fbx")
+    bpy.ops.export_scene.fbx(
+        filepath=str(path), use_selection=True, object_types={"ARMATURE"}, add_leaf_bones=False,
+        bake_anim_use_all_actions=False, bake_anim_use_nla_strips=False,
+    )  # fmt: skip
 
 
 def test_shape_sliders_shape_the_body() -> None:

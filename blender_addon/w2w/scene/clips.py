@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,8 +71,10 @@ def read_clip(path: str | Path) -> SourceMotion:
         If the file holds no motion that can be used; the message says why.
     """
     path = Path(path)
+    before = {action.session_uid for action in bpy.data.actions}
     with imported(path) as objects:
-        source = best_take(objects)
+        # actions that were there before may fit the file's armature too: other clips of the same rig
+        source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
     return repaired(source) if path.suffix.lower() == ".bvh" else source
 
 
@@ -122,8 +124,16 @@ def import_file(path: Path) -> None:
         raise UnusableMotion(f"Blender cannot import it ({_reason(error)}): it seems damaged") from error
 
 
-def best_take(objects: list[bpy.types.Object]) -> SourceMotion:
+def best_take(
+    objects: list[bpy.types.Object], actions: Iterable[bpy.types.Action] | None = None
+) -> SourceMotion:
     """Read the take that moves most, the one Mixamo names before any other.
+
+    Parameters
+    ----------
+    objects : list of Object
+    actions : iterable of Action, optional
+        Where to look for takes; all actions there are unless told.
 
     Raises
     ------
@@ -135,7 +145,7 @@ def best_take(objects: list[bpy.types.Object]) -> SourceMotion:
         kinds = sorted({item.type.lower() for item in objects})
         raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
     armature = min(armatures, key=lambda item: len(_missing(item)))
-    takes = find_takes(armature)
+    takes = find_takes(armature, actions)
     if not takes:
         raise UnusableMotion(
             f"its armature '{armature.name}' ({len(armature.data.bones)} bones) has no animation"
@@ -143,13 +153,13 @@ def best_take(objects: list[bpy.types.Object]) -> SourceMotion:
     return _most_moving(takes)
 
 
-def find_takes(armature: bpy.types.Object) -> list[Take]:
-    """Every action that animates bones of this armature."""
+def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] | None = None) -> list[Take]:
+    """Every action that animates bones of this armature, among some or among all."""
     paths = {
         f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"]': bone.name for bone in armature.data.bones
     }
     takes = []
-    for action in bpy.data.actions:
+    for action in bpy.data.actions if actions is None else actions:
         for curves in action_curves(action):
             by_owner = _curves_by_owner(curves, paths)
             if len(by_owner.keys() - {""}) * 3 >= len(paths):

@@ -55,6 +55,25 @@ def ring(x: float, y: float, radius: float, colour: Colour, width: float) -> Non
     _strip(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)]), colour, width)
 
 
+def disc(x: float, y: float, radius: float, colour: Colour) -> None:
+    """Fill a circle."""
+    angles = np.linspace(0, 2 * np.pi, 33)
+    rim = np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
+    corners = np.concatenate([[(x, y)], rim]).astype(np.float32)
+    slices = [(0, number, number + 1) for number in range(1, len(rim))]
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    batch = batch_for_shader(shader, "TRIS", {"pos": corners}, indices=slices)
+    gpu.state.blend_set("ALPHA")
+    shader.uniform_float("color", colour)
+    batch.draw(shader)
+
+
+def width_of(words: str, size: float) -> float:
+    """Width of one line of text, pixels."""
+    blf.size(FONT, size)
+    return blf.dimensions(FONT, words)[0]
+
+
 def text(x: float, y: float, words: str, size: float, colour: Colour, align: str = "LEFT") -> float:
     """Write one line with its baseline at y; returns its width."""
     blf.size(FONT, size)

@@ -13,29 +13,30 @@ ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
 
 
 class W2W_UL_clips(bpy.types.UIList):
-    """Clips: tick, name, activity in place, frames, state."""
+    """Clips, two lines each: tick, name and state; activity, to be edited in place, and frames."""
 
     def draw_item(
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
     ) -> None:  # fmt: skip
         """Draw a row."""
         state = state_of(item, self.settings(data))
-        row = layout.row(align=True)
+        column = layout.column(align=True)
+        row = column.row(align=True)
+        row.alert = state == FAILED
         row.prop(item, "selected", text="", emboss=False, icon=_tick(item.selected))
-        if state == FAILED:
-            row.alert = True
-            row.label(text=item.name)
-            row.label(text="", icon="ERROR")
-            return
-        split = row.split(factor=0.44, align=True)
-        split.label(text=Path(item.file).stem or item.name, translate=False)
-        split = split.split(factor=0.74, align=True)
-        split.prop(item, "activity", text="", emboss=False, placeholder="activity")
-        count = split.row()
-        count.alignment = "RIGHT"
-        count.label(text=str(item.n_frames))
+        row.label(text=Path(item.file).stem or item.name, translate=False)
         playing = playing_clip(data.id_data) == item
         row.label(text="", icon="PLAY" if playing else ICONS.get(state, "BLANK1"))
+        if state == FAILED:
+            return
+        row = column.row(align=True)
+        row.scale_y = 0.8
+        row.label(text="", icon="BLANK1")
+        row.prop(item, "activity", text="", emboss=False, placeholder="activity")
+        count = row.row()
+        count.alignment = "RIGHT"
+        count.active = False
+        count.label(text=f"{item.n_frames} frames")
 
     def settings(self, study: bpy.types.PropertyGroup) -> str:
         """What baked clips are compared with."""

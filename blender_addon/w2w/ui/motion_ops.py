@@ -14,6 +14,7 @@ from ..scene.actions import FIRST_FRAME, scene_rate, show_action
 from ..scene.body import armature_of, body_of
 from ..scene.clips import best_take
 from ..scene.motions import carry
+from ..scene.playback import active_action
 from . import jobs
 from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted_files, wanted_in_folder
 from .source_view import remove_source
@@ -38,7 +39,7 @@ class W2W_OT_import_motions(bpy.types.Operator):
     """Import motion files (FBX, BVH, AMASS npz, smpl) onto the body; the files' own armatures are left out"""
 
     bl_idname = "w2w.import_motions"
-    bl_label = "Import Motions"
+    bl_label = "Import Motions onto Body"
     bl_options = {"REGISTER"}
 
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
@@ -116,8 +117,9 @@ class W2W_OT_add_armature_motion(bpy.types.Operator):
     def execute(self, context: Context) -> set[str]:
         """Read it and list it."""
         mesh, source = current_body(context), context.object
+        playing = active_action(source)
         try:
-            carried = carry(best_take([source]), body_of(mesh))
+            carried = carry(best_take([source], None if playing is None else [playing]), body_of(mesh))
         except UnusableMotion as error:
             return jobs.show_error(self, f"{source.name}: {error}")
         add_clip(mesh, armature_of(mesh), carried, Wanted(Path(), source.name, ""))

@@ -7,20 +7,23 @@ from typing import NamedTuple
 
 import bpy
 import numpy as np
-from bpy_extras.view3d_utils import location_3d_to_region_2d
-from mathutils import Vector
 
 from ..core.colours import colour_table
 from ..core.patches import PatchSet
 from ..scene.actions import FIRST_FRAME, scene_rate
 from ..scene.patches import PATCH
 from . import signal_cache
-from .drawing import Colour, bar_of_colours, clipped, rectangle, ring, text
+from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
 from .results import colour_range, mean_scores, shown_scores, ticked, view_index
 from .study import current_body, patches_of, playing_clip, utility_of
+from .surface import Surface
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
+BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
+INFO_TEXT = 72
+"""Height of Blender's own lines at the top left, pixels."""
+
 BAR_WIDTH, BAR_HEIGHT = 16, 190
 BAR_TICKS = 5
 
@@ -64,10 +67,11 @@ def draw() -> None:
     free = _free_part(context)
     if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
         _draw_colour_bar(body, free, scale)
-    _draw_places(context, body, patches, scale)
+    surface = Surface(context, body, patches)
+    _draw_places(surface, body, scale)
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     for number, patch in enumerate(chosen):
-        _draw_mark(context, body, patches, patch, number, scale)
+        _draw_mark(surface, patch, number, scale)
     _draw_cards(
         [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)], free, scale
     )
@@ -89,6 +93,8 @@ def _free_part(context: bpy.types.Context) -> Free:
             free[0] = max(free[0], other.x + other.width - region.x)
         elif other.type in ("HEADER", "TOOL_HEADER") and other.y > region.y + region.height / 2:
             free[3] = min(free[3], other.y - region.y)
+    if context.space_data.overlay.show_text:
+        free[3] -= INFO_TEXT * context.preferences.system.ui_scale
     return Free(*free)
 
 
@@ -124,49 +130,29 @@ def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:
             x += WIDTH * scale + margin
 
 
-def _draw_places(context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, scale: float) -> None:
-    """Number the chosen sensor places in the order of their choice."""
-    if body.w2w.chosen_collection is None or not len(body.w2w.chosen):
+def _draw_places(surface: Surface, body: bpy.types.Object, scale: float) -> None:
+    """Number the chosen sensor places in the order of their choice, those in sight."""
+    if body.w2w.chosen_collection is None:
         return
     for number, place in enumerate(body.w2w.chosen, start=1):
-        point = _on_screen(context, body, patches, place.patch)
-        if point is not None:
-            x, y = point.x + 10 * scale, point.y - 14 * scale
-            rectangle(
-                x - 4 * scale, y - 4 * scale, (8 + 7 * len(str(number))) * scale, 16 * scale, BACKGROUND
-            )
-            text(x, y, str(number), 11 * scale, PALE)
+        if surface.in_sight(place.patch):
+            point = surface.on_screen(place.patch)
+            disc(point.x, point.y, 9 * scale, PALE)
+            disc(point.x, point.y, 7.5 * scale, BADGE)
+            text(point.x, point.y - 4 * scale, str(number), 10.5 * scale, PALE, "CENTER")
 
 
-def _draw_mark(
-    context: bpy.types.Context,
-    body: bpy.types.Object,
-    patches: PatchSet,
-    patch: int,
-    number: int,
-    scale: float,
-) -> None:
-    """Put a ring and a letter on the patch, wherever the body moves it."""
-    point = _on_screen(context, body, patches, patch)
+def _draw_mark(surface: Surface, patch: int, number: int, scale: float) -> None:
+    """Put a ring and a letter on the patch, wherever the body moves it; faint where it is behind."""
+    point = surface.on_screen(patch)
     if point is None:
         return
+    strength = 1.0 if surface.in_sight(patch) else 0.35
     mark, colour = MARKS[number]
-    ring(point.x, point.y, 9 * scale, (0.0, 0.0, 0.0, 0.8), 4.5 * scale)
-    ring(point.x, point.y, 9 * scale, colour, 2.5 * scale)
-    text(point.x + 13 * scale, point.y + 7 * scale, mark, 15 * scale, colour)
-
-
-def _on_screen(
-    context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, patch: int
-) -> Vector | None:
-    """Where a patch is in the region, on the surface as it is now; None behind the viewer."""
-    evaluated = body.evaluated_get(context.view_layer.depsgraph)
-    mesh = evaluated.data
-    if len(mesh.vertices) != len(patches.labels):  # a modifier has made other vertices
-        return None
-    corners = [mesh.vertices[vertex].co for vertex in patches.triangles[patch].tolist()]
-    place = evaluated.matrix_world @ (sum(corners, Vector()) / 3)
-    return location_3d_to_region_2d(context.region, context.region_data, place)
+    colour = (*colour[:3], strength)
+    ring(point.x, point.y, 12 * scale, (0.0, 0.0, 0.0, 0.8 * strength), 4.5 * scale)
+    ring(point.x, point.y, 12 * scale, colour, 2.5 * scale)
+    text(point.x + 16 * scale, point.y + 8 * scale, mark, 15 * scale, colour)
 
 
 def _card(

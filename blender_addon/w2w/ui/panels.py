@@ -173,7 +173,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         if not len(study.clips):
             layout.label(text="FBX, BVH, AMASS npz or smpl files", icon="INFO")
             return
-        layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=8)
+        layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=5, maxrows=5)
         row = layout.row(align=True)
         row.menu("W2W_MT_tick_clips", text="Tick", icon="CHECKBOX_HLT")
         row.operator("w2w.relabel_clips", text="Relabel", icon="GREASEPENCIL")
@@ -194,9 +194,11 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
             return
         column = layout.column(align=True)
         column.prop(clip, "subject")
-        row = column.row()
-        row.active = False
-        row.label(text=f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton")
+        about = layout.column()
+        about.active = False
+        draw_text(
+            about, context, f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton"
+        )
         row = layout.row(align=True)
         row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
         if Path(clip.file).suffix.lower() in (".fbx", ".bvh"):

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..core.colours import score_colours
 from ..core.recording import ImuRecording
-from .drawing import Colour, clipped, polyline, rectangle, text
+from .drawing import Colour, clipped, polyline, rectangle, text, width_of
 
-WIDTH, MARGIN, LINE = 310, 12, 15
+WIDTH, MARGIN, LINE = 350, 12, 15
 """Sizes at a scale of 1, pixels."""
 
-PLOT_HEIGHT, PLOT_GAP = 62, 22
+PLOT_HEIGHT, PLOT_GAP = 52, 21
 MANY_ACTIVITIES = 8
 """With more activities than these, bars stand in two columns."""
 
@@ -111,7 +111,8 @@ class Card:
             return top
         n_columns = 2 if len(self.f1) > MANY_ACTIVITIES else 1
         column = (right - left + MARGIN * scale) / n_columns
-        label, number = 0.44 * column, 30 * scale
+        longest = max(width_of(activity, 11 * scale) for activity in self.activities)
+        label, number = min(longest + 8 * scale, 0.6 * column), 30 * scale
         full = column - label - number - MARGIN * scale
         shades = score_colours(self.f1, self.low, self.high, self.colour_map)
         for index, (activity, f1) in enumerate(zip(self.activities, self.f1, strict=True)):

@@ -66,7 +66,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     home = mesh.users_collection[0] if mesh.users_collection else None
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
     study.patches_text, study.patches_key = pack(patches)
-    results.hide_patches(bpy.context.view_layer, study)
+    results.hide_patches(study)
     return f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
 
 

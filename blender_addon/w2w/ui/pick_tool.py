@@ -8,7 +8,7 @@ import numpy as np
 from bpy.props import BoolProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
-from ..scene.patches import patch_empties
+from ..scene.evaluated import EvaluatedVertices
 from .study import current_body, patches_of
 from .utility_ops import pick
 
@@ -92,9 +92,8 @@ def patch_at(depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, 
         corners = list(mesh.polygons[face].vertices)
         places = np.array([mesh.vertices[corner].co for corner in corners]) @ world[:3, :3].T + world[:3, 3]
         return int(patches.labels[corners[np.linalg.norm(places - place, axis=1).argmin()]])
-    # a modifier has made other vertices: the nearest empty stands for its patch
-    empties = patch_empties(body.w2w.patch_collection)
-    places = np.array([empty.matrix_world.translation for empty in empties])
+    # a modifier has made other vertices: the nearest carrier triangle stands for its patch
+    places = EvaluatedVertices(body, patches.triangles).positions().mean(axis=1)
     return int(np.linalg.norm(places - place, axis=1).argmin())
 
 

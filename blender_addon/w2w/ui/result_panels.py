@@ -46,6 +46,12 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
         layout.enabled = jobs.running is None
         layout.use_property_decorate = False
         layout.prop(study, "view", text="")
+        row = layout.row()
+        row.active = False
+        row.label(text="Activity")
+        best = row.row()
+        best.alignment = "RIGHT"
+        best.label(text="Best Patch's F1")
         layout.template_list(
             "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
         )

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import bpy
 import numpy as np
 
@@ -177,21 +175,18 @@ def mark_chosen(body: bpy.types.Object) -> None:
             collection.objects.unlink(empty)
             empty.empty_display_type = "ARROWS"
             empty.empty_display_size = study.patch_size
-            empty.show_in_front = False
     for patch in wanted:
         empty = empties[patch]
         if empty.name not in collection.objects:
             collection.objects.link(empty)
         empty.empty_display_type = "SPHERE"
         empty.empty_display_size = CHOSEN_SCALE * study.patch_size
-        empty.show_in_front = True
 
 
-def hide_patches(view_layer: bpy.types.ViewLayer, study: bpy.types.PropertyGroup) -> None:
-    """Show or hide the collection of all patches, as the study says."""
-    for layer in _layer_collections(view_layer.layer_collection):
-        if layer.collection == study.patch_collection:
-            layer.hide_viewport = not study.show_patches
+def hide_patches(study: bpy.types.PropertyGroup) -> None:
+    """Show or hide all patches, as the study says: by their collection, or they would still be evaluated."""
+    if study.patch_collection is not None:
+        study.patch_collection.hide_viewport = not study.show_patches
 
 
 def show_colours(context: bpy.types.Context) -> None:
@@ -211,9 +206,3 @@ def _chosen_collection(body: bpy.types.Object) -> bpy.types.Collection:
         home = body.users_collection[0] if body.users_collection else bpy.context.scene.collection
         home.children.link(collection)
     return study.chosen_collection
-
-
-def _layer_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:
-    for child in layer.children:
-        yield child
-        yield from _layer_collections(child)

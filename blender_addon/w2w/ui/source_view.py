@@ -80,7 +80,7 @@ def _import_beside(context: bpy.types.Context, mesh: bpy.types.Object, clip: bpy
         scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end = settings
     new = [item for item in bpy.data.objects if item not in objects]
     armature = next(item for item in new if item.type == "ARMATURE")
-    takes = find_takes(armature)
+    takes = find_takes(armature, set(bpy.data.actions) - actions)
     take = max(takes, key=lambda take: motion_amount(read_take(take)))
     collection = bpy.data.collections.new(f"Source: {name}")
     collection[SOURCE] = name

@@ -34,9 +34,9 @@ def resize_patches(study: Group, _context: Context) -> None:
         results.mark_chosen(study.id_data)
 
 
-def show_patches(study: Group, context: Context) -> None:
+def show_patches(study: Group, _context: Context) -> None:
     """Show or hide all patches; chosen places stay visible through their own collection."""
-    results.hide_patches(context.view_layer, study)
+    results.hide_patches(study)
 
 
 def reweigh(activity: Group, context: Context) -> None:

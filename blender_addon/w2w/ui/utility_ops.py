@@ -129,6 +129,8 @@ def pick(context: bpy.types.Context, body: bpy.types.Object, patch: int, compare
     if empty.visible_get():
         empty.select_set(True)
         context.view_layer.objects.active = empty
+    elif not compare:
+        select_only(context, body)
 
 
 CLASSES = (
