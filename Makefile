@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests; both set up what they need first.
 
-.PHONY: demo test lint setup extension extension-all test-blender-5 test-window
+.PHONY: demo test lint setup extension extension-all test-blender-5 test-window test-peers
 
 setup:
 	@tools/set_up.sh
@@ -20,6 +20,10 @@ lint: setup
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
 	.venv-blender-5/bin/python -m pytest -n 2 tests/scene tests/ui tests/headless
+
+# Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.
+test-peers: setup
+	PYTHON=$(CURDIR)/.venv/bin/python tools/test_peers.sh
 
 extension: setup
 	.venv/bin/python tools/build_extension.py

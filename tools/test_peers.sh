@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Read W2W's files with the programs they are for: gaitmap and OpenSim. Both want another NumPy than
+# Blender's and than each other's, so each gets a virtual environment of its own under .venv-peers.
+# x-io's small readers are among the ordinary test libraries.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+python=${PYTHON:-python3.11}
+tests=tests/core/test_recording.py
+
+# test_with NAME TESTS REQUIREMENT...
+test_with() {
+  local venv=".venv-peers/$1" chosen=$2
+  shift 2
+  local stamp
+  stamp="$venv/.ready-$(echo "$@" | sha256sum | cut -c1-16)"
+  if [ ! -e "$stamp" ]; then
+    rm -rf "$venv"
+    "$python" -m venv "$venv"
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@" \
+      h5py==3.16.0 hypothesis==6.170.15 pytest==9.2.0 scipy
+    touch "$stamp"
+  fi
+  local report="$venv/report.xml"
+  "$venv/bin/python" -m pytest -q "$tests" -k "$chosen" --junitxml "$report"
+  # a test that was skipped has read nothing
+  grep -q 'skipped="0"' "$report"
+}
+
+# tpcp, which gaitmap brings, is a pytest plugin that does not load without numpydoc
+test_with gaitmap gaitmap_takes gaitmap==2.6.0 numpydoc==1.8.0
+test_with opensim opensim_reads opensim==4.6
