@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests; both set up what they need first.
 
-.PHONY: demo test lint setup extension extension-all test-blender-5 test-window test-peers
+.PHONY: demo test lint setup extension extension-all test-blender-5 test-window test-peers test-report
 
 setup:
 	@tools/set_up.sh
@@ -38,3 +38,8 @@ test-window: extension
 	rm -f .cache/gui/report.json
 	.venv/bin/python -m pytest tests/gui
 	test -s .cache/gui/report.json
+
+# The report in headless Chromium; fails where it cannot run.
+test-report: setup
+	tools/chromium.sh
+	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest tests/headless/test_report_in_browser.py

@@ -10,6 +10,7 @@ from .demo_library import demo_library
 from .dsads import dsads
 from .inspect_file import inspect
 from .place import place
+from .report import report
 from .run import run
 from .sensors import sensors
 from .status import status
@@ -39,6 +40,7 @@ APP.command()(place)
 APP.command()(tables)
 APP.command()(dsads)
 APP.command(name="inspect")(inspect)
+APP.command()(report)
 APP.command()(synth)
 APP.command()(sensors)
 APP.command()(status)

@@ -39,6 +39,7 @@ from .folder_lock import FolderBusyError, only_run
 from .left_out import show_left_out
 from .pipeline import Engine, Study, StudyError, make_folders, run_study, write_config
 from .progress import Progress
+from .report import REPORT, write_report
 from .results import top_regions, write_results
 from .together import sensors_together
 from .views import write_blend, write_pictures
@@ -93,6 +94,7 @@ def run(
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
     or 1,
     pictures: Annotated[bool, typer.Option(help="Draw heatmaps and save study.blend.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html, a page with everything in it.")] = True,
     bone_map: Annotated[
         list[Path] | None,
         typer.Option(
@@ -109,8 +111,9 @@ def run(
 ) -> None:
     """Find the best places for a sensor from a folder of motion files.
 
-    OUT then holds `summary.json`, `utility.csv`, `heatmaps/*.png`, `study.blend`, `motions/*.npz`,
-    `signals/*.npz` and `config.json`. Run again with the same OUT to go on where a run was stopped.
+    OUT then holds `report.html`, `summary.json`, `utility.csv`, `heatmaps/*.png`, `study.blend`,
+    `motions/*.npz`, `signals/*.npz` and `config.json`. Run again with the same OUT to go on where a run
+    was stopped.
 
     Exit codes: 0 all well, 1 no result (what is wrong is said), 2 wrong use, 3 clips were skipped with
     --strict, 4 another run works in OUT, 130 stopped by Ctrl-C.
@@ -138,10 +141,10 @@ def run(
     engine = Engine(workers, scheduler, clip_limit, bone_maps)
     show_labels(found, console)
     if len(chosen) == 1:
-        studies = [("", execute(found, chosen[0][1], config, out, engine, pictures, console))]
+        studies = [("", execute(found, chosen[0][1], config, out, engine, pictures, console, report))]
     else:
         studies = [
-            (name, execute(found, body, config, out / name, engine, pictures, console))
+            (name, execute(found, body, config, out / name, engine, pictures, console, report))
             for name, body in chosen
         ]
         show_comparison(write_comparison(studies, out), console)
@@ -158,6 +161,7 @@ def execute(
     engine: Engine,
     pictures: bool,
     console: Console,
+    report: bool = True,
 ) -> Study:
     """Run a study with its progress on the console, and write everything down.
 
@@ -170,14 +174,14 @@ def execute(
         make_folders(out)
         watch = Watch(out, len(library.clips))
         with only_run(out / WORK):
-            study = _execute(library, body, config, out, engine, pictures, console, watch)
+            study = _execute(library, body, config, out, engine, pictures, console, watch, report)
     except FolderBusyError as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(BUSY) from error
     except OSError as error:
         console.print(f"[red]No result: {out} cannot be written: {error}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
-    show_outcome(study, pictures, console)
+    show_outcome(study, pictures, console, report)
     return study
 
 
@@ -190,6 +194,7 @@ def _execute(
     pictures: bool,
     console: Console,
     watch: Watch,
+    report: bool,
 ) -> Study:
     progress = Progress(console)
     try:
@@ -204,6 +209,8 @@ def _execute(
         if pictures:
             write_pictures(study, progress)
             write_blend(study, progress)
+        if report:
+            write_report(out)
     except (StudyError, EngineError) as error:
         watch.step("failed", str(error))
         console.print(f"[red]No result: {error}[/red]")
@@ -252,7 +259,7 @@ def show_labels(library: Library, console: Console) -> None:
     console.print(table)
 
 
-def show_outcome(study: Study, pictures: bool, console: Console) -> None:
+def show_outcome(study: Study, pictures: bool, console: Console, report: bool = True) -> None:
     """Print what was found and where it stands."""
     utility = study.recommendation.utility
     skipped = [(o.clip.file, o.reason) for o in study.outcomes if not o.used] + list(study.library.skipped)
@@ -275,6 +282,8 @@ def show_outcome(study: Study, pictures: bool, console: Console) -> None:
     console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
     if pictures:
         console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")
+    if report:
+        console.print(f"Report:   {study.out / REPORT}")
 
 
 def show_comparison(comparison: dict[str, Any], console: Console) -> None:

@@ -129,6 +129,8 @@ def test_pictures_and_the_blend_file(finished):
     names = {path.stem for path in (out / "heatmaps").glob("*.png")}
     assert names == {"idle", "running", "walking", "mean", "subset"}
     assert (out / "study.blend").stat().st_size > 100_000
+    assert f"Report:   {out / 'report.html'}" in finished[1].replace("\n", "")
+    assert (out / "report.html").stat().st_size > 100_000
 
 
 def test_the_config_names_versions_and_inputs(finished, library):

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w report`: a finished study as one page that opens in any browser, without a network."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/report.py -- RESULTS
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.from_blender import run_command
+
+    run_command("report")
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from rich.console import Console
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.files import write_text
+from blender_addon.w2w.core.utility import UtilityMap
+
+from .exit_codes import USAGE
+from .finished import FinishedStudy
+from .report_data import MEAN_TITLE, as_script_json, title, view_data
+
+REPORT = "report.html"
+
+PAGE = Path(__file__).resolve().parent / "report_page"
+
+MAX_REGIONS = 15
+MAX_CONFUSED = 12
+"""A table of mistakes wider than this cannot be read."""
+
+
+def report(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+) -> None:
+    """Write `report.html` into a finished results folder: the heatmaps in 3D, the choice, the tables.
+
+    The page is one file and needs no network. `w2w run` writes it by itself.
+
+    Exit codes: 0 written, 2 the folder holds no finished run.
+    """
+    console = Console(highlight=False)
+    try:
+        path = write_report(results)
+    except (ValueError, OSError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    console.print(f"Report: {path}")
+
+
+def write_report(out: Path) -> Path:
+    """Write a finished study's `report.html` into its folder.
+
+    Raises
+    ------
+    ValueError
+        If the folder holds no finished run.
+    """
+    study = FinishedStudy.load(out)
+    summary, config = (
+        json.loads((out / name).read_text(encoding="utf-8")) for name in ("summary.json", "config.json")
+    )
+    write_text(out / REPORT, page(study, study.body(), summary, config))
+    return out / REPORT
+
+
+def page(study: FinishedStudy, body: Body, summary: dict[str, Any], config: dict[str, Any]) -> str:
+    """The page's HTML.
+
+    Parameters
+    ----------
+    study : FinishedStudy
+    body : Body
+        The study's.
+    summary, config : dict
+        What stands in its `summary.json` and `config.json`.
+    """
+    utility, best = study.utility, summary["best_single_patch"]["patch"]
+    chosen = [place["patch"] for place in summary["subset"]["places"]]
+    environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
+    environment.filters |= {"f1": "{:.2f}".format, "title": title}
+    return environment.get_template("page.html").render(
+        summary=summary,
+        config=config,
+        body=body,
+        utility=utility,
+        n_places=len(study.patches),
+        mean_title=MEAN_TITLE,
+        regions=_best_of_regions(study)[:MAX_REGIONS],
+        activities=_activities(study, summary, best),
+        mistakes=_mistakes(utility, best),
+        skipped=sorted(summary["skipped"], key=lambda entry: entry["file"]),
+        style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
+        scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
+        data=Markup(as_script_json(view_data(body, study.patches, utility, chosen, best))),
+    )
+
+
+def _best_of_regions(study: FinishedStudy) -> list[dict[str, Any]]:
+    """The best patch of each region by mean F1, best region first."""
+    utility, best = study.utility, {}
+    for patch in np.argsort(-utility.mean, kind="stable").tolist():
+        best.setdefault(study.patches.regions[patch], patch)
+    return [
+        {
+            "region": region,
+            "patch": patch,
+            "f1": float(utility.mean[patch]),
+            "low": float(utility.mean_low[patch]),
+            "high": float(utility.mean_high[patch]),
+            "rank": (int(utility.rank_low[patch]), int(utility.rank_high[patch])),
+        }
+        for region, patch in best.items()
+    ]
+
+
+def _activities(study: FinishedStudy, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
+    """Each tested activity: its clips, its own best spot, and how the best single spot does."""
+    utility, rows = study.utility, []
+    for number, name in enumerate(utility.activities):
+        own = int(utility.f1[:, number].argmax())
+        rows.append(
+            {
+                "name": name,
+                **summary["activities"][name],
+                "place": study.patches.names[own],
+                "patch": own,
+                "f1": float(utility.f1[own, number]),
+                "low": float(utility.f1_low[own, number]),
+                "high": float(utility.f1_high[own, number]),
+                "at_best": float(utility.f1[best, number]),
+            }
+        )
+    return rows
+
+
+def _mistakes(utility: UtilityMap, place: int) -> list[dict[str, Any]]:
+    """Rows of the confusion table of one place, each window count with its share of the row."""
+    if len(utility.activities) > MAX_CONFUSED:
+        return []
+    return [
+        {
+            "name": name,
+            "cells": [(int(count), float(count / max(row.sum(), 1))) for count in row],
+        }
+        for name, row in zip(utility.activities, utility.confusion[place], strict=True)
+    ]

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the page does: which map is shown, how it is coloured, what is read where one points.
+"use strict";
+
+(() => {
+  const data = JSON.parse(document.getElementById("w2w-data").textContent);
+  const find = (name) => document.getElementById(name);
+  const places = data.names.length, maps = data.titles.length;
+  const [f1, low, high] = ["f1", "low", "high"].map((name) => Float32Array.from(unpack(data[name]), (value) => value / 65535));
+  const region = unpack(data.region), rank = unpack(data.rank), centres = unpack(data.centres);
+  const spread = { count: unpack(data.spread_count), place: unpack(data.spread_place), share: unpack(data.spread_share) };
+  const shown = { map: 0, range: "own", place: -1, listed: [] };
+  let viewer = null;
+
+  const score = (place, map = shown.map) => f1[map * places + place];
+  const number = (value) => value.toFixed(2);
+  const interval = (place, map = shown.map) => `${number(low[map * places + place])}–${number(high[map * places + place])}`;
+
+  function range() {
+    const values = shown.range === "own" ? f1.subarray(shown.map * places, (shown.map + 1) * places) : f1;
+    let least = Infinity, most = -Infinity;
+    for (const value of values) { least = Math.min(least, value); most = Math.max(most, value); }
+    return [least, most];
+  }
+
+  // Scores spread over the vertices as the heatmaps are, then as shares of the colour range.
+  function shares() {
+    const [least, most] = range(), width = most - least, result = new Float32Array(spread.count.length);
+    let at = 0;
+    for (let vertex = 0; vertex < result.length; vertex++) {
+      let sum = 0, whole = 0;
+      for (const end = at + spread.count[vertex]; at < end; at++) {
+        sum += spread.share[at] * score(spread.place[at]);
+        whole += spread.share[at];
+      }
+      result[vertex] = width > 0 && whole > 0 ? (sum / whole - least) / width : 0.5;
+    }
+    return result;
+  }
+
+  function text(element, content) { element.textContent = content; return element; }
+
+  function make(tag, content = "", attributes = {}) {
+    const element = text(document.createElement(tag), content);
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+    return element;
+  }
+
+  function describe(target, place) {
+    target.replaceChildren(
+      make("b", data.names[place]),
+      make("span", `F1 ${number(score(place))} (${Math.round(100 * data.level)} % interval ${interval(place)}), ${data.titles[shown.map]}`),
+    );
+    if (shown.map === 0) target.append(make("br"), make("span", `rank ${rank[2 * place]}–${rank[2 * place + 1]} of ${places}`));
+    else target.append(make("br"), make("span", `mean over activities ${number(score(place, 0))} (${interval(place, 0)})`));
+  }
+
+  function point(place) {
+    shown.place = place;
+    if (place >= 0) describe(find("readout"), place);
+    badges();
+  }
+
+  function go(place) {
+    point(place);
+    if (viewer) viewer.face(centres[place]);
+  }
+
+  // The best place of each region in the map shown, best first.
+  function rankRegions() {
+    const order = [...Array(places).keys()].sort((a, b) => score(b) - score(a) || a - b), seen = new Set();
+    shown.listed = order.filter((place) => !seen.has(region[place]) && seen.add(region[place])).slice(0, 8);
+    find("ranked").tBodies[0].replaceChildren(...shown.listed.map((place) => {
+      const row = make("tr"), cell = make("td"), button = make("button", data.names[place], { type: "button", class: "go", "data-patch": place });
+      cell.append(button);
+      row.append(cell, make("td", number(score(place)), { class: "n" }), make("td", interval(place), { class: "n" }));
+      return row;
+    }));
+    text(find("ranked-title"), data.titles[shown.map]);
+  }
+
+  function show() {
+    const [least, most] = range();
+    text(find("bar-low"), number(least));
+    text(find("bar-high"), number(most));
+    rankRegions();
+    const best = shown.listed[0];
+    describe(find("readout"), shown.place >= 0 ? shown.place : best);
+    find("view").setAttribute("aria-label", `The body in 3D, coloured by F1 of ${data.titles[shown.map]}, from ${number(least)} to ${number(most)}; best: ${data.names[best]}`);
+    if (viewer) viewer.paint(shares());
+  }
+
+  function badges() {
+    if (!viewer || !viewer.view) return;
+    const wanted = data.chosen.slice(0, 12).map((place, i) => [place, String(i + 1)]);
+    if (shown.place >= 0 && !data.chosen.slice(0, 12).includes(shown.place)) wanted.push([shown.place, ""]);
+    const holder = find("badges");
+    while (holder.children.length > wanted.length) holder.lastChild.remove();
+    while (holder.children.length < wanted.length) holder.append(make("span"));
+    wanted.forEach(([place, label], i) => {
+      const badge = holder.children[i], [x, y] = viewer.project(centres[place]);
+      const seen = viewer.placeAt(x, y);
+      // its own cell or one beside it: not hidden behind another part of the body
+      const hidden = seen < 0 || viewer.apart(centres[seen], centres[place]) > 0.12;
+      text(badge, label);
+      badge.className = (label ? "" : "pointer") + (hidden ? " hidden" : "");
+      badge.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+    });
+  }
+
+  function controls() {
+    data.titles.forEach((name, map) => {
+      const label = make("label"), input = make("input", "", { type: "radio", name: "map", value: map });
+      input.checked = map === 0;
+      input.addEventListener("change", () => { shown.map = map; show(); });
+      label.append(input, make("span", name));
+      find("maps").append(label);
+    });
+    document.querySelectorAll("input[name=range]").forEach((input) =>
+      input.addEventListener("change", () => { shown.range = input.value; show(); }));
+    document.addEventListener("click", (event) => {
+      const button = event.target.closest("button.go");
+      if (!button) return;
+      if (button.dataset.map) {
+        shown.map = Number(button.dataset.map);
+        document.querySelectorAll("input[name=map]")[shown.map].checked = true;
+        show();
+      }
+      go(Number(button.dataset.patch));
+      const box = find("view").getBoundingClientRect();
+      if (box.bottom < 120 || box.top > window.innerHeight - 120) find("view").scrollIntoView({ block: "center" });
+    });
+    const bar = find("bar").getContext("2d"), table = unpack(data.colours);
+    const row = bar.createImageData(table.length / 3, 1);
+    for (let i = 0; i < table.length / 3; i++) row.data.set([table[3 * i], table[3 * i + 1], table[3 * i + 2], 255], 4 * i);
+    bar.putImageData(row, 0, 0);
+  }
+
+  function hover(event) {
+    const box = find("view").getBoundingClientRect(), tip = find("tip");
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    const place = viewer.placeAt(x, y);
+    tip.hidden = place < 0;
+    if (place < 0) return;
+    viewer.towards(centres[place]);
+    describe(tip, place);
+    point(place);
+    tip.style.left = `${Math.max(0, Math.min(x + 16, box.width - tip.offsetWidth - 4))}px`;
+    tip.style.top = `${y + 20 + tip.offsetHeight > box.height ? Math.max(0, y - tip.offsetHeight - 12) : y + 20}px`;
+  }
+
+  function handling() {
+    const canvas = find("view"), held = new Map();
+    canvas.addEventListener("pointerdown", (event) => {
+      held.set(event.pointerId, [event.clientX, event.clientY]);
+      canvas.setPointerCapture(event.pointerId);
+      hover(event);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const before = held.get(event.pointerId);
+      if (!before) { hover(event); return; }
+      const now = [event.clientX, event.clientY];
+      if (held.size === 1) {
+        find("tip").hidden = true;
+        viewer.turn(-(now[0] - before[0]) * 0.009, (now[1] - before[1]) * 0.007);
+      } else {
+        const other = [...held].find(([id]) => id !== event.pointerId)[1];
+        const spread = (finger) => Math.hypot(finger[0] - other[0], finger[1] - other[1]) || 1;
+        viewer.closer(spread(now) / spread(before));
+      }
+      held.set(event.pointerId, now);
+    });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => held.delete(event.pointerId));
+    canvas.addEventListener("pointerleave", () => { find("tip").hidden = true; });
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && document.activeElement !== canvas) return; // the page scrolls until the body is clicked
+      event.preventDefault();
+      viewer.closer(Math.exp(-event.deltaY * 0.0012));
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => {
+      const step = 0.12, keys = {
+        ArrowLeft: () => viewer.turn(step, 0), ArrowRight: () => viewer.turn(-step, 0),
+        ArrowUp: () => viewer.turn(0, step), ArrowDown: () => viewer.turn(0, -step),
+        "+": () => viewer.closer(1.15), "=": () => viewer.closer(1.15), "-": () => viewer.closer(1 / 1.15),
+        Home: () => viewer.home(), n: () => next(1), p: () => next(-1), Escape: () => { find("tip").hidden = true; },
+      };
+      const action = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      if (!action || event.altKey || event.ctrlKey || event.metaKey) return;
+      event.preventDefault();
+      action();
+    });
+    document.querySelectorAll("[data-turn]").forEach((button) => button.addEventListener("click", () => {
+      viewer.yaw = (Number(button.dataset.turn) * Math.PI) / 180;
+      viewer.pitch = 0.06;
+      viewer.redraw();
+    }));
+    // paper has another width, and nothing is drawn anew while a page is printed
+    const stage = canvas.parentElement;
+    window.addEventListener("beforeprint", () => { stage.style.cssText = "width: 600px; height: 460px; min-height: 0; margin: auto"; viewer.draw(); });
+    window.addEventListener("afterprint", () => { stage.style.cssText = ""; viewer.redraw(); });
+    find("closer").addEventListener("click", () => viewer.closer(1.25));
+    find("farther").addEventListener("click", () => viewer.closer(0.8));
+  }
+
+  function next(step) {
+    const at = shown.listed.indexOf(shown.place), count = shown.listed.length;
+    go(shown.listed[at < 0 ? (step > 0 ? 0 : count - 1) : (at + step + count) % count]);
+  }
+
+  controls();
+  try {
+    viewer = new Viewer(find("view"), data);
+    viewer.onDraw = badges;
+    handling();
+  } catch (error) {
+    find("failure").hidden = false;
+    console.warn(`W2W report: ${error.message}`);
+  }
+  show();
+})();

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A finished results folder without baking anything: drawn features, everything after them real."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.advice import advise
+from blender_addon.w2w.core.library import Clip, Library
+from blender_addon.w2w.core.patches import sample_patches
+from blender_addon.w2w.core.study import Recommendation, StudyConfig
+from blender_addon.w2w.core.utility import utility_map
+from headless.clip_job import Outcome
+from headless.pipeline import Study, make_folders, write_config
+from headless.results import write_results
+
+HOSTILE = '<script>alert(1)</script> & "walk"</script><!--'
+ACTIVITIES = (HOSTILE, "arm_raise", "sitting")
+CLIPS, WINDOWS, PLACES = 6, 4, 48
+
+
+@pytest.fixture(scope="session")
+def drawn_results(bundled_body, tmp_path_factory) -> Path:
+    """Results of a study whose 'arm_raise' is told best on the left arm; one label would break a page."""
+    out = tmp_path_factory.mktemp("drawn") / "out"
+    make_folders(out)
+    config = StudyConfig(patches=PLACES, patch_mode="fast", seed=3)
+    patches = sample_patches(bundled_body, PLACES, seed=3, mode="fast")
+    bundled_body.save(out / ".w2w" / "body.npz")
+    patches.save(out / ".w2w" / "patches.npz")
+    clips = tuple(
+        Clip(Path(f"/{number}.fbx"), f"{activity[:4]}/{number}.fbx", f"clip_{number}", activity)
+        for number, activity in enumerate(np.repeat(ACTIVITIES, CLIPS).tolist())
+    )
+    reason = "empty <b>file</b>"
+    library = Library(
+        Path("/library"), clips, "folder names", (("<img src=x onerror=alert(2)>.fbx", reason),)
+    )
+    activity = np.repeat([clip.activity for clip in clips], WINDOWS)
+    strength = 0.4 + 0.6 * np.exp(-((bundled_body.vertices[patches.vertices, 0] - 0.5) ** 2) / 0.05)
+    rng = np.random.default_rng(5)
+    features = rng.normal(size=(len(activity), PLACES, 6)).astype(np.float32)
+    for number, name in enumerate(ACTIVITIES):
+        features[activity == name, :, number] += 3 * (strength if name == "arm_raise" else 0.5)
+    utility = utility_map(
+        features,
+        activity,
+        np.repeat([clip.name for clip in clips], WINDOWS),
+        None,
+        np.ones(len(activity), bool),
+        sorted(ACTIVITIES),
+        seed=3,
+    )
+    advice = advise(utility, patches, config.target, 5)
+    outcomes = tuple(Outcome(clip, "", {"windows": WINDOWS, "frames": 120}, "0" * 64) for clip in clips)
+    study = Study(
+        library,
+        config,
+        bundled_body,
+        patches,
+        outcomes,
+        np.arange(len(clips)),
+        Recommendation(utility, advice.best, advice.subset),
+        advice,
+        out,
+    )
+    write_config(study)
+    write_results(study)
+    return out

@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report in headless Chromium: it draws, answers mouse and keyboard, and asks nothing of the network.
+
+Skips where Chromium or its driver is not installed, unless W2W_NEED_CHROMIUM is set, as CI does.
+"""
+
+import io
+import json
+import os
+import shutil
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from scipy.spatial.transform import Rotation
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.patches import PatchSet
+from blender_addon.w2w.core.utility import UtilityMap
+from headless.report import write_report
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+DRIVER = shutil.which("chromedriver")
+FLAGS = (
+    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
+    "--disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader "
+    "--enable-unsafe-swiftshader --hide-scrollbars --window-size=1280,1000"
+)
+
+pytestmark = pytest.mark.skipif(
+    not (CHROMIUM and DRIVER) and not os.environ.get("W2W_NEED_CHROMIUM"),
+    reason="Chromium and chromedriver are not installed",
+)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in FLAGS.split():
+        options.add_argument(flag)
+    options.add_argument(f"--user-data-dir={tmp_path_factory.mktemp('chromium')}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=DRIVER))
+    driver.set_script_timeout(60)
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture
+def page(browser, drawn_results):
+    """The report, opened anew at desktop size."""
+    path = write_report(drawn_results)
+    browser.set_window_size(1280, 1000)
+    browser.get(path.as_uri())
+    settle(browser)
+    yield browser
+    loud = [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+    assert not loud, loud
+
+
+def settle(browser):
+    """Wait until the page has drawn what it was asked to."""
+    browser.execute_async_script(
+        "const done = arguments[0], soon = requestAnimationFrame;"
+        "soon(() => soon(() => setTimeout(done, 50)));"
+    )
+
+
+def find(browser, css):
+    return browser.find_element("css selector", css)
+
+
+def text(browser, css):
+    return " ".join(find(browser, css).get_attribute("textContent").split())
+
+
+def picture(browser):
+    """The canvas as it is drawn, RGBA."""
+    encoded = browser.execute_script(
+        "return document.getElementById('view').toDataURL('image/png').split(',')[1]"
+    )
+    import base64
+
+    return imread(io.BytesIO(base64.b64decode(encoded)))
+
+
+def choose(browser, name, value):
+    find(browser, f"input[name={name}][value='{value}']").click()
+    settle(browser)
+
+
+def place_on_screen(browser, drawn_results, name):
+    """Where the front view shows a vertex, by reckoning it here: fractions of the canvas."""
+    body, patches = (
+        Body.load(drawn_results / ".w2w" / "body.npz"),
+        PatchSet.load(drawn_results / ".w2w" / "patches.npz"),
+    )
+    width, height = browser.execute_script(
+        "const c = document.getElementById('view'); return [c.clientWidth, c.clientHeight]"
+    )
+    low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+    size, field = high - low, np.tan(np.radians(14))
+    half = max(size[2] / 2, max(size[:2]) / 2 / (width / height)) * 1.06
+    distance = half / field + size[1] / 2
+    turn = Rotation.from_euler("x", 0.06).as_matrix()  # the eye stands a little high
+    seen = turn @ (body.vertices[patches.vertices[patches.names.index(name)]] - (low + high) / 2)
+    depth = distance + seen[1]
+    return seen[0] / depth / field * height / 2, seen[2] / depth / field * height / 2
+
+
+def hover(browser, right, up):
+    """Point at a place of the canvas, pixels from its middle."""
+    from selenium.webdriver import ActionChains
+
+    canvas = find(browser, "#view")
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", canvas)
+    ActionChains(browser).move_to_element_with_offset(canvas, round(right), round(-up)).perform()
+    settle(browser)
+
+
+def test_the_body_is_drawn_in_the_scale_s_colours(page):
+    image = picture(page)
+    drawn = image[image[..., 3] > 0.9]
+    assert 0.05 < len(drawn) / image[..., 3].size < 0.6
+    assert drawn[:, :3].std(axis=0).max() > 0.08
+    assert not find(page, "#failure").is_displayed()
+
+
+def test_another_activity_has_other_colours_and_its_own_scale(page, drawn_results):
+    utility = UtilityMap.load(drawn_results / "utility.npz")
+    mean, low = picture(page), text(page, "#bar-low")
+    assert low == f"{utility.mean.min():.2f}"
+    number = utility.activities.index("arm_raise")
+    choose(page, "map", number + 1)
+    assert np.abs(picture(page)[..., :3] - mean[..., :3]).max() > 0.2
+    scores = utility.f1[:, number]
+    assert (text(page, "#bar-low"), text(page, "#bar-high")) == (
+        f"{scores.min():.2f}",
+        f"{scores.max():.2f}",
+    )
+    assert text(page, "#ranked-title") == "Arm raise"
+    patches = PatchSet.load(drawn_results / ".w2w" / "patches.npz")
+    first = find(page, "#ranked tbody tr").text
+    assert patches.names[int(scores.argmax())] in first
+    assert f"{scores.max():.2f}" in first
+
+
+def test_one_range_for_all_maps(page, drawn_results):
+    utility = UtilityMap.load(drawn_results / "utility.npz")
+    everything = np.column_stack([utility.mean, utility.f1])
+    before = picture(page)
+    choose(page, "range", "same")
+    assert text(page, "#bar-low") == f"{everything.min():.2f}"
+    assert text(page, "#bar-high") == f"{everything.max():.2f}"
+    assert np.abs(picture(page) - before).max() > 0.05
+
+
+def test_pointing_at_a_place_reads_it(page, drawn_results):
+    utility = UtilityMap.load(drawn_results / "utility.npz")
+    patches = PatchSet.load(drawn_results / ".w2w" / "patches.npz")
+    body = Body.load(drawn_results / ".w2w" / "body.npz")
+    front = np.flatnonzero(body.vertex_normals[patches.vertices][:, 1] < -0.85)
+    assert len(front) > 3
+    for patch in front[:4].tolist():
+        hover(page, *place_on_screen(page, drawn_results, patches.names[patch]))
+        assert find(page, "#tip").is_displayed()
+        told = text(page, "#tip")
+        assert patches.names[patch] in told
+        assert f"F1 {utility.mean[patch]:.2f}" in told
+        assert f"interval {utility.mean_low[patch]:.2f}–{utility.mean_high[patch]:.2f}" in told
+        assert told.startswith(text(page, "#readout b"))
+    hover(page, -300, 280)
+    assert not find(page, "#tip").is_displayed()
+
+
+def test_it_turns_by_mouse_keyboard_and_buttons(page):
+    from selenium.webdriver import ActionChains, Keys
+
+    canvas, front = find(page, "#view"), picture(page)
+    ActionChains(page).drag_and_drop_by_offset(canvas, 150, 0).perform()
+    settle(page)
+    dragged = picture(page)
+    assert np.abs(dragged - front).mean() > 0.02
+    canvas.send_keys(Keys.HOME)
+    settle(page)
+    np.testing.assert_array_equal(picture(page), front)
+    canvas.send_keys(Keys.ARROW_LEFT)
+    settle(page)
+    assert np.abs(picture(page) - front).mean() > 0.005
+    canvas.send_keys(Keys.HOME, "+")
+    settle(page)
+    closer = picture(page)
+    assert (closer[..., 3] > 0.9).sum() > (front[..., 3] > 0.9).sum()
+    canvas.send_keys(Keys.HOME)
+    find(page, "[data-turn='180']").click()
+    settle(page)
+    back = picture(page)
+    # from behind, the outline is the front's mirrored, about
+    outline = (front[..., 3] > 0.5)[:, ::-1] != (back[..., 3] > 0.5)
+    assert outline.mean() < 0.02
+    canvas.send_keys("n")
+    settle(page)
+    assert text(page, "#readout b") == find(page, "#ranked tbody button").text
+
+
+def test_a_place_in_a_table_turns_the_body_to_it(page):
+    button = find(page, "#tables button.go[data-map]")
+    name = button.text
+    page.execute_script("arguments[0].click()", button)
+    settle(page)
+    assert text(page, "#readout b") == name
+    assert page.execute_script("return document.querySelector('input[name=map]:checked').value") == "1"
+
+
+def test_labels_that_are_markup_stay_text(page, drawn_results):
+    hostile = UtilityMap.load(drawn_results / "utility.npz").activities[0]
+    assert "<script>" in hostile
+    shown = [label.text for label in page.find_elements("css selector", "#maps label")]
+    assert hostile in shown
+    choose(page, "map", 1)
+    assert text(page, "#ranked-title") == " ".join(hostile.split())
+    assert page.execute_script("return document.scripts.length") == 3
+    assert page.execute_script("return document.images.length") == 0
+
+
+def test_no_request_leaves_the_page(page):
+    requests = [
+        message["params"]["request"]["url"]
+        for entry in page.get_log("performance")
+        if (message := json.loads(entry["message"])["message"])["method"] == "Network.requestWillBeSent"
+        and message["params"]["documentURL"].startswith("file:")  # Chromium's own pages ask for theirs
+    ]
+    assert requests
+    assert all(url.startswith(("file:", "data:")) for url in requests), requests
+    assert page.execute_script("return performance.getEntriesByType('resource').length") == 0
+
+
+def test_on_a_phone_nothing_is_wider_than_the_screen(page):
+    page.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": 390, "height": 800, "deviceScaleFactor": 2, "mobile": True},
+    )
+    try:
+        settle(page)
+        assert page.execute_script("return document.documentElement.scrollWidth") <= 390
+        assert picture(page).shape[1] >= 600  # drawn at the screen's own resolution
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_every_control_has_a_name_and_text_stands_out(page):
+    """The accessible name of every control, and contrast of text against its ground (WCAG 2.2 AA)."""
+    nameless = page.execute_script(
+        "return [...document.querySelectorAll('button, canvas, input, fieldset')].filter(e =>"
+        " !(e.getAttribute('aria-label') || e.textContent.trim() || (e.labels && e.labels.length)))"
+        ".map(e => e.outerHTML)"
+    )
+    assert not nameless
+    pairs = page.execute_script(
+        "const back = e => { for (; e; e = e.parentElement) { const c = getComputedStyle(e).backgroundColor;"
+        " if (!c.startsWith('rgba(0, 0, 0, 0')) return c; } return 'rgb(255, 255, 255)'; };"
+        "return [...document.querySelectorAll('p, td, th, label span, button, .unit, caption, li, legend')]"
+        ".map(e => [e.textContent.slice(0, 20), getComputedStyle(e).color, back(e)]);"
+    )
+    for words, ink, ground in pairs:
+        assert contrast(colour(ink), colour(ground)) >= 4.5, (words, ink, ground)
+
+
+def colour(css):
+    return np.array([float(part) for part in css.strip("rgba()").split(",")[:3]]) / 255
+
+
+def contrast(one, other):
+    def luminance(rgb):
+        return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4) @ [
+            0.2126,
+            0.7152,
+            0.0722,
+        ]
+
+    light, dark = sorted([luminance(one), luminance(other)], reverse=True)
+    return (light + 0.05) / (dark + 0.05)
