@@ -213,7 +213,7 @@ def step_utility(driver: Driver) -> Script:
     """Rank, look at an activity, drag the target."""
     yield from driver.scroll_sidebar(12)
     yield from driver.press("w2w.rank_patches")
-    yield from driver.turns(100)
+    yield from driver.turns(15)
     yield from driver.look("5_ranking")
     yield from idle(driver)
     report["heatmaps"] = len(bpy.context.scene.w2w.body.data.color_attributes)

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import addon_utils
 import bpy
@@ -19,10 +21,11 @@ from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.placement import greedy_subset
 from blender_addon.w2w.core.shapes import shaped
 from blender_addon.w2w.core.study import record
+from blender_addon.w2w.core.utility import CLASSIFIERS
 from blender_addon.w2w.scene.actions import read_action
 from blender_addon.w2w.scene.body import armature_of, body_of
 from blender_addon.w2w.scene.patches import carrier_triangles, patch_empties
-from blender_addon.w2w.ui import jobs, menus, packing, properties, signal_cache
+from blender_addon.w2w.ui import jobs, menus, packing, preferences, properties, signal_cache
 from blender_addon.w2w.ui.baking import bake_steps
 from blender_addon.w2w.ui.motion_import import import_steps, wanted_in_folder
 from blender_addon.w2w.ui.pick_tool import patch_at
@@ -31,6 +34,7 @@ from blender_addon.w2w.ui.study import (
     STALE,
     bake_settings,
     config_of,
+    missing_for_any_rank,
     missing_for_bake,
     missing_for_rank,
     patches_of,
@@ -351,6 +355,49 @@ def test_a_click_finds_the_patch_of_the_posed_surface(library: Path) -> None:
     empty = patch_empties(body.w2w.patch_collection)[7]
     place = np.array(empty.evaluated_get(depsgraph).matrix_world.translation)
     assert patch_at(depsgraph, body, 0, place) == 7
+
+
+def test_a_classifier_that_cannot_work_here_says_why_and_can_be_changed(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = make_study(library, "motions patches signals")
+
+    class Unavailable:
+        @staticmethod
+        def unavailable() -> str:
+            return "the classifier needs PyTorch"
+
+    with monkeypatch.context() as patched:
+        patched.setitem(CLASSIFIERS, body.w2w.classifier, Unavailable)
+        assert missing_for_rank(body).startswith("The classifier needs PyTorch")
+        assert missing_for_any_rank(body) == ""
+        assert not bpy.ops.w2w.rank_patches.poll()
+    assert bpy.ops.w2w.rank_patches.poll()
+
+
+def test_pytorch_is_found_in_a_folder_of_one_s_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "elsewhere"
+    (folder / "torch").mkdir(parents=True)
+    (folder / "torch" / "__init__.py").touch()
+    (folder / "torch-9.8.7.dist-info").mkdir()
+    (folder / "torch-9.8.7.dist-info" / "METADATA").write_text("Name: torch\nVersion: 9.8.7\n")
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if not (Path(path) / "torch").exists()])
+    monkeypatch.delitem(sys.modules, "torch", raising=False)
+    assert preferences.torch_status()[0] is False
+    assert "pip install --target" in preferences.torch_status()[1]
+    chosen = SimpleNamespace(torch_folder=str(folder), use_gpu=False)
+    preferences._find_torch(chosen, bpy.context)
+    assert preferences.torch_status() == (True, f"PyTorch 9.8.7 in {folder / 'torch'}")
+    preferences.leave_torch_folders()
+    assert preferences.torch_status()[0] is False
+
+
+def test_the_gpu_can_be_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(preferences.GPU_VARIABLE, raising=False)
+    preferences._choose_gpu(SimpleNamespace(use_gpu=False), bpy.context)
+    assert os.environ[preferences.GPU_VARIABLE] == ""
+    preferences._choose_gpu(SimpleNamespace(use_gpu=True), bpy.context)
+    assert preferences.GPU_VARIABLE not in os.environ
 
 
 def test_presets_set_the_sensor(library: Path) -> None:

@@ -13,7 +13,7 @@ from ..core.patches import PatchSet
 from ..scene.actions import FIRST_FRAME, scene_rate
 from ..scene.patches import PATCH
 from . import signal_cache
-from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text
+from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
 from .results import colour_range, mean_scores, shown_scores, ticked, view_index
 from .study import current_body, patches_of, playing_clip, utility_of
@@ -26,6 +26,8 @@ INFO_TEXT = 72
 
 BAR_WIDTH, BAR_HEIGHT = 16, 190
 BAR_TICKS = 5
+BAR_TITLE, BAR_BOX = 84, 200
+"""Least and most room for the colour bar's title, pixels."""
 
 _handler: object | None = None
 
@@ -103,17 +105,19 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     study = body.w2w
     low, high = colour_range(study, shown_scores(study, utility_of(study)))
     index = view_index(study)
-    name = "Mean F1" if index == 0 else f"F1: {study.activities[index - 1].name}"
+    name = "Mean of activities" if index == 0 else study.activities[index - 1].name
+    name = clipped(name, BAR_BOX * scale, 12 * scale)
+    box = max(width_of(name, 12 * scale), BAR_TITLE * scale) + 24 * scale
     width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
-    left, bottom = free.right - 104 * scale, free.bottom + 30 * scale
-    rectangle(left - 12 * scale, bottom - 16 * scale, 104 * scale, height + 62 * scale, BACKGROUND)
+    left, bottom = free.right - box, free.bottom + 30 * scale
+    rectangle(left - 12 * scale, bottom - 16 * scale, box, height + 62 * scale, BACKGROUND)
     bar_of_colours(left, bottom, width, height, colour_table(study.colour_map, 64))
     for tick in np.linspace(0, 1, BAR_TICKS):
         y = bottom + tick * height
         rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
         text(left + width + 8 * scale, y - 4 * scale, f"{low + tick * (high - low):.2f}", 11 * scale, PALE)
-    text(left, bottom + height + 28 * scale, clipped(name, 82 * scale, 12 * scale), 12 * scale, PALE)
-    text(left, bottom + height + 14 * scale, "score, 0 to 1", 10 * scale, GREY)
+    text(left, bottom + height + 28 * scale, name, 12 * scale, PALE)
+    text(left, bottom + height + 14 * scale, "F1 score, 0 to 1", 10 * scale, GREY)
 
 
 def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:
@@ -174,7 +178,7 @@ def _card(
             subtitle += f" (likely {utility.rank_low[patch]} to {utility.rank_high[patch]})"
         subtitle += f", mean F1 {mean[patch]:.2f}"
         f1 = utility.f1[patch]
-        low, high = colour_range(study, shown_scores(study, utility))
+        low, high = colour_range(study, utility.f1) if study.fix_range else (0.0, 1.0)
     return Card(
         mark=mark,
         colour=colour,

@@ -18,6 +18,7 @@ from .study import (
     bodies,
     body_of_object,
     current_body,
+    missing_for_any_rank,
     missing_for_bake,
     missing_for_patches,
     missing_for_rank,
@@ -50,7 +51,7 @@ class StepPanel(W2WPanel):
         self.layout.use_property_decorate = False
         self.layout.enabled = jobs.running is None
         if missing:
-            self.layout.label(text=missing, icon="INFO")
+            draw_text(self.layout, context, missing, icon="INFO")
         else:
             self.draw_step(context, self.layout)
 
@@ -292,7 +293,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         body = current_body(context)
         if body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None:
             return ""
-        return missing_for_rank(body)
+        return missing_for_any_rank(body)
 
     def is_done(self, context: Context) -> bool:
         """Whether there is a ranking that fits the settings."""
@@ -317,7 +318,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
         missing = missing_for_rank(current_body(context))
         if missing:
-            layout.label(text=missing, icon="INFO")
+            draw_text(layout, context, missing, icon="INFO")
         elif ranked and study.ranked_as != rank_settings(study):
             layout.label(text="Settings or clips have changed: rank again", icon="INFO")
 

@@ -15,7 +15,7 @@ WIDTH, MARGIN, LINE = 350, 12, 15
 """Sizes at a scale of 1, pixels."""
 
 PLOT_HEIGHT, PLOT_GAP = 52, 21
-MANY_ACTIVITIES = 8
+MANY_ACTIVITIES = 6
 """With more activities than these, bars stand in two columns."""
 
 BACKGROUND: Colour = (0.07, 0.07, 0.07, 0.9)

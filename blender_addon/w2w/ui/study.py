@@ -12,7 +12,7 @@ from ..core.imu import Synthesis
 from ..core.patches import PatchSet
 from ..core.shapes import RANGES
 from ..core.study import StudyConfig
-from ..core.utility import UtilityMap
+from ..core.utility import CLASSIFIERS, UtilityMap
 from ..core.windows import WindowSpec
 from ..scene.patches import PATCH
 from .packing import unpack
@@ -158,6 +158,11 @@ def missing_for_bake(body: bpy.types.Object | None) -> str:
 
 def missing_for_rank(body: bpy.types.Object | None) -> str:
     """What stands in the way of ranking."""
+    return missing_for_any_rank(body) or classifier_problem(body.w2w)
+
+
+def missing_for_any_rank(body: bpy.types.Object | None) -> str:
+    """What stands in the way of ranking, whatever the classifier."""
     missing = missing_for_bake(body)
     if missing:
         return missing
@@ -171,3 +176,10 @@ def missing_for_rank(body: bpy.types.Object | None) -> str:
     if sum(count > 1 for count in clips.values()) < 2:
         return "Two activities with two clips each are needed"
     return ""
+
+
+def classifier_problem(study: bpy.types.PropertyGroup) -> str:
+    """Why the chosen classifier cannot work here; empty where it can."""
+    unavailable = getattr(CLASSIFIERS[study.classifier], "unavailable", None)
+    text = unavailable() if unavailable is not None else ""
+    return f"{text[0].upper()}{text[1:]}; the preferences tell where it is looked for" if text else ""

@@ -130,7 +130,7 @@ def pick(context: bpy.types.Context, body: bpy.types.Object, patch: int, compare
         empty.select_set(True)
         context.view_layer.objects.active = empty
     elif not compare:
-        select_only(context, body)
+        context.view_layer.objects.active = body
 
 
 CLASSES = (
