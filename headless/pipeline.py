@@ -241,7 +241,7 @@ def _rank(
             done = int(100 * fraction)
 
         try:
-            return rank_clips(clips, inputs, config, told)
+            return rank_clips(clips, inputs, config, told, out / WORK)
         except ValueError as error:
             activities = Counter(clip.activity for clip in used)
             found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))

@@ -27,6 +27,7 @@ from blender_addon.w2w.core.imu import Synthesis
 from blender_addon.w2w.core.library import Library, read_library
 from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
+from blender_addon.w2w.core.utility import unavailable
 from blender_addon.w2w.core.windows import WindowSpec
 
 from .advice_text import show_advice
@@ -73,6 +74,12 @@ def run(
     sensor: Annotated[str, typer.Option(help="Sensor preset, or 'ideal' for no errors.")] = DEFAULT_SENSOR,
     window: Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")] = 2.0,
     stride: Annotated[float, typer.Option(min=0.05, help="Stride of training windows, seconds.")] = 1.0,
+    classifier: Annotated[
+        str,
+        typer.Option(
+            help="What learns at each place: ridge (seconds), trees (minutes), multi3net (PyTorch)."
+        ),
+    ] = "ridge",
     target: Annotated[
         float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
     ] = 0.90,
@@ -125,6 +132,7 @@ def run(
             synthesis=Synthesis(rate_hz=rate),
             sensor=sensor,
             windows=WindowSpec(length_s=window, stride_s=stride),
+            classifier=classifier,
             folds=folds,
             by_subject=by_subject,
             target=target,
@@ -132,6 +140,8 @@ def run(
             constraints=parse_wishes(only, forbid, must, costs),
             seed=seed,
         )
+        if problem := unavailable(config.classifier):
+            raise ValueError(problem)
         found = without(read_library(library, labels), leave_out)
         chosen = parse_bodies(bodies)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())

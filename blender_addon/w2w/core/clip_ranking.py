@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -42,6 +43,7 @@ def rank_clips(
     inputs: np.ndarray | PlaceBlocks,
     config: StudyConfig,
     progress: Callable[[float], None] | None = None,
+    work: Path | None = None,
 ) -> tuple[Recommendation, np.ndarray]:
     """Find clips that show one motion, rank all places and choose.
 
@@ -53,6 +55,8 @@ def rank_clips(
     config : StudyConfig
     progress : callable, optional
         Told the fraction done.
+    work : Path, optional
+        Folder for what a later call can take up, as for `utility_map`.
 
     Returns
     -------
@@ -80,5 +84,6 @@ def rank_clips(
         np.concatenate([clip.is_test for clip in clips]),
         config,
         progress,
+        work,
     )
     return recommendation, groups

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from .placement import Subset, best_single, greedy_subset
 from .recording import ImuRecording
 from .sensor import SensorModel
 from .sensor_presets import DEFAULT_SENSOR, preset
-from .utility import UtilityMap, utility_map
+from .utility import CLASSIFIERS, UtilityMap, utility_map
 from .virtual_imu import record_motion
 from .windows import WindowSpec, cut_windows
 
@@ -84,6 +85,9 @@ class StudyConfig:
             raise ValueError(f"target must be an F1 above 0 and at most 1, not {self.target}")
         if self.folds < 2:
             raise ValueError(f"folds must be at least 2, not {self.folds}")
+        if self.classifier not in CLASSIFIERS:
+            known = ", ".join(CLASSIFIERS)
+            raise ValueError(f"no classifier is called {self.classifier!r}; there are {known}")
         self.sensor_model()
 
     def sensor_model(self) -> SensorModel:
@@ -205,6 +209,7 @@ def recommend(
     is_test: np.ndarray,
     config: StudyConfig,
     progress: Callable[[float], None] | None = None,
+    work: Path | None = None,
 ) -> Recommendation:
     """Rank all places and choose.
 
@@ -218,6 +223,8 @@ def recommend(
     config : StudyConfig
     progress : callable, optional
         Told the fraction done.
+    work : Path, optional
+        Folder for what a later call can take up, as for `utility_map`.
 
     Raises
     ------
@@ -235,6 +242,7 @@ def recommend(
         folds=config.folds,
         seed=config.seed,
         progress=progress,
+        work=work,
     )
     subset = greedy_subset(utility.f1, config.target, max_size=config.max_places)
     return Recommendation(utility, best_single(utility), subset)

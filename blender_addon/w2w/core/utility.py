@@ -5,20 +5,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from .classifiers.extra_trees import ExtraTrees
+from .classifiers.multi3net import Multi3Net
 from .classifiers.ridge import Ridge
 from .crossval import ALWAYS_TRAIN, grouped_folds, subject_folds, untestable
 from .files import write_npz
 from .intervals import score_places
 from .place_blocks import PlaceBlocks, SomeWindows, as_blocks
 
-CLASSIFIERS: dict[str, Callable[[], Any]] = {"ridge": Ridge}
-"""Each has a `name`, its `inputs` ("features" or "windows") and `predict_folds`, as `Ridge` has."""
+CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
+"""Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +128,7 @@ def utility_map(
     resamples: int = 500,
     level: float = 0.95,
     progress: Callable[[float], None] | None = None,
+    work: Path | None = None,
 ) -> UtilityMap:
     """Train and test a classifier at every place, never on the same clip.
 
@@ -150,13 +153,16 @@ def utility_map(
     folds : int
         Folds, where no subjects are given; fewer when there are fewer clips.
     seed : int
-        Decides the folds and the bootstrap's draws.
+        Decides the folds, the bootstrap's draws and those of a classifier given by name.
     resamples : int
         Bootstrap resamples of the clips.
     level : float
         Confidence of the intervals.
     progress : callable, optional
         Told the fraction done.
+    work : Path, optional
+        Folder in which a classifier given by name that takes long leaves what a later
+        call with the same inputs takes up.
 
     Returns
     -------
@@ -172,7 +178,7 @@ def utility_map(
     index = {name: number for number, name in enumerate(split.tested)}
     used = np.flatnonzero(np.isin(activity, split.tested))
     labels = np.array([index[name] for name in activity[used].tolist()])
-    model = _model(classifier)
+    model = _model(classifier, seed, work)
     source = SomeWindows(as_blocks(inputs), used)
     predictions = model.predict_folds(source, labels, split.fold[used], is_test[used], progress)
 
@@ -212,8 +218,17 @@ def inputs_of(classifier: Any) -> str:
     return _model(classifier).inputs
 
 
-def _model(classifier: Any) -> Any:
-    return CLASSIFIERS[classifier]() if isinstance(classifier, str) else classifier
+def unavailable(classifier: str) -> str:
+    """Why a classifier of CLASSIFIERS cannot be used here, in a sentence; empty where it can."""
+    return getattr(CLASSIFIERS[classifier], "unavailable", str)()
+
+
+def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Any:
+    if not isinstance(classifier, str):
+        return classifier
+    model = CLASSIFIERS[classifier](seed=seed)
+    resumes = work is not None and hasattr(model, "checkpoints")
+    return replace(model, checkpoints=work / model.name) if resumes else model
 
 
 class _Split(NamedTuple):

@@ -34,7 +34,11 @@ SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "S
 
 CLASSIFIER_NAMES = {
     "ridge": ("Ridge", "Linear, trained on all patches at once: seconds"),
-    "trees": ("Extra Trees", "A forest a patch: minutes, often a few points better"),
+    "trees": ("Extra Trees", "A forest a patch, for reference: minutes to hours"),
+    "multi3net": (
+        "Multi3Net",
+        "A small neural network a patch, all trained together: an hour; needs PyTorch",
+    ),
 }
 
 _view_items: list[tuple[str, str, str, int]] = []

@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The IMU branch of Multi3Net at every place, all places trained together; needs PyTorch."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from ..files import write_npz
+from ..place_blocks import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+
+if TYPE_CHECKING:
+    import torch
+
+    from .multi3net_training import State
+
+HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
+
+
+@dataclass(frozen=True)
+class Multi3Net:
+    """A network a place after the IMU branch of Multi3Net (Fortes Rey et al., ISWC 2024).
+
+    Theirs: each channel of a window embedded by a linear layer, sinusoidal positional
+    encoding (dropout .3), self-attention of 8 heads among the channels (dropout .1), layer
+    norm, flattened to linear layers that describe a window by one vector; a head of a
+    convolution of width 3, layer norm, attention of 8 heads and linear layers; Adam at
+    1e-3, learning rate reduced on plateaus, early stopping.
+
+    Not theirs: their pretraining against text and poses is left out, and each place learns
+    from nothing. Their published code does not run as it stands; where it leaves a choice,
+    this is ours: residual connections around both attentions, ReLU between linear layers,
+    no reshape to three vectors and average of these (a linear layer alone can do the same),
+    the head's convolution along the vector in 8 segments, losses that count all activities
+    the same, and the sizes. `Multi3Net.full()` has theirs; the default is smaller, so that
+    512 places are mapped in the time that `docs/utility.md` states.
+
+    The windows that say when to stop are those of the next fold, never of the tested one;
+    of an activity that no other fold could teach, they are learnt from instead. All places
+    of a fold start from the same weights and meet the same batches and dropout: they differ
+    by their signals alone, and a place comes out alone as it does among others.
+
+    Parameters
+    ----------
+    width, hidden, embedding : int
+        Numbers a channel is embedded in, units of the layer after the attention, and
+        numbers a window is described by; `width` and `embedding` are multiples of 8.
+    rate : float
+        Learning rate to begin with.
+    batch : int
+        Windows a step.
+    epochs : int
+        At most.
+    patience : int
+        Epochs without a better F1 after which a place stops.
+    plateau : int
+        Epochs without a better F1 after which its learning rate drops.
+    drop : float
+        Factor of that drop.
+    seed : int
+        Every draw comes from it.
+    group : int
+        Places trained together; changes nothing but memory and time.
+    device : str
+        "cuda" or "cpu"; empty for a GPU where there is one.
+    block_bytes : int
+        Windows held at a time; changes nothing but memory.
+    checkpoints : Path or None
+        Folder of its own to leave finished places and the state of those in training in, and
+        to take them up from; made if missing. What other inputs or settings left there is
+        removed at the end.
+    checkpoint_epochs : int
+        Epochs from one saved state to the next.
+
+    Raises
+    ------
+    ValueError
+        If a size is not as it must be.
+    """
+
+    width: int = 32
+    hidden: int = 96
+    embedding: int = 32
+    rate: float = 3e-3
+    batch: int = 64
+    epochs: int = 40
+    patience: int = 15
+    plateau: int = 8
+    drop: float = 0.5
+    seed: int = 0
+    group: int = 32
+    device: str = ""
+    block_bytes: int = BLOCK_BYTES
+    checkpoints: Path | None = None
+    checkpoint_epochs: int = 20
+
+    name: ClassVar[str] = "multi3net"
+    inputs: ClassVar[str] = "windows"
+
+    def __post_init__(self) -> None:
+        for name in ("width", "embedding"):
+            size = getattr(self, name)
+            if size < 8 or size % 8:
+                raise ValueError(f"{name} must be a multiple of 8, one part for each head, not {size}")
+        for name in ("hidden", "batch", "epochs", "patience", "plateau", "group", "checkpoint_epochs"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
+
+    @classmethod
+    def full(cls, **changes: object) -> Multi3Net:
+        """The published sizes and schedule: weeks, not minutes, for hundreds of places."""
+        published = {
+            "width": 256,
+            "hidden": 1536,
+            "embedding": 256,
+            "rate": 1e-3,
+            "batch": 32,
+            "epochs": 300,
+            "patience": 30,
+            "plateau": 10,
+            "group": 4,
+        }
+        return cls(**(published | changes))
+
+    @staticmethod
+    def unavailable() -> str:
+        """Why it cannot be used here, in a sentence; empty where it can."""
+        return "" if importlib.util.find_spec("torch") else HOW_TO_GET_TORCH
+
+    def predict_folds(
+        self,
+        windows: np.ndarray | PlaceBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        progress: Callable[[float], None] | None = None,
+    ) -> np.ndarray:
+        """Name every test window by the network of the folds it does not belong to.
+
+        Parameters
+        ----------
+        windows : ndarray or PlaceBlocks, shape (W, N, samples, 6)
+            Specific force (m/s2), angular velocity (rad/s); 6 k channels where k sensors
+            are worn together.
+        labels, fold, is_test, progress
+            As for `Ridge.predict_folds`.
+
+        Returns
+        -------
+        ndarray, shape (sum of is_test, N), int16
+
+        Raises
+        ------
+        ValueError
+            If PyTorch is missing, with the command to get it; or if these are no windows.
+        """
+        if problem := self.unavailable():
+            raise ValueError(problem)
+        places = as_blocks(windows)
+        if len(places.shape) != 4 or places.shape[3] % 6:
+            raise ValueError(f"multi3net takes windows of shape (W, N, samples, 6), not {places.shape}")
+        if self.checkpoints is not None:
+            self.checkpoints.mkdir(parents=True, exist_ok=True)
+        folds = np.unique(fold[is_test])
+        position = np.cumsum(is_test) - 1
+        predictions = np.empty((int(is_test.sum()), places.shape[1]), dtype=np.int16)
+        used = set()
+        for first, last in spans(places, self.block_bytes):
+            block = places.places(first, last)
+            for start in range(first, last, self.group):
+                stop = min(start + self.group, last)
+                group = np.ascontiguousarray(block[:, start - first : stop - first])
+                for done, f in enumerate(folds, start=1):
+                    train, check = rows_to_learn(labels, fold, f)
+                    test = np.flatnonzero(is_test & (fold == f))
+                    work = _Group(self, group, labels, train, check, test, int(f))
+                    predictions[position[test], start:stop] = work.predict()
+                    used.add(work.file)
+                    if progress is not None:
+                        progress((start + (stop - start) * done / len(folds)) / places.shape[1])
+        if self.checkpoints is not None:
+            for stale in set(self.checkpoints.glob("*.npz")) - used:
+                stale.unlink(missing_ok=True)
+        return predictions
+
+
+def rows_to_learn(labels: np.ndarray, fold: np.ndarray, tested: int) -> tuple[np.ndarray, np.ndarray]:
+    """Windows to learn from and windows that say when to stop, none of the tested fold.
+
+    The checking windows are those of the next fold. Of a class that stands in no third fold
+    they are learnt from, since it could not be named otherwise.
+
+    Parameters
+    ----------
+    labels, fold : ndarray of int, shape (W,)
+    tested : int
+        Fold left out.
+
+    Returns
+    -------
+    train, check : ndarray of int
+        Indices of windows; `check` is empty where there are only two folds.
+    """
+    folds = np.unique(fold[fold >= 0])
+    following = folds[(np.searchsorted(folds, tested) + 1) % len(folds)]
+    elsewhere = np.unique(labels[(fold != tested) & (fold != following)])
+    check = (fold == following) & np.isin(labels, elsewhere)
+    return np.flatnonzero((fold != tested) & ~check), np.flatnonzero(check)
+
+
+class _Group:
+    """Some places and one fold: trained together, saved together."""
+
+    def __init__(
+        self,
+        settings: Multi3Net,
+        windows: np.ndarray,
+        labels: np.ndarray,
+        train: np.ndarray,
+        check: np.ndarray,
+        test: np.ndarray,
+        fold: int,
+    ) -> None:
+        self.settings, self.windows, self.labels = settings, windows, labels
+        self.train, self.check, self.test, self.fold = train, check, test, fold
+        folder = settings.checkpoints
+        self.file = None if folder is None else folder / f"{self._key()}.npz"
+
+    def predict(self) -> np.ndarray:
+        """Classes (tested windows, places), by networks trained now or taken up."""
+        import torch
+
+        from .multi3net_network import Network
+        from .multi3net_training import Examples, Schedule, State, name_windows, train
+
+        saved = self._saved()
+        if "named" in saved:
+            return saved["named"]
+        settings = self.settings
+        device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
+        network = Network(
+            samples=self.windows.shape[2],
+            channels=self.windows.shape[3],
+            classes=int(self.labels.max()) + 1,
+            width=settings.width,
+            hidden=settings.hidden,
+            embedding=settings.embedding,
+        )
+        examples = Examples.prepare(self.windows, self.labels, self.train, self.check, device)
+        schedule = Schedule(**{field.name: getattr(settings, field.name) for field in fields(Schedule)})
+        state = State.restore(saved, device) if saved else None
+        state = train(network, examples, schedule, self._generator, state, self._save_state)
+        tested = examples.windows[..., torch.as_tensor(self.test, device=device)]
+        named = name_windows(network, state.best, tested).T.cpu().numpy().astype(np.int16)
+        if self.file is not None:
+            write_npz(self.file, {"named": named})
+        return named
+
+    def _generator(self, epoch: int) -> torch.Generator:
+        """Draws of an epoch, on the CPU so that a GPU meets the same."""
+        import torch
+
+        seed = np.random.SeedSequence([self.settings.seed, self.fold, epoch]).generate_state(1, np.uint64)[0]
+        return torch.Generator().manual_seed(int(seed >> np.uint64(1)))
+
+    def _save_state(self, state: State) -> None:
+        if self.file is not None and state.epoch % self.settings.checkpoint_epochs == 0:
+            write_npz(self.file, state.arrays())
+
+    def _saved(self) -> dict[str, np.ndarray]:
+        """What an earlier run left of just this work; nothing if that is damaged."""
+        if self.file is None or not self.file.exists():
+            return {}
+        try:
+            with np.load(self.file, allow_pickle=False) as stored:
+                return dict(stored)
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+            return {}
+
+    def _key(self) -> str:
+        """Hash of all that decides the outcome: signals, labels, splits and settings."""
+        settings = self.settings
+        free = ("group", "device", "block_bytes", "checkpoints", "checkpoint_epochs")
+        chosen = {
+            field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in free
+        }
+        digest = hashlib.sha256(repr((sorted(chosen.items()), self.fold, self.windows.shape)).encode())
+        for rows in (self.labels, self.train, self.check, self.test):
+            digest.update(np.ascontiguousarray(rows, dtype=np.int64).tobytes())
+        digest.update(np.ascontiguousarray(self.windows, dtype=np.float32).tobytes())
+        return digest.hexdigest()[:32]
