@@ -3,10 +3,10 @@
 
     python -m benchmarks.resume [--kills 200] [--in-a-row 5] [--seed 0] [--json OUT.json]
 
-`w2w run` on four real clips is killed with all its workers (SIGKILL, which nothing can catch) at a moment drawn
-evenly from its life; what goes on from there is killed again, so many times in a row, and then left to finish.
-Printed are the kills, how many clips were finished at each, and how often bytes differed, half-written files
-stayed behind or a finished clip was done again: 0, or it is a fault.
+`w2w run` on four real clips is killed with all its workers (SIGKILL, which nothing can catch) at a moment
+drawn evenly from its life; what goes on from there is killed again, so many times in a row, and then left to
+finish. Printed are the kills, how many clips were finished then, and how often bytes differed, half-written
+files stayed behind or a finished clip was done again: 0, or it is a fault.
 """
 
 from __future__ import annotations
