@@ -9,7 +9,8 @@
 `road` takes a sample of the files. Each goes the whole way from file to stored signals and, in turn, through
 `import_scene.fbx`, Blender's importer in Python, in the same process; printed are the ratio of the two and a
 table of where our time goes. `scale` runs `w2w run` on the first clips of the library and prints clips an
-hour, the time of each step, and the peak memory of the parent, the largest worker and all processes together.
+hour, the time of each step, the processor time of all, and the peak memory of the parent, the largest
+worker and all processes together.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from __future__ import annotations
 import argparse
 import csv
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -84,7 +86,10 @@ def link_library(folder: Path, source: Path, clips: int) -> None:
 def scale(folder: Path, sizes: list[int], workers: list[int], out: Path | None) -> None:
     """Run libraries of several sizes with several numbers of workers, and print a table."""
     rows = _labels(folder)
-    print("  clips  workers  signals s  clips/h  ranking s  peak MB: parent  a worker  all together")
+    print(
+        "  clips  workers  signals s  clips/h  ranking s  processor s  a clip"
+        "  peak MB: parent  a worker  all together"
+    )
     for n_clips in sizes:
         for n_workers in workers:
             with tempfile.TemporaryDirectory(dir=out) as place:
@@ -94,15 +99,24 @@ def scale(folder: Path, sizes: list[int], workers: list[int], out: Path | None) 
                     sys.executable, "-m", "headless", "run", str(folder), "--labels", str(labels),
                     "--out", f"{place}/out", "--workers", str(n_workers), "--no-pictures",
                 ]  # fmt: skip
+                before = _processor_seconds()
                 seconds, peaks = _watched(command)
+                spent = _processor_seconds() - before
             baking = seconds.get("Motions to signals", float("nan"))
             ranking = seconds.get("Ranking places", float("nan"))
             memory = "  ".join(f"{peak / 1e6:8.0f}" for peak in peaks)
             per_hour = 3600 * n_clips / baking
             print(
-                f"{n_clips:7d}  {n_workers:7d}  {baking:9.1f}  {per_hour:7.0f}  {ranking:9.1f}  {memory}",
+                f"{n_clips:7d}  {n_workers:7d}  {baking:9.1f}  {per_hour:7.0f}  {ranking:9.1f}  "
+                f"{spent:11.1f}  {spent / n_clips:6.3f}  {memory}",
                 flush=True,
             )
+
+
+def _processor_seconds() -> float:
+    """Processor time of all processes that have ended under this one: what a busy machine leaves as it is."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _watched(command: list[str]) -> tuple[dict[str, float], tuple[int, int, int]]:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Kill a run at random moments and let the same command go on: are the bytes those of an undisturbed run?
 
-    python -m benchmarks.resume [--kills 200] [--in-a-row 5] [--seed 0] [--json OUT.json]
+    python -m benchmarks.resume [--kills 200] [--in-a-row 4] [--seed 0] [--json OUT.json]
 
 `w2w run` on four real clips is killed with all its workers (SIGKILL, which nothing can catch) at a moment
-drawn evenly from its life; what goes on from there is killed again, so many times in a row, and then left to
-finish. Printed are the kills, how many clips were finished then, and how often bytes differed, half-written
-files stayed behind or a finished clip was done again: 0, or it is a fault.
+drawn evenly from its life; what goes on from there is killed again, up to so many times in a row, and then
+left to finish. Printed are the kills, how many clips were finished then, and how often bytes differed,
+half-written files stayed behind or a finished clip was done again: 0, or it is a fault.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main() -> None:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--in-a-row", type=int, default=5)
+    parser.add_argument("--in-a-row", type=int, default=4)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", type=Path)
     choice = parser.parse_args()
@@ -72,7 +72,8 @@ def kill_and_resume(place: Path, kills: int, in_a_row: int, seed: int) -> Counte
         out = place / "out"
         workers = 2 if rng.random() < 0.25 else 1
         for _ in range(min(in_a_row, kills - counted["killed"])):
-            counted.update(_kill_once(library, out, workers, rng.uniform(0, life)))
+            fresh = not _finished(out)
+            counted.update(_kill_once(library, out, workers, rng.uniform(0, life if fresh else 0.6 * life)))
         if _Run(library, out, workers).wait() != 0:
             counted["FAULT: the last run failed"] += 1
         if hashes(out) != expected:

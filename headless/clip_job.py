@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import faulthandler
 import hashlib
 import json
 import os
@@ -21,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.files import write_json, write_npz
-from blender_addon.w2w.core.library import Clip
+from blender_addon.w2w.core.library import WORK_FOLDER, Clip
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.motion_signature import motion_signature
 from blender_addon.w2w.core.patches import PatchSet
@@ -29,11 +28,15 @@ from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 from blender_addon.w2w.core.study import StudyConfig, describe, record
 
 from .blender_process import forget_scripts_path
+from .worker_guard import LIMIT_S, MEMORY, guarded
 
-LIMIT_S = 300.0
-"""Seconds a clip may take before it is given up."""
+SAMPLE_BYTES = 24
+"""Bytes of one sample of one sensor: six values in single precision."""
 
-WORK = ".w2w"
+SIGNALS_SHARE = 4
+"""Signals may take this part of a worker's memory; their windows and features want as much again."""
+
+WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""
 
 
@@ -53,6 +56,8 @@ class Job:
         Seconds after which a worker gives the clip up.
     bone_maps : tuple of BoneMap
         The user's own, tried before the bundled ones.
+    memory : int
+        Bytes that a worker may take.
     """
 
     clip: Clip
@@ -61,6 +66,7 @@ class Job:
     inputs: str
     limit_s: float = LIMIT_S
     bone_maps: tuple[BoneMap, ...] = ()
+    memory: int = MEMORY
 
     @property
     def motion_file(self) -> Path:
@@ -120,19 +126,13 @@ class Outcome:
 
 
 def work_in_worker(job: Job) -> Outcome:
-    """Do a clip's work in a worker process that ends itself when it takes too long.
-
-    Blender's importers are C++ and may hang where no Python exception reaches them; the
-    watchdog's thread ends the process from outside the interpreter.
-    """
+    """Do a clip's work in a worker process that ends itself when it takes too much."""
     job.marker.parent.mkdir(parents=True, exist_ok=True)
     job.marker.write_text(f"{time.time()}\n")
-    with Path(os.devnull).open("w") as nowhere:
-        faulthandler.dump_traceback_later(job.limit_s, exit=True, file=nowhere)
+    with guarded(job.limit_s, job.memory):
         try:
             return do_clip(job)
         finally:
-            faulthandler.cancel_dump_traceback_later()
             job.marker.unlink(missing_ok=True)
 
 
@@ -142,9 +142,15 @@ def record_death(job: Job) -> Outcome:
     if seconds >= job.limit_s:
         reason = f"it took longer than the limit of {job.limit_s:g} s (see --clip-limit)"
     else:
-        reason = "Blender crashed on it: the file is damaged in a way that its importer does not survive"
+        reason = (
+            "Blender crashed on it: it is damaged in a way that the importer does not survive, or it needs "
+            f"more than {job.memory / 2**30:g} GiB of memory (see --clip-memory)"
+        )
     job.marker.unlink(missing_ok=True)
-    source = file_sha256(job.clip.path)
+    try:
+        source = file_sha256(job.clip.path)
+    except OSError:
+        return Outcome(job.clip, reason, {}, "")
     return _conclude(job, source, reason, {}, ())
 
 
@@ -166,7 +172,15 @@ def do_clip(job: Job) -> Outcome:
     except (UnusableMotion, ValueError) as error:  # core says ValueErrors for people: too short, not finite
         return _conclude(job, source, str(error), {}, ())
     except MemoryError:
-        return _conclude(job, source, "there is not enough memory for it", {}, ())
+        reason = f"it needs more than {job.memory / 2**30:g} GiB of memory (see --clip-memory)"
+        return _conclude(job, source, reason, {}, ())
+    except OSError:
+        if job.clip.path.exists():
+            raise  # the output folder's fault: the disk is full or gone
+        return Outcome(job.clip, "it went away while it was being read", {}, source)
+    except Exception as error:  # a fault of ours costs this clip, not the night
+        reason = f"W2W failed on it, please report this: {type(error).__name__}: {error}"
+        return _conclude(job, source, reason, {}, ())
     return _conclude(job, source, "", details, files)
 
 
@@ -230,6 +244,7 @@ def file_sha256(path: Path) -> str:
 def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(job.out, job.inputs)
     _, motion, details = load_clip(job.clip, body, job.bone_maps)
+    _refuse_too_long(motion, job)
     recording = record(body, patches, motion, job.config)
     features, is_test = describe(recording, job.config)
     motion.save(job.motion_file)
@@ -240,6 +255,20 @@ def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     )
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
     return details, (job.motion_file, job.signals_file, job.features_file)
+
+
+def _refuse_too_long(motion: Motion, job: Job) -> None:
+    """Refuse signals that would take more than their share of the worker's memory."""
+    config = job.config
+    rate = max(config.synthesis.rate_hz, config.sensor_model().rate_hz or 0.0)
+    per_second = rate * config.patches * SAMPLE_BYTES
+    longest = job.memory / SIGNALS_SHARE / per_second
+    if motion.duration > longest:
+        raise UnusableMotion(
+            f"it lasts {motion.duration / 60:.0f} minutes, and its signals at {config.patches} places would "
+            f"take {motion.duration * per_second / 2**30:.1f} GiB: cut it into parts of at most "
+            f"{longest / 60:.0f} minutes, or raise --clip-memory"
+        )
 
 
 def _conclude(
@@ -267,10 +296,10 @@ def _finished(job: Job, key: str) -> dict[str, Any] | None:
     """The record of an earlier run, if its inputs are the same and its files are whole."""
     try:
         done = json.loads(job.record_file.read_text(encoding="utf-8"))
-        if done["key"] != key:
+        if done["key"] != key or not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
             return None
         whole = all(file_sha256(job.out / name) == value for name, value in done["files"].items())
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
     return done if whole else None
 

@@ -10,11 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 from contextlib import contextmanager
+from typing import TypeVar
 
 from joblib.externals.loky import get_reusable_executor
 
 from .blender_process import inside_blender
 from .clip_job import Job, Outcome, do_clip, record_death, work_in_worker
+
+Result = TypeVar("Result")
 
 MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
@@ -91,6 +94,20 @@ def _on_this_machine(
             )
         waiting = [job for job in waiting if job.clip.name not in outcomes]
     return outcomes
+
+
+def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
+    """Do something in a worker process of its own; None if the worker dies of it.
+
+    Inside the Blender program no worker can be started, and it is done here.
+    """
+    if inside_blender():
+        return work(*args)
+    with _local_executor(1) as executor:
+        try:
+            return executor.submit(work, *args).result()
+        except BrokenExecutor:
+            return None
 
 
 def _alone(job: Job) -> Outcome:

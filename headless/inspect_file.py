@@ -29,8 +29,8 @@ from blender_addon.w2w.core.skinning import joint_transforms
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 from blender_addon.w2w.core.windows import WindowSpec
 
-from .clip_job import load_clip
 from .exit_codes import NOTHING_TO_DO, USAGE
+from .load_alone import load_alone
 
 
 def inspect(
@@ -50,7 +50,7 @@ def inspect(
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     try:
-        source, motion, details = load_clip(clip, body, bone_maps)
+        source, motion, details = load_alone(clip, body, bone_maps)
     except UnusableMotion as error:
         console.print(f"[red]{file.name} would be skipped:[/red] {error}.")
         raise typer.Exit(NOTHING_TO_DO) from error

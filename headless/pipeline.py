@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,15 +23,27 @@ from blender_addon.w2w.core.shapes import bundled_targets
 from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches
 from blender_addon.w2w.core.utility import UtilityMap
 
-from .clip_job import LIMIT_S, WORK, Job, Outcome, file_sha256
+from .clip_job import WORK, Job, Outcome, file_sha256
 from .engine import run_jobs
 from .progress import Progress
 from .versions import code_sha256, versions
 from .watch import Watch
+from .worker_guard import LIMIT_S, MEMORY
 
 
 class StudyError(Exception):
-    """A study cannot be finished; the message says why and what to do."""
+    """A study cannot be finished; the message says why and what to do.
+
+    Parameters
+    ----------
+    message : str
+    outcomes : sequence of Outcome
+        What became of the clips until then.
+    """
+
+    def __init__(self, message: str, outcomes: Sequence[Outcome] = ()) -> None:
+        super().__init__(message)
+        self.outcomes = tuple(outcomes)
 
 
 @dataclass(frozen=True)
@@ -47,12 +60,15 @@ class Engine:
         Seconds after which a clip is given up.
     bone_maps : tuple of BoneMap
         The user's own, tried before the bundled ones.
+    memory : int
+        Bytes a worker may take for a clip.
     """
 
     workers: int = 1
     scheduler: str = ""
     limit_s: float = LIMIT_S
     bone_maps: tuple[BoneMap, ...] = ()
+    memory: int = MEMORY
 
 
 @dataclass(frozen=True)
@@ -137,11 +153,15 @@ def run_study(
     outcomes = _bake(library, config, out, engine, progress, watch)
     used = [outcome.clip for outcome in outcomes if outcome.used]
     if not used:
-        reasons = "\n".join(f"  {o.clip.file}: {o.reason}" for o in outcomes)
-        raise StudyError(f"no clip can be used:\n{reasons}")
+        raise StudyError("no clip can be used; why each cannot stands in the table", outcomes)
     _remove_leftovers(out, {clip.name for clip in used})
     watch.step("ranking places")
-    recommendation, groups = _rank(used, config, out, progress)
+    try:
+        recommendation, groups = _rank(used, config, out, progress)
+    except ValueError as error:
+        activities = Counter(clip.activity for clip in used)
+        found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
+        raise StudyError(f"{error}. Clips used by activity: {found}", outcomes) from error
     watch.step("choosing places")
     with progress.spinner("Choosing places"):
         advice = _choose(recommendation, patches, config)
@@ -196,13 +216,21 @@ def _bake(
     ).hexdigest()
     out = out.resolve()
     jobs = [
-        Job(replace(clip, path=clip.path.resolve()), out, config, inputs, engine.limit_s, engine.bone_maps)
+        Job(
+            replace(clip, path=clip.path.resolve()),
+            out,
+            config,
+            inputs,
+            engine.limit_s,
+            engine.bone_maps,
+            engine.memory,
+        )
         for clip in library.clips
     ]
     with progress.bar("Motions to signals", len(jobs)) as advance:
 
         def told(outcome: Outcome) -> None:
-            watch.clip_done(outcome.used)
+            watch.clip_done(outcome)
             advance(1)
 
         return run_jobs(jobs, engine.workers, engine.scheduler, told)
@@ -240,12 +268,7 @@ def _rank(
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
-        try:
-            return rank_clips(clips, inputs, config, told, out / WORK)
-        except ValueError as error:
-            activities = Counter(clip.activity for clip in used)
-            found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
-            raise StudyError(f"{error}. Clips used by activity: {found}") from error
+        return rank_clips(clips, inputs, config, told, out / WORK)
 
 
 def _choose(recommendation: Recommendation, patches: PatchSet, config: StudyConfig) -> Advice:

@@ -6,15 +6,19 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from blender_addon.w2w.core.files import write_json, write_text
+from blender_addon.w2w.core.library import Library
 
 from .advice_text import DIGITS, advice_content, place_content
+from .clip_job import Outcome
 from .finished import UTILITY
-from .pipeline import Study
+from .pipeline import Study, StudyError
 
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "cluster")
 TOP_REGIONS = 10
@@ -25,6 +29,27 @@ def write_results(study: Study) -> None:
     study.recommendation.utility.save(study.out / UTILITY)
     write_text(study.out / "utility.csv", utility_table(study))
     write_json(study.out / "summary.json", summary(study))
+
+
+def write_failure(out: Path, library: Library, error: StudyError) -> None:
+    """Write a `summary.json` that says what was wrong, with every clip and why it was skipped."""
+    skipped = _skipped(error.outcomes, library)
+    used = [outcome.clip.file for outcome in error.outcomes if outcome.used]
+    found = len(library.clips) + len(library.skipped)
+    content = {
+        "problem": str(error),
+        "clips": {"found": found, "used": len(used), "skipped": len(skipped)},
+        "labelled_by": library.labelled_by,
+        "used": used,
+        "skipped": skipped,
+    }
+    write_json(out / "summary.json", content)
+
+
+def _skipped(outcomes: Sequence[Outcome], library: Library) -> list[dict[str, str]]:
+    """Files without use and the reasons."""
+    unused = [(outcome.clip.file, outcome.reason) for outcome in outcomes if not outcome.used]
+    return [{"file": file, "reason": reason} for file, reason in (*library.skipped, *unused)]
 
 
 def utility_table(study: Study) -> str:
@@ -55,8 +80,7 @@ def utility_table(study: Study) -> str:
 def summary(study: Study) -> dict[str, Any]:
     """What the study found, for people and programs."""
     utility = study.recommendation.utility
-    skipped = [{"file": file, "reason": reason} for file, reason in study.library.skipped]
-    skipped += [{"file": o.clip.file, "reason": o.reason} for o in study.outcomes if not o.used]
+    skipped = _skipped(study.outcomes, study.library)
     return {
         "clips": {
             "found": len(study.outcomes) + len(study.library.skipped),

@@ -13,12 +13,15 @@ if __name__ == "__main__":  # blender --background --python headless/run.py -- L
     run_command("run")
 
 import os
+import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from blender_addon.w2w.core.body import Body
@@ -32,8 +35,9 @@ from blender_addon.w2w.core.windows import WindowSpec
 
 from .advice_text import show_advice
 from .bodies import parse_bodies, write_comparison
-from .clip_job import LIMIT_S, WORK
+from .clip_job import WORK, Outcome
 from .engine import EngineError
+from .event_log import SILENT, EventLog
 from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
 from .finished import FinishedStudy
 from .folder_lock import FolderBusyError, only_run
@@ -41,11 +45,12 @@ from .left_out import show_left_out
 from .pipeline import Engine, Study, StudyError, make_folders, run_study, write_config
 from .progress import Progress
 from .report import REPORT, write_report
-from .results import top_regions, write_results
+from .results import top_regions, write_failure, write_results
 from .together import sensors_together
 from .views import write_blend, write_pictures
 from .watch import Watch
 from .wishes import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
+from .worker_guard import LIMIT_S, MEMORY
 
 
 def run(
@@ -111,10 +116,16 @@ def run(
     clip_limit: Annotated[
         float, typer.Option(min=1, help="Seconds after which a clip is given up.")
     ] = LIMIT_S,
+    clip_memory: Annotated[
+        float, typer.Option(min=0.5, help="Memory a worker may take for a clip, GiB.")
+    ] = MEMORY / 2**30,
     scheduler: Annotated[
         str, typer.Option(help="Dask scheduler (tcp://host:port or a scheduler file) to work on a cluster.")
     ] = "",
     strict: Annotated[bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.")] = False,
+    log_json: Annotated[
+        bool, typer.Option("--log-json", help="Print events for machines instead: one JSON object a line.")
+    ] = False,
 ) -> None:
     """Find the best places for a sensor from a folder of motion files.
 
@@ -125,7 +136,8 @@ def run(
     Exit codes: 0 all well, 1 no result (what is wrong is said), 2 wrong use, 3 clips were skipped with
     --strict, 4 another run works in OUT, 130 stopped by Ctrl-C.
     """
-    console = Console(highlight=False)
+    console = Console(highlight=False, quiet=log_json)
+    log = EventLog(sys.stdout) if log_json else SILENT
     try:
         config = StudyConfig(
             patches=patches,
@@ -146,21 +158,25 @@ def run(
         chosen = parse_bodies(bodies)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
     except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
-        raise typer.Exit(USAGE) from error
-    engine = Engine(workers, scheduler, clip_limit, bone_maps)
+        raise _ended(str(error), USAGE, console, log) from error
+    engine = Engine(workers, scheduler, clip_limit, bone_maps, round(clip_memory * 2**30))
     show_labels(found, console)
-    if len(chosen) == 1:
-        studies = [("", execute(found, chosen[0][1], config, out, engine, pictures, console, report))]
-    else:
-        studies = [
-            (name, execute(found, body, config, out / name, engine, pictures, console, report))
-            for name, body in chosen
-        ]
+    studies = []
+    for name, body in chosen:
+        folder = out if len(chosen) == 1 else out / name
+        studies.append((name, execute(found, body, config, folder, engine, pictures, console, report, log)))
+    if len(chosen) > 1:
         show_comparison(write_comparison(studies, out), console)
     if strict and any(len(study.used) < len(study.outcomes) + len(found.skipped) for _, study in studies):
-        console.print("[red]Clips were skipped and --strict was asked for.[/red]")
-        raise typer.Exit(SKIPPED)
+        raise _ended("Clips were skipped and --strict was asked for.", SKIPPED, console, log)
+    log("finished", exit_code=0)
+
+
+def _ended(text: str, code: int, console: Console, log: EventLog) -> typer.Exit:
+    """Say why the run ends here; gives the exit to raise."""
+    console.print(text, style="red", markup=False)
+    log("finished", exit_code=code, problem=text)
+    return typer.Exit(code)
 
 
 def execute(
@@ -172,6 +188,7 @@ def execute(
     pictures: bool,
     console: Console,
     report: bool = True,
+    log: EventLog = SILENT,
 ) -> Study:
     """Run a study with its progress on the console, and write everything down.
 
@@ -182,16 +199,19 @@ def execute(
     """
     try:
         make_folders(out)
-        watch = Watch(out, len(library.clips))
+        log("started", out=str(out), body=body.name, clips=len(library.clips), activities=library.activities)
+        for file, reason in library.skipped:
+            log("clip", file=file, used=False, reason=reason)
+        watch = Watch(out, len(library.clips), log)
         with only_run(out / WORK):
             study = _execute(library, body, config, out, engine, pictures, console, watch, report)
     except FolderBusyError as error:
-        console.print(f"[red]{error}[/red]")
-        raise typer.Exit(BUSY) from error
+        raise _ended(str(error), BUSY, console, log) from error
     except OSError as error:
-        console.print(f"[red]No result: {out} cannot be written: {error}[/red]")
-        raise typer.Exit(NOTHING_TO_DO) from error
+        text = f"No result: {out} cannot be written: {error}. What is finished is kept."
+        raise _ended(text, NOTHING_TO_DO, console, log) from error
     show_outcome(study, pictures, console, report)
+    log("result", out=str(out), used=len(study.used), skipped=len(_skipped(study.outcomes, library)))
     return study
 
 
@@ -223,11 +243,13 @@ def _execute(
             write_report(out)
     except (StudyError, EngineError) as error:
         watch.step("failed", str(error))
-        console.print(f"[red]No result: {error}[/red]")
-        raise typer.Exit(NOTHING_TO_DO) from error
+        if isinstance(error, StudyError):
+            write_failure(out, library, error)
+            show_skipped(_skipped(error.outcomes, library), console)
+        raise _ended(f"No result: {error}", NOTHING_TO_DO, console, watch.log) from error
     except KeyboardInterrupt as error:
-        console.print("\nStopped. What is finished is kept: the same command goes on from here.")
-        raise typer.Exit(INTERRUPTED) from error
+        text = "\nStopped. What is finished is kept: the same command goes on from here."
+        raise _ended(text, INTERRUPTED, console, watch.log) from error
     watch.step("finished")
     return study
 
@@ -265,21 +287,15 @@ def show_labels(library: Library, console: Console) -> None:
     table.add_column("for example")
     for activity, count in library.activities.items():
         example = next(clip.file for clip in library.clips if clip.activity == activity)
-        table.add_row(activity, str(count), example)
+        table.add_row(escape(activity), str(count), escape(example))
     console.print(table)
 
 
 def show_outcome(study: Study, pictures: bool, console: Console, report: bool = True) -> None:
     """Print what was found and where it stands."""
     utility = study.recommendation.utility
-    skipped = [(o.clip.file, o.reason) for o in study.outcomes if not o.used] + list(study.library.skipped)
-    if skipped:
-        table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
-        table.add_column("file", overflow="fold")
-        table.add_column("why", overflow="fold")
-        for row in skipped:
-            table.add_row(*row)
-        console.print(table)
+    skipped = _skipped(study.outcomes, study.library)
+    show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
     table = Table(title="Best regions (F1 of their best spot, mean over activities)", title_justify="left")
     table.add_column("region")
@@ -294,6 +310,23 @@ def show_outcome(study: Study, pictures: bool, console: Console, report: bool = 
         console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")
     if report:
         console.print(f"Report:   {study.out / REPORT}")
+
+
+def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:
+    """Print which files were skipped, and why."""
+    if not skipped:
+        return
+    table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
+    table.add_column("file", overflow="fold")
+    table.add_column("why", overflow="fold")
+    for row in skipped:
+        table.add_row(*map(escape, row))
+    console.print(table)
+
+
+def _skipped(outcomes: Sequence[Outcome], library: Library) -> list[tuple[str, str]]:
+    """Files without use and the reasons."""
+    return [(o.clip.file, o.reason) for o in outcomes if not o.used] + list(library.skipped)
 
 
 def show_comparison(comparison: dict[str, Any], console: Console) -> None:

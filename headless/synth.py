@@ -30,8 +30,8 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.source_motion import UnusableMotion
 from blender_addon.w2w.core.study import StudyConfig, place_patches, record
 
-from .clip_job import load_clip
 from .exit_codes import NOTHING_TO_DO, USAGE
+from .load_alone import load_alone
 from .signal_figure import signal_figure
 
 AS_DEFAULT = Synthesis()
@@ -76,7 +76,7 @@ def synth(
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     try:
-        _, motion, _ = load_clip(Clip(clip, clip.name, clip.stem, activity_of(clip.name)), body)
+        _, motion, _ = load_alone(Clip(clip, clip.name, clip.stem, activity_of(clip.name)), body)
         if root_band is not None:
             motion = smoothed_root(motion, root_band)
         recording = record(body, _only(patches, chosen), motion, config)

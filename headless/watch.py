@@ -10,7 +10,8 @@ from pathlib import Path
 
 from blender_addon.w2w.core.files import write_json
 
-from .clip_job import WORK
+from .clip_job import WORK, Outcome
+from .event_log import SILENT, EventLog
 
 EVERY_S = 0.5
 """Seconds between two writes, so that watching costs nothing."""
@@ -50,9 +51,12 @@ class Watch:
         The study's output folder.
     clips : int
         Clips in the library.
+    log : EventLog
+        Told of each step and clip.
     """
 
-    def __init__(self, out: Path, clips: int) -> None:
+    def __init__(self, out: Path, clips: int, log: EventLog = SILENT) -> None:
+        self.log = log
         self.path = state_file(out)
         now = time.time()
         self.state = RunState(clips=clips, started=now, updated=now)
@@ -61,12 +65,16 @@ class Watch:
     def step(self, name: str, message: str = "") -> None:
         """Say what is done next."""
         self.state.step, self.state.message = name, message
+        self.log("step", step=name)
         self._write()
 
-    def clip_done(self, used: bool) -> None:
+    def clip_done(self, outcome: Outcome) -> None:
         """Count a clip."""
         self.state.done += 1
-        self.state.skipped += not used
+        self.state.skipped += not outcome.used
+        facts = outcome.details if outcome.used else {"reason": outcome.reason}
+        count = {"done": self.state.done, "of": self.state.clips}
+        self.log("clip", file=outcome.clip.file, used=outcome.used, **count, **facts)
         if time.time() - self._written > EVERY_S:
             self._write()
 

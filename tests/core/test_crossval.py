@@ -98,3 +98,8 @@ def test_nearly_equal_motions_are_found_and_others_are_not(noise, seed):
     group = same_motion_groups([str(k) for k in range(35)], signatures=np.concatenate([signatures, copy]))
     np.testing.assert_array_equal(group[30:], group[:5])
     assert len(np.unique(group)) == 30
+
+
+def test_a_clip_alone_and_clips_all_alike():
+    assert same_motion_groups(["a"], signatures=np.ones((1, 3))).tolist() == [0]
+    assert same_motion_groups(["a", "b", "c"], signatures=np.ones((3, 3))).tolist() == [0, 0, 0]

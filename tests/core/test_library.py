@@ -110,3 +110,11 @@ def test_names_are_safe_and_distinct_even_without_case(stems):
 
 def test_path_tricks_stay_inside():
     assert unique_names(["../../etc/passwd.fbx", "a/../b.fbx"]) == ["etc_passwd", "a_b"]
+
+
+def test_what_a_run_left_in_the_library_is_no_clip(tmp_path):
+    for file in ("a.fbx", "own/b.npz", "out/.w2w/c.npz", "out/motions/d.npz", "out/utility.npz", "out/e.bvh"):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).touch()
+    assert [clip.file for clip in read_library(tmp_path).clips] == ["a.fbx", "out/e.bvh", "own/b.npz"]
+    assert [clip.file for clip in read_library(tmp_path / "out" / "motions").clips] == ["d.npz"]

@@ -13,7 +13,7 @@ from .body import Body
 from .motion import SMPL_PELVIS, Motion
 from .retarget import on_the_ground
 from .skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
-from .source_motion import UnusableMotion
+from .source_motion import UnusableMotion, refuse_too_long
 
 SMPL_SUFFIXES = (".npz", ".smpl")
 """Kinds of files read here, in lower case with the dot."""
@@ -60,6 +60,7 @@ def read_amass(path: str | Path) -> Motion:
     """
     arrays = _read_arrays(Path(path))
     poses = _poses(arrays)
+    refuse_too_long(len(poses), poses.shape[1] // 3)
     if len(poses) < MIN_FRAMES:
         raise UnusableMotion(f"it holds a pose, not a motion: {len(poses)} frame{'s' * (len(poses) != 1)}")
     trans, rate = _trans(arrays), _rate(arrays)

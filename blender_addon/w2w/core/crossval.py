@@ -185,6 +185,8 @@ def _near_pairs(signatures: np.ndarray, tolerance: float) -> np.ndarray:
     """Index pairs (2, M) of rows that differ by at most `tolerance`, columns standardised."""
     deviation = signatures.std(axis=0)
     used = deviation > 0
+    if not used.any():  # all alike, or one alone
+        return np.stack([np.arange(len(signatures) - 1), np.arange(1, len(signatures))])
     standard = (signatures[:, used] - signatures[:, used].mean(axis=0)) / deviation[used]
     reach = tolerance * np.sqrt(max(1, used.sum()))
     return KDTree(standard).query_pairs(reach, output_type="ndarray").T

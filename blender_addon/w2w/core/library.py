@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import os
 import re
 from collections import Counter
 from collections.abc import Iterable
@@ -13,6 +14,10 @@ from pathlib import Path, PurePosixPath
 
 MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
 """Kinds of motion files, in lower case with the dot."""
+
+WORK_FOLDER = ".w2w"
+RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "utility.npz")
+"""What a run writes into its output folder, which may be the library itself or lie in it."""
 
 UNLABELLED = "labels.csv does not list it"
 
@@ -168,9 +173,15 @@ def unique_names(files: Iterable[str]) -> list[str]:
 
 
 def _motion_files(folder: Path) -> Iterable[Path]:
-    for path in folder.rglob("*"):
-        if path.suffix.lower() in MOTION_SUFFIXES and not path.is_dir():
-            yield path
+    """Motion files of a folder and its subfolders, less what W2W's own runs left in them."""
+    for place, folders, files in os.walk(folder):
+        if WORK_FOLDER in folders:
+            folders[:] = [name for name in folders if name not in RESULTS]
+            files = [name for name in files if name not in RESULTS]
+        for path in (Path(place, name) for name in files):
+            # pipes and devices would be waited on for ever; a link that leads nowhere is said when it is read
+            if path.suffix.lower() in MOTION_SUFFIXES and (path.is_file() or path.is_symlink()):
+                yield path
 
 
 def _match_rows(labels: Path, inside: list[str]) -> dict[str, dict[str, str]]:

@@ -46,8 +46,27 @@ class SourceMotion:
         return (self.n_frames - 1) / self.rate
 
 
+MOST_BONE_FRAMES = 2**24
+"""Frames times bones that can be held: 2 GiB of matrices, over an hour of 65 bones at 60 frames/s."""
+
+
 class UnusableMotion(Exception):  # noqa: N818 - named for what it says, it is shown to people
     """A motion file that cannot be used; the message says why, in a sentence for people."""
+
+
+def refuse_too_long(n_frames: int, n_bones: int) -> None:
+    """Refuse a motion that would not fit in memory, before it is read.
+
+    Raises
+    ------
+    UnusableMotion
+        If it has more than MOST_BONE_FRAMES.
+    """
+    if n_frames * n_bones > MOST_BONE_FRAMES:
+        raise UnusableMotion(
+            f"it is too long to be read at once ({n_frames} frames of {n_bones} bones): cut it into parts of "
+            f"at most {MOST_BONE_FRAMES // n_bones} frames"
+        )
 
 
 def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:

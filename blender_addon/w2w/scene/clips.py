@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.bone_maps import best_match, missing_joints
 from ..core.library import MOTION_SUFFIXES
-from ..core.source_motion import SourceMotion, UnusableMotion
+from ..core.source_motion import SourceMotion, UnusableMotion, refuse_too_long
 from ..core.source_repair import repaired
 from .fcurves import OwnCurves, action_curves, basis_matrices
 from .motion_files import check_fbx, check_text_motion
@@ -185,6 +185,7 @@ def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
     """
     if frames is None:
         start, stop = take.frame_range
+        refuse_too_long(stop - start + 1, len(take.armature.data.bones))
         frames = np.arange(start, stop + 1, dtype=np.float64)
     armature, bones = take.armature, _parents_first(take.armature)
     index = {bone.name: number for number, bone in enumerate(bones, start=1)}
@@ -221,7 +222,9 @@ def _import_fbx(path: Path) -> None:
 
 
 def _most_moving(takes: list[Take]) -> SourceMotion:
-    motions = [read_take(take) for take in takes]
+    motions = [motion for motion in map(read_take, takes) if np.isfinite(motion.matrices).all()]
+    if not motions:
+        raise UnusableMotion("it holds values that are not finite")
     moving = [motion for motion in motions if motion.n_frames >= MIN_FRAMES and motion_amount(motion) >= 1]
     if not moving:
         longest = max(motions, key=lambda motion: motion.n_frames)

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Read one motion file in a worker process, so that one that crashes or hangs Blender is only a bad file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.bone_maps import BoneMap
+from blender_addon.w2w.core.library import Clip
+from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
+
+from .clip_job import load_clip
+from .engine import run_alone
+from .worker_guard import LIMIT_S, MEMORY, guarded
+
+Loaded = tuple[SourceMotion | Motion, Motion, dict[str, Any]]
+
+
+def load_alone(clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()) -> Loaded:
+    """What `load_clip` gives, whatever the file does to the process that reads it.
+
+    Raises
+    ------
+    UnusableMotion
+        If it cannot be used; the message says why.
+    """
+    found = run_alone(_load, clip, body, tuple(bone_maps))
+    if found is None:
+        raise UnusableMotion(
+            f"Blender crashed on it, or it took longer than {LIMIT_S:g} s or more than "
+            f"{MEMORY / 2**30:g} GiB: it is damaged, or far too long"
+        )
+    if isinstance(found, str):
+        raise UnusableMotion(found)
+    return found
+
+
+def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap]) -> Loaded | str:
+    """The clip, or a sentence."""
+    with guarded():
+        try:
+            return load_clip(clip, body, bone_maps)
+        except MemoryError:
+            return f"it needs more than {MEMORY / 2**30:g} GiB of memory"
+        except (UnusableMotion, ValueError, OSError) as error:
+            return str(error)
