@@ -29,7 +29,7 @@ LARGEST_BAND = 0.4
 """Highest band limit over the sample rate: what lies above would fold back into the signal."""
 
 CHUNK_SENSORS = 128
-CHUNK_BYTES = 128 * 2**20
+CHUNK_BYTES = 192 * 2**20
 BYTES_PER_POSE = 400
 """Sensors are worked on in chunks of at most so many, fewer where a long clip would take more memory."""
 

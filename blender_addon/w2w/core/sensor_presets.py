@@ -9,8 +9,9 @@ How a datasheet is read here:
 - Ranges are the ones common in activity recognition, the resolution that of the part's word at that range.
 - What a datasheet leaves out stays switched off. None of the chips' datasheets prints a bias instability.
 
-Each model notes which figures were read in the document's text ("read") and which are quoted from memory of
-it ("recalled") and deserve a second look before work that leans on them.
+Each model notes which figures were read in the document's text ("read"), which agree with the register tables
+that public drivers of the part print ("in drivers"), and which are quoted from memory of the document
+("recalled") and deserve a second look before work that leans on them.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ IDEAL = SensorModel.ideal()
 MPU_6050 = SensorModel(
     name="mpu-6050",
     # InvenSense PS-MPU-6000A-00 rev. 3.4, 6.1 and 6.2, read: noise, offsets, tolerances, cross-axis and
-    # linear acceleration sensitivity. RM-MPU-6000A-00 rev. 4.2, register 26, DLPF_CFG 3, recalled: 44
+    # linear acceleration sensitivity. RM-MPU-6000A-00 rev. 4.2, register 26, DLPF_CFG 3, in drivers: 44
     # and 42 Hz.
     accelerometer=Triad(
         full_scale=8 * G,
@@ -94,7 +95,7 @@ MPU_6050 = SensorModel(
 MPU_9250 = SensorModel(
     name="mpu-9250",
     # InvenSense PS-MPU-9250A-01 rev. 1.0, 3.1 and 3.2, read: all but the filters. RM-MPU-9250A-00 rev.
-    # 1.4, registers 26 and 29, DLPF_CFG 3, recalled: 44.8 and 41 Hz.
+    # 1.4, registers 26 and 29, DLPF_CFG 3, in drivers: 44.8 and 41 Hz.
     accelerometer=Triad(
         full_scale=8 * G,
         resolution=_per_count(8 * G),
@@ -118,8 +119,9 @@ MPU_9250 = SensorModel(
 BMI160 = SensorModel(
     name="bmi160",
     # Bosch BST-BMI160-DS000-07 rev. 0.8. 1.1 tables 2 and 3, recalled: noise, zero-g offset,
-    # sensitivity and cross-axis; zero-rate offset read in Bosch's forum, thread 9060. 2.4, normal mode,
-    # recalled: bandwidths.
+    # sensitivity and cross-axis; zero-rate offset read in Bosch's forum, thread 9060. 2.4.1, rev. 0.7,
+    # read: the accelerometer's bandwidth (5.06 Hz at 50 Hz, fourfold oversampled). Normal mode, recalled:
+    # the gyroscope's.
     accelerometer=Triad(
         full_scale=8 * G,
         resolution=_per_count(8 * G),
@@ -166,9 +168,9 @@ BMI270 = SensorModel(
 LSM6DSO = SensorModel(
     name="lsm6dso",
     # ST DS12140 rev. 2, table 2, recalled: noise in high-performance mode (80 ug/sqrt(Hz) at 8 g),
-    # offsets and sensitivity tolerance; resolutions 0.244 mg and 70 mdps. Notes 6 and 8, read: noise
-    # does not depend on the rate. 6.4, recalled: the accelerometer's bandwidth is half the rate, the
-    # gyroscope's 33 Hz at 104 Hz.
+    # offsets and sensitivity tolerance. Notes 6, 8, 13 and 16, read: noise does not depend on the rate;
+    # resolutions 0.061 mg at 2 g, thus 0.244 mg at 8 g, and 70 mdps. 6.4, recalled: the accelerometer's
+    # bandwidth is half the rate, the gyroscope's 33 Hz at 104 Hz.
     accelerometer=Triad(
         full_scale=8 * G,
         resolution=0.244 * MG,
@@ -191,7 +193,7 @@ ICM_20948 = SensorModel(
     name="icm-20948",
     # TDK InvenSense DS-000189 rev. 1.3. Table 2, read: the accelerometer. Table 1, recalled: the
     # gyroscope's tolerance, offset and cross-axis; its noise read elsewhere. Tables 16 and 18, DLPFCFG
-    # 3, recalled: filters.
+    # 3, in drivers: filters.
     accelerometer=Triad(
         full_scale=8 * G,
         resolution=_per_count(8 * G),

@@ -98,20 +98,17 @@ def spline_windows(
     block = WINDOW_SAMPLES
     if exact and step.denominator < 2 * WINDOW_SAMPLES:
         block = -(-WINDOW_SAMPLES // step.denominator) * step.denominator
-    made: dict[tuple, tuple[np.ndarray, ...]] = {}
+    step = step.numerator / step.denominator if exact else rate / sample_rate
     for start in range(0, n_samples, block):
         stop = min(start + block, n_samples)
-        at = np.arange(start, stop) * (step.numerator / step.denominator if exact else rate / sample_rate)
-        first = max(0, int(at[0]) - reach)
-        last = min(n_frames, int(np.ceil(at[-1])) + 1 + reach)
+        begin, end = start * step, (stop - 1) * step
+        first = max(0, int(begin) - reach)
+        last = min(n_frames, int(np.ceil(end)) + 1 + reach)
         first = max(0, min(first, last - degree - 1))
-        local = np.clip(np.round(at - first, 9), 0, last - first - 1)
-        key = (last - first, stop - start, local[0])
-        if key not in made:
-            if not exact:
-                made.clear()
-            made[key] = _operators(last - first, degree, penalty, local, rate)
-        yield Window(slice(first, last), slice(start, stop), made[key])
+        grid = (round(begin - first, 9), step, stop - start)
+        yield Window(
+            slice(first, last), slice(start, stop), _operators(last - first, degree, penalty, grid, rate)
+        )
 
 
 def _penalty(frames_per_cycle: float) -> float:
@@ -125,10 +122,16 @@ def _reach(penalty: float) -> int:
     return int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
 
 
+@lru_cache(maxsize=32)
 def _operators(
-    n_frames: int, degree: int, penalty: float, at: np.ndarray, rate: float
+    n_frames: int, degree: int, penalty: float, grid: tuple[float, float, int], rate: float
 ) -> tuple[np.ndarray, ...]:
-    """Value, first and second derivative at times `at` (in frames) as matrices on the frames."""
+    """Value, first and second derivative as matrices on the frames.
+
+    At times, in frames, that begin at `grid[0]` and go on by `grid[1]`, `grid[2]` of them.
+    """
+    begin, step, count = grid
+    at = np.clip(np.round(begin + step * np.arange(count), 9), 0, n_frames - 1)
     knots, coefficients = _fit(n_frames, degree, penalty)
     spline = BSpline(knots, coefficients, degree)
     return tuple(
