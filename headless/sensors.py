@@ -24,17 +24,22 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR, PRESETS
 
 def sensors() -> None:
     """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope."""
-    table = Table(title=f"Sensor presets ('{DEFAULT_SENSOR}' unless told)", title_justify="left")
+    table = Table(
+        title=f"Sensor presets ('{DEFAULT_SENSOR}' unless told)",
+        title_justify="left",
+        caption="Bandwidth in Hz, or in per cent of the sample rate where the part's filter follows it.",
+        caption_justify="left",
+    )
     table.add_column("name")
     for column in (
-        "acc range\\ng",
-        "noise\\nug/rtHz",
-        "bandwidth\\nHz",
-        "gyr range\\ndeg/s",
-        "noise\\nmdps/rtHz",
-        "bandwidth\\nHz",
+        "acc range\ng",
+        "noise\nug/rtHz",
+        "band\nHz",
+        "gyr range\ndeg/s",
+        "noise\nmdps/rtHz",
+        "band\nHz",
     ):
-        table.add_column(column.replace("\\n", "\n"), justify="right")
+        table.add_column(column, justify="right", no_wrap=True)
     for name, model in PRESETS.items():
         table.add_row(name, *_figures(model))
     Console(highlight=False).print(table)
@@ -53,10 +58,13 @@ def _figures(model: SensorModel) -> list[str]:
 
 
 def _number(value: float | None, factor: float) -> str:
-    return f"{value * factor:.3g}" if value else "-"
+    if not value:
+        return "-"
+    figure = value * factor
+    return f"{figure:.0f}" if figure >= 100 else f"{figure:.3g}"
 
 
 def _bandwidth(hertz: float | None, of_rate: float | None) -> str:
     if of_rate is not None:
-        return f"{of_rate:.3g} x rate"
+        return f"{of_rate:.0%}".replace("%", " %")
     return _number(hertz, 1)
