@@ -14,6 +14,7 @@ from .report import report
 from .run import run
 from .sensors import sensors
 from .status import status
+from .study import STUDY
 from .synth import synth
 from .tables import tables
 
@@ -41,6 +42,7 @@ APP.command()(tables)
 APP.command()(dsads)
 APP.command(name="inspect")(inspect)
 APP.command()(report)
+APP.add_typer(STUDY, name="study")
 APP.command()(synth)
 APP.command()(sensors)
 APP.command()(status)

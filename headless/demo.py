@@ -27,7 +27,7 @@ from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.study import StudyConfig
 
 from .demo_library import ACTIVITIES, LABELS, write_demo_library
-from .pipeline import Engine
+from .pipeline import Engine, Study
 from .progress import Progress
 from .run import execute, show_labels
 from .versions import code_sha256, versions
@@ -43,14 +43,24 @@ def demo(
     or 1,
 ) -> None:
     """Make a library of four rehabilitation activities as FBX files and find the best spots for them."""
-    console = Console(highlight=False)
+    rehabilitation_study(out, clips, StudyConfig(seed=seed), Engine(workers), True, Console(highlight=False))
+
+
+def rehabilitation_study(
+    out: Path, clips: int, config: StudyConfig, engine: Engine, pictures: bool, console: Console
+) -> Study:
+    """Make the library in `out`/library, with the config's seed, and run the study in `out`/results.
+
+    Raises
+    ------
+    typer.Exit
+        With the exit code, when there is no result.
+    """
     library = out / "library"
-    _write_library_once(library, clips, seed, console)
+    _write_library_once(library, clips, config.seed, console)
     clips_found = read_library(library, library / LABELS)
     show_labels(clips_found, console)
-    execute(
-        clips_found, Body.bundled(), StudyConfig(seed=seed), out / "results", Engine(workers), True, console
-    )
+    return execute(clips_found, Body.bundled(), config, out / "results", engine, pictures, console)
 
 
 def _write_library_once(library: Path, clips: int, seed: int, console: Console) -> None:

@@ -265,11 +265,13 @@ def _draw_list(
     scores: Sequence[float],
     label: str,
     target: float | None,
+    bottom: float = MARGIN,
+    height: float = VIEW_SIZE,
 ) -> None:
     """One row a place: its badge, its name, and a bar of the score reached with it."""
-    width, height = LIST_COLUMN - 0.3, VIEW_SIZE
+    width = LIST_COLUMN - 0.3
     row = min(ROW, (height - 0.55) / max(len(names), 1))
-    axes = _axes(figure, left, MARGIN, width, height)
+    axes = _axes(figure, left, bottom, width, height)
     axes.set(xlim=(0, width), ylim=(0, height))
     start, stop, top = 0.34, width - 0.45, height - 0.3
     axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, fontfamily=FONT)

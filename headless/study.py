@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w study`: the paper's studies, for anyone to run."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/study.py -- rehab
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.from_blender import run_command
+
+    run_command("study")
+
+import typer
+
+from .study_mixamo import mixamo
+from .study_rehab import rehab
+
+STUDY = typer.Typer(no_args_is_help=True, help="Run one of the paper's studies.")
+STUDY.command()(rehab)
+STUDY.command()(mixamo)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The paper's studies as commands."""
+
+import csv
+import json
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from blender_addon.w2w.core.placements import PLACEMENTS
+from headless.__main__ import APP
+from headless.finished import FinishedStudy
+from headless.study_mixamo import show_placements
+
+CLIPS = {
+    "mixamo/degocyx1211__GameJam1/Idle.fbx": ("idle", "balance_intensive"),
+    "mixamo/kirbycope__godot-4.3-sandbox-3d/Idle.fbx": ("idle", "balance_intensive"),
+    "mixamo/guysitstom__Second-Animation/Running.fbx": ("running", "locomotion_posture"),
+    "mixamo/kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": ("running", "locomotion_posture"),
+    "mixamo/Sushim30__ARFitness/Burpee.fbx": ("burpee", "balance_intensive"),
+}
+
+
+def rows_of(path):
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_unusual_placements_are_held_against_common_ones(drawn_results, tmp_path):
+    study = FinishedStudy.load(drawn_results)
+    lift, sit = study.utility.activities[1:]
+    console = Console(record=True, width=200, file=(tmp_path / "log").open("w"))
+    show_placements(study, {lift: "asymmetric", sit: "locomotion_posture"}, "right", console)
+    told = console.export_text()
+    assert "Unusual placements against the common ones" in told
+    assert "[dim]" not in told
+    rows = rows_of(drawn_results / "unusual_places.csv")
+    unusual = [place.name for place in PLACEMENTS if not place.common]
+    assert len(rows) == 3 * len(unusual) * 8  # two groups and all
+    for row in rows:
+        low, difference, high = (float(row[name]) for name in ("low", "difference", "high"))
+        assert difference == pytest.approx(float(row["f1"]) - float(row["common_f1"]), abs=2e-6)
+        expected = "better" if low > 0 else "worse" if high < 0 else "cannot be told"
+        assert row["verdict"] == expected
+    table = rows_of(drawn_results / "tables.csv")
+    assert {row["group"] for row in table} == {"asymmetric", "locomotion_posture", "all"}
+    assert len(table) % len(PLACEMENTS) == 0
+
+
+def test_the_mixamo_study_runs_on_a_library(shared_data, tmp_path):
+    library = tmp_path / "library"
+    lines = ["file,activity,group"]
+    for file, labels in CLIPS.items():
+        (library / file).parent.mkdir(parents=True, exist_ok=True)
+        (library / file).symlink_to(shared_data / file)
+        lines.append(",".join((file, *labels)))
+    (tmp_path / "labels.csv").write_text("\n".join(lines))
+    done = CliRunner().invoke(
+        APP,
+        ["study", "mixamo", str(library), "--out", str(tmp_path / "out"), "--labels",
+         str(tmp_path / "labels.csv"), "--patches", "12", "--no-pictures"],
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert set(summary["activities"]) == {"idle", "running"}
+    assert summary["clips"] == {"found": 4, "used": 4, "skipped": 0}
+    assert "which take no part: 1" in done.output
+    assert (tmp_path / "out" / "unusual_places.csv").is_file()
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
+def test_labels_without_groups_are_refused(tmp_path):
+    (tmp_path / "a.fbx").write_bytes(b"")
+    (tmp_path / "labels.csv").write_text("file,activity\na.fbx,walking\n")
+    done = CliRunner().invoke(
+        APP,
+        ["study", "mixamo", str(tmp_path), "--out", str(tmp_path / "o"), "--labels",
+         str(tmp_path / "labels.csv")],
+    )  # fmt: skip
+    assert done.exit_code == 2
+    assert "columns 'activity' and 'group'" in " ".join(done.output.split())
