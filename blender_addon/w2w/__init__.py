@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib.util
 
 REQUIRED = ("scipy", "threadpoolctl", "cmap")
@@ -26,10 +27,13 @@ def register() -> None:
     from . import ui
 
     ui.register()
+    # Blender's Python module hangs at its exit where classes are still registered
+    atexit.register(unregister)
 
 
 def unregister() -> None:
     """Take back what `register` did."""
     from . import ui
 
+    atexit.unregister(unregister)
     ui.unregister()

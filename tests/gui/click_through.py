@@ -45,6 +45,7 @@ def scenario() -> Script:
     yield from pick_and_compare(driver)
     yield from reshape(driver)
     yield from reopen(driver)
+    yield from show_preferences(driver)
     (OUT / "report.json").write_text(json.dumps(report, indent=2))
 
 
@@ -311,6 +312,16 @@ def reopen(driver: Driver) -> Script:
     report["megabytes"] = round(Path(path).stat().st_size / 1e6, 2)
     report["reopened_alike"] = state() == before
     yield from driver.look("7_reopened")
+
+
+def show_preferences(driver: Driver) -> Script:
+    """The extension's preferences, in place of the 3D view: there is no window manager."""
+    driver.area.type = "PREFERENCES"
+    bpy.context.preferences.active_section = "ADDONS"
+    bpy.context.window_manager.addon_search = "W2W"
+    bpy.ops.preferences.addon_expand(module="bl_ext.user_default.w2w")
+    yield from driver.turns(20)
+    driver.photograph("9_preferences")
 
 
 def state() -> dict[str, object]:

@@ -193,8 +193,11 @@ class Driver:
         """Save a picture of the whole screen."""
         self.area.tag_redraw()
         yield from self.turns(4)
-        path = self.pictures / f"{name}.png"
-        subprocess.run(["import", "-window", "root", str(path)], check=True)
+        self.photograph(name)
+
+    def photograph(self, name: str) -> None:
+        """Save a picture of the screen as it is."""
+        subprocess.run(["import", "-window", "root", str(self.pictures / f"{name}.png")], check=True)
 
 
 def run(script: Script) -> None:

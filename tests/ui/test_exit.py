@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A script that registers the extension and forgets to unregister it ends all the same."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import bpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+import blender_addon.w2w as extension
+extension.register()
+bpy.ops.w2w.add_body()
+study = bpy.context.scene.w2w.body.w2w
+study.patch_count, study.patch_method = 24, "fast"
+bpy.ops.w2w.place_patches()
+if sys.argv[2] == "job":
+    from blender_addon.w2w.ui import jobs, patch_ops
+    steps = patch_ops.place_steps(bpy.context.scene.w2w.body)
+    next(steps)
+    jobs.running = jobs.Job("Place Patches", steps)
+print("the end")
+"""
+
+TIMEOUT_S = 300
+"""Without its own way out Blender's module hangs for ever."""
+
+
+@pytest.mark.parametrize("state", ["idle", "job"])
+def test_leaving_without_unregistering_ends_cleanly(state: str) -> None:
+    project = Path(__file__).resolve().parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, project, state],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "the end" in done.stdout
+    assert "Not freed memory" not in done.stdout + done.stderr
