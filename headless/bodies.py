@@ -9,6 +9,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from blender_addon.w2w.core.agreement import rank_agreement
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
@@ -21,6 +23,8 @@ from .results import DIGITS, place
 GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
 SHAPE_PARAMETERS = ("height", "weight", "muscle", "age", "arms", "legs")
 
+BETAS = re.compile(r"(?P<file>.*\S)\s+betas=(?P<betas>\S+)")
+
 EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
 
 
@@ -30,7 +34,8 @@ def parse_bodies(text: str) -> list[tuple[str, Body]]:
     Parameters
     ----------
     text : str
-        Such as ``"neutral, female height=1.55, male"`` or ``"SMPL_NEUTRAL.npz"``.
+        Such as ``"neutral, female height=1.55, male"``, ``"SMPL_NEUTRAL.npz"`` or
+        ``"SMPL_NEUTRAL.npz betas=walking.npz"``.
 
     Returns
     -------
@@ -45,7 +50,7 @@ def parse_bodies(text: str) -> list[tuple[str, Body]]:
     parts = [part.strip() for part in text.split(",") if part.strip()]
     if not parts:
         raise ValueError(f"give at least one body, such as {EXAMPLE}")
-    bodies = [(re.sub(r"[^0-9A-Za-z.]+", "_", Path(part).name), _body(part)) for part in parts]
+    bodies = [(_folder_name(part), _body(part)) for part in parts]
     if len({name.lower() for name, _ in bodies}) < len(bodies):
         raise ValueError(f"two of the bodies are the same: {text}")
     return bodies
@@ -84,14 +89,35 @@ def _body(text: str) -> Body:
         return Body.bundled().shaped(**MORPHOLOGIES[text]) if MORPHOLOGIES[text] else Body.bundled()
     if words[0] in GENDERS:
         return _shaped(words)
-    if Path(text).suffix:
+    shaped = BETAS.fullmatch(text)
+    file, betas = (shaped["file"], _betas(shaped["betas"])) if shaped else (text, None)
+    if Path(file).suffix:
         from blender_addon.w2w.scene.adopt import adopt_file
 
         with quiet_output():
-            return adopt_file(text)
+            return adopt_file(file, betas)
     raise ValueError(
         f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
     )
+
+
+def _folder_name(text: str) -> str:
+    shaped = BETAS.fullmatch(text)
+    file, betas = (shaped["file"], " betas " + Path(shaped["betas"]).name) if shaped else (text, "")
+    return re.sub(r"[^0-9A-Za-z.]+", "_", Path(file).name + betas)
+
+
+def _betas(text: str) -> np.ndarray:
+    """Shape coefficients, from numbers joined by colons or from the npz of a motion."""
+    try:
+        if text.lower().endswith(".npz"):
+            with np.load(text, allow_pickle=False) as data:
+                return np.atleast_1d(data["betas"].squeeze()).astype(np.float64)
+        return np.array([float(number) for number in text.split(":")])
+    except (OSError, KeyError, ValueError) as error:
+        raise ValueError(
+            f"betas={text}: {error}; write numbers such as betas=1.2:0:-0.5, or an npz that holds 'betas'"
+        ) from error
 
 
 def _shaped(words: list[str]) -> Body:

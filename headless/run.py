@@ -71,7 +71,8 @@ def run(
         str,
         typer.Option(
             help="Body or bodies, by commas: neutral, female, male, with height=1.6 (m) weight=55 (kg) "
-            "muscle= age= arms= legs=, or an SMPL file. Several give a study each, and how far they agree."
+            "muscle= age= arms= legs=, or an SMPL file (a model, if you like with betas=1.2:0:-0.5 or "
+            "betas=MOTION.npz). Several give a study each, and how far they agree."
         ),
     ] = "neutral",
     patches: Annotated[int, typer.Option(min=2, max=6890, help="Places on the body.")] = 512,

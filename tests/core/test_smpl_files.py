@@ -111,6 +111,37 @@ def test_an_official_npz(tmp_path, model, as_object):
     check_official(load_body(tmp_path / "SMPL_NEUTRAL.npz"), model)
 
 
+@pytest.mark.parametrize("kind", ["npz", "pkl"])
+def test_betas_shape_an_official_model_and_its_joints(tmp_path, model, chumpy, kind):
+    path = tmp_path / f"SMPL_NEUTRAL.{kind}"
+    model["shapedirs"] *= 0.01
+    if kind == "npz":
+        np.savez(path, **(model | {"J_regressor": model["J_regressor"].toarray()}))
+    else:
+        write_official_pickle(path, model, chumpy, 2)
+    betas = np.array([1.5, -2.0])
+    shaped = model | {"v_template": model["v_template"] + model["shapedirs"] @ betas}
+    check_official(load_body(path, betas), shaped)
+    check_official(load_body(path, betas[:1]), model | {
+        "v_template": model["v_template"] + 1.5 * model["shapedirs"][..., 0]
+    })  # fmt: skip
+    check_official(load_body(path), model)
+    with pytest.raises(BodyError, match="at most 2 finite numbers"):
+        load_body(path, np.ones(3))
+    with pytest.raises(BodyError, match="at most 2 finite numbers"):
+        load_body(path, np.array([np.nan]))
+
+
+def test_betas_need_directions_to_act_along(tmp_path, model, bundled_body):
+    arrays = {name: value for name, value in model.items() if name != "shapedirs"}
+    np.savez(tmp_path / "a.npz", **(arrays | {"J_regressor": model["J_regressor"].toarray()}))
+    with pytest.raises(BodyError, match="lacks shapedirs"):
+        load_body(tmp_path / "a.npz", np.ones(2))
+    bundled_body.save(tmp_path / "own.npz")
+    with pytest.raises(BodyError, match="a shape of its own"):
+        load_body(tmp_path / "own.npz", np.ones(2))
+
+
 def test_fingers_of_smpl_h_go_to_the_hands(tmp_path, model):
     fingers = [20, 22, 23, 20, 25, 26, 20, 28, 29, 20, 31, 32, 20, 34, 35]
     parents = [*PARENTS[:22], *fingers, *(21 if parent == 20 else parent + 15 for parent in fingers)]

@@ -3,9 +3,11 @@
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from blender_addon.w2w.core.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from headless.__main__ import APP
 from headless.bodies import parse_bodies
 from headless.demo_library import write_demo_library
@@ -27,11 +29,33 @@ def test_bodies_are_understood():
         ("male shoe=44", "no shape parameter"),
         ("male height=5", "height"),
         ("female, female", "the same"),
+        ("a.npz betas=tall", "betas=tall"),
+        ("a.npz betas=/nowhere/walk.npz", "an npz that holds 'betas'"),
+        ("a.obj betas=1:2", "not there"),
     ],
 )
 def test_what_is_not_understood_is_said(text, message):
     with pytest.raises(ValueError, match=message):
         parse_bodies(text)
+
+
+def test_betas_from_a_motion_shape_a_model(tmp_path, bundled_body):
+    model = {
+        "v_template": bundled_body.vertices @ Y_UP_TO_Z_UP,
+        "f": bundled_body.faces.astype(np.uint32),
+        "J_regressor": np.full((N_JOINTS, len(bundled_body.vertices)), 1 / len(bundled_body.vertices)),
+        "weights": bundled_body.weights,
+        "kintree_table": np.array(
+            [np.array(PARENTS).astype(np.uint32), np.arange(N_JOINTS, dtype=np.uint32)]
+        ),
+        "shapedirs": 0.1 * (bundled_body.vertices @ Y_UP_TO_Z_UP)[..., None],
+    }
+    np.savez(tmp_path / "model.npz", **model)
+    np.savez(tmp_path / "walk.npz", betas=np.array([[0.5]]), poses=np.zeros((3, 72)))
+    file = tmp_path / "model.npz"
+    (name, plain), (shaped_name, shaped) = parse_bodies(f"{file}, {file} betas={tmp_path / 'walk.npz'}")
+    assert (name, shaped_name) == ("model.npz", "model.npz_betas_walk.npz")
+    assert shaped.height == pytest.approx(1.05 * plain.height)
 
 
 def test_a_study_on_two_bodies_says_how_far_they_agree(tmp_path):

@@ -21,6 +21,9 @@ from .smpl_topology import N_TRIANGLES, N_VERTICES, SmplMesh, recognise
 
 MODEL_ARRAYS = ("v_template", "f", "J_regressor", "weights", "kintree_table")
 
+SHAPES = "shapedirs"
+"""Array of an official model with the directions in which its shape varies: (V, 3, shapes)."""
+
 BODY_JOINTS = min(BODY_HANDS)
 """Joints before the hands: the same in SMPL, SMPL-H and SMPL-X."""
 
@@ -53,15 +56,16 @@ class BodyError(ValueError):
     """A file that is no body W2W can adopt; the message says what was expected and what was found."""
 
 
-def load_body(path: str | Path) -> Body:
+def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
     """Read a body from a file.
 
     Parameters
     ----------
     path : str or Path
-        An official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``), its mean shape is taken; a
-        mesh with SMPL's faces, in whatever pose, vertex order, axes and unit (``.obj``, ``.ply``);
-        or a body that `Body.save` wrote.
+        An official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``); a mesh with SMPL's faces, in
+        whatever pose, vertex order, axes and unit (``.obj``, ``.ply``); or a body that `Body.save` wrote.
+    betas : ndarray, shape (n,), optional
+        Shape coefficients of an official model; its mean shape is taken unless told.
 
     Returns
     -------
@@ -76,22 +80,25 @@ def load_body(path: str | Path) -> Body:
     """
     path = Path(path)
     kind = path.suffix.lower()
+    wanted = MODEL_ARRAYS if betas is None else (*MODEL_ARRAYS, SHAPES)
     if not path.is_file():
         raise BodyError(f"{path} is not there: {EXPECTED}")
     try:
         if kind in (".pkl", ".pickle"):
             with path.open("rb") as stream:
-                return body_from_model(read_arrays(stream, MODEL_ARRAYS), path.stem)
+                return body_from_model(read_arrays(stream, wanted), path.stem, betas)
         if kind == ".npz":
-            return _body_from_npz(path)
+            return _body_from_npz(path, wanted, betas)
         if kind in (".obj", ".ply"):
+            if betas is not None:
+                raise BodyError("a mesh has a shape of its own: betas need an official SMPL model")
             return body_from_mesh(*read_mesh(path), path.stem)
     except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise BodyError(f"{path}: {error}") from error
     raise BodyError(f"{path}: '{kind}' files hold no body that can be read here: {EXPECTED}")
 
 
-def body_from_model(model: dict[str, Any], name: str) -> Body:
+def body_from_model(model: dict[str, Any], name: str, betas: np.ndarray | None = None) -> Body:
     """A body from the arrays of an official model (Loper et al. 2015, doi:10.1145/2816795.2818013).
 
     Parameters
@@ -100,7 +107,10 @@ def body_from_model(model: dict[str, Any], name: str) -> Body:
         ``v_template`` (V, 3) in y-up axes, metres; ``f`` (F, 3); ``J_regressor`` (J, V);
         ``weights`` (V, J); ``kintree_table`` (2, J), parents in its first row. J is 24 for SMPL,
         52 for SMPL-H, 55 for SMPL-X; fingers, jaw and eyes go to the joint that carries them.
+        For `betas` also ``shapedirs`` (V, 3, n).
     name : str
+    betas : ndarray, shape (n,), optional
+        Shape coefficients, at most as many as the model has; the joints follow the shape.
 
     Returns
     -------
@@ -132,6 +142,8 @@ def body_from_model(model: dict[str, Any], name: str) -> Body:
     alike = tuple(parents[:BODY_JOINTS]) == PARENTS[:BODY_JOINTS]
     if not alike or (parents[BODY_JOINTS:] >= np.arange(BODY_JOINTS, n_joints)).any():
         raise BodyError(f"its {n_joints} joints are not joined like SMPL's 24, SMPL-H's 52 or SMPL-X's 55")
+    if betas is not None:
+        vertices = vertices + _shape_offsets(model, np.asarray(betas, dtype=np.float64), vertices.shape)
     joints, weights = _as_24_joints(regressor @ vertices, weights, parents)
     vertices, joints = on_the_ground(vertices @ Y_UP_TO_Z_UP.T, joints @ Y_UP_TO_Z_UP.T)
     faces = arrays["f"].astype(np.int64)
@@ -246,13 +258,27 @@ def smpl_mesh(vertices: np.ndarray, polygons: np.ndarray) -> SmplMesh:
     return mesh
 
 
-def _body_from_npz(path: Path) -> Body:
+def _body_from_npz(path: Path, wanted: tuple[str, ...], betas: np.ndarray | None) -> Body:
     with np.load(path, allow_pickle=False) as data:
         names = set(data.files)
     if {"vertices", "faces", "joints"} <= names:
+        if betas is not None:
+            raise BodyError("a saved body has a shape of its own: betas need an official SMPL model")
         return Body.load(path)
-    model = {name: read_npz_member(path, name) if name in MODEL_ARRAYS else None for name in names}
-    return body_from_model(model, path.stem)
+    model = {name: read_npz_member(path, name) if name in wanted else None for name in names}
+    return body_from_model(model, path.stem, betas)
+
+
+def _shape_offsets(model: dict[str, Any], betas: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """How far betas move each vertex (Loper et al. 2015, eq. 8), shape (V, 3)."""
+    if model.get(SHAPES) is None:
+        raise BodyError(f"it lacks {SHAPES}, so betas cannot shape it")
+    directions = np.asarray(model[SHAPES])
+    if directions.ndim != 3 or directions.shape[:2] != shape or directions.dtype.kind not in "fiu":
+        raise BodyError(f"its '{SHAPES}' has shape {directions.shape}, expected ({shape[0]}, 3, shapes)")
+    if betas.ndim != 1 or len(betas) > directions.shape[2] or not np.isfinite(betas).all():
+        raise BodyError(f"betas must be at most {directions.shape[2]} finite numbers, not {betas.tolist()}")
+    return directions[:, :, : len(betas)].astype(np.float64) @ betas
 
 
 def _floats(arrays: dict[str, np.ndarray], key: str) -> np.ndarray:

@@ -22,13 +22,15 @@ WRISTS = {BODY_HANDS[0]: JOINT_INDEX["left_wrist"], BODY_HANDS[1]: JOINT_INDEX["
 MOST_CORNERS = 4
 
 
-def adopt_file(path: str | Path) -> Body:
+def adopt_file(path: str | Path, betas: np.ndarray | None = None) -> Body:
     """Read a body from any file W2W understands; FBX goes through Blender.
 
     Parameters
     ----------
     path : str or Path
         A rigged ``.fbx`` with SMPL's bone names, or what `core.smpl.load_body` reads.
+    betas : ndarray, shape (n,), optional
+        Shape coefficients, for an official SMPL model.
 
     Returns
     -------
@@ -41,7 +43,9 @@ def adopt_file(path: str | Path) -> Body:
     """
     path = Path(path)
     if path.suffix.lower() != ".fbx":
-        return load_body(path)
+        return load_body(path, betas)
+    if betas is not None:
+        raise BodyError(f"{path}: a rigged mesh has a shape of its own: betas need an official SMPL model")
     try:
         with imported(path) as objects:
             meshes = [item for item in objects if item.type == "MESH"]
