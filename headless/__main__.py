@@ -17,6 +17,7 @@ from .status import status
 from .study import STUDY
 from .synth import synth
 from .tables import tables
+from .validate import VALIDATE
 
 APP = typer.Typer(
     name="w2w",
@@ -47,6 +48,7 @@ APP.command()(synth)
 APP.command()(sensors)
 APP.command()(status)
 APP.command(name="demo-library")(demo_library)
+APP.add_typer(VALIDATE, name="validate")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w validate`: does the simulated map rank places as the real sensors of a public data set do?"""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/validate.py -- mmfit PATH --out OUT
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.from_blender import run_command
+
+    run_command("validate")
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from blender_addon.w2w.core.imu_datasets import read_utd_mhad
+from blender_addon.w2w.core.mmfit import read_mmfit
+from blender_addon.w2w.core.vidimu import read_vidimu
+
+from .exit_codes import USAGE
+from .progress import Progress
+from .score_table_text import wide_console
+from .validate_dsads import compare_dsads
+from .validate_paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
+from .validate_utd import compare_utd, write_utd
+from .validation_report import agreement_table, write_validation
+
+VALIDATE = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="Test on your own copy of a public data set whether simulated sensors rank places as real ones do.",
+)
+
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for report.md, tables and pictures.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")]
+Folds = Annotated[int, typer.Option(min=2, help="Folds by clip, the same for real and simulated.")]
+
+
+@VALIDATE.command()
+def mmfit(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="MM-Fit's folder of w00 to w20.")],
+    out: Out,
+    folds: Folds = 5,
+    seed: Seed = 0,
+) -> None:
+    """MM-Fit: ten exercises, 3D video pose, watches, phones and an earbud.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Reading MM-Fit"):
+            exercises = read_mmfit(path)
+        with Progress(console).spinner("Fitting poses, simulating and ranking"):
+            outcome = compare_mmfit(exercises, folds, seed)
+        _write(out, [outcome], "MM-Fit: real and simulated devices", console)
+
+
+@VALIDATE.command()
+def vidimu(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="VIDIMU's folder dataset/videoandimus.")],
+    out: Out,
+    folds: Folds = 5,
+    seed: Seed = 0,
+) -> None:
+    """VIDIMU: 13 daily activities, 3D video pose, five orientation sensors. Angular velocity only.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Reading VIDIMU"):
+            trials = read_vidimu(path)
+        with Progress(console).spinner("Fitting poses, simulating and ranking"):
+            outcomes = compare_vidimu(trials, folds, seed)
+        _write(out, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
+
+
+@VALIDATE.command()
+def dsads(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="DSADS's folder, or an npz of it.")],
+    motions: Annotated[
+        list[Path], typer.Option(help="Motion library that shows some of DSADS's activities; repeatable.")
+    ],
+    out: Out,
+    labels: Annotated[
+        list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
+    ] = None,
+    window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
+    seed: Seed = 0,
+) -> None:
+    """DSADS: sports and daily activities, five worn sensors, against clips of a library. Unpaired.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
+        with Progress(console).spinner("Reading, simulating and ranking"):
+            found, notes, places = compare_dsads(path, motions, tables, window, seed)
+        _write(out, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
+
+
+@VALIDATE.command(name="utd-mhad")
+def utd_mhad(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="UTD-MHAD's folder, or an npz of it.")],
+    out: Out,
+    cutoff: Annotated[
+        float, typer.Option(min=0.5, max=7, help="Band of the joints' paths, Hz.")
+    ] = POSE_CUTOFF_HZ,
+    seed: Seed = 0,
+) -> None:
+    """UTD-MHAD: 27 actions, Kinect and one worn sensor. Trained on one side, tested on the other.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Reading UTD-MHAD"):
+            trials = read_utd_mhad(path)
+        with Progress(console).spinner("Fitting poses, simulating and training"):
+            parts = compare_utd(trials, cutoff, seed)
+        console.print(write_utd(out, parts), markup=False)
+
+
+@contextmanager
+def _sentences(console: Console) -> Iterator[None]:
+    """What is wrong with the data as a sentence, not as a traceback."""
+    try:
+        yield
+    except (ValueError, OSError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+
+
+def _write(out: Path, outcomes: list[Outcome], title: str, console: Console) -> None:
+    for name, found, notes, places in outcomes:
+        suffix = f"_{name.replace(' ', '_')}" if name else ""
+        headline = f"{title}, {name}" if name else title
+        write_validation(out, found, headline, notes, places, suffix)
+        console.print(f"[bold]{headline}[/bold]\n{found.sentence()}\n")
+        console.print("\n".join(agreement_table(found)), markup=False)
+        console.print(f"\nReport: {out / f'report{suffix}.md'}")

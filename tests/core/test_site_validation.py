@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sites that recognise activities equally well on both sides agree, and those that do not do not."""
+
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.recording import ImuRecording
+from blender_addon.w2w.core.site_validation import site_windows, validate_sites
+from blender_addon.w2w.core.windows import WindowSpec
+
+RATE, SECONDS = 25.0, 4.0
+ACTIVITIES = ("slow", "fast", "turning")
+SPEC = WindowSpec(length_s=2.0, stride_s=1.0)
+NOISE = {"clear": 0.1, "fair": 1.5, "poor": 4.0, "bad": 8.0, "dead": 40.0}
+
+
+def recordings(sites, seed, clips=6, activities=ACTIVITIES):
+    """Clips in which a site shows the activity the better the less noise it has."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(int(RATE * SECONDS)) / RATE
+    made = []
+    for activity in activities:
+        for number in range(clips):
+            pace = {"slow": 0.8, "fast": 2.0, "turning": 0.8}[activity] * rng.uniform(0.9, 1.1)
+            wave = np.sin(2 * np.pi * pace * time + rng.uniform(0, 6))[:, None, None]
+            acc = 2.0 * wave * [1, 0.5, 0] + [0, 0, 9.8]
+            gyr = (1.0 if activity == "turning" else 0.2) * wave * [0, 1, 0]
+            noise = np.array([NOISE[site] for site in sites])[None, :, None]
+            shape = (len(time), len(sites), 3)
+            made.append(
+                ImuRecording(
+                    acc + noise * rng.normal(size=shape), gyr + 0.3 * noise * rng.normal(size=shape), RATE,
+                    sites, activity, f"p{number % 4}", f"{activity} {number}",
+                )
+            )  # fmt: skip
+    return made
+
+
+SITES = tuple(NOISE)
+
+
+def test_the_same_order_on_both_sides_is_found():
+    real, simulated = (site_windows(recordings(SITES, seed), SPEC) for seed in (1, 2))
+    found = validate_sites(real, simulated, SITES, ACTIVITIES)
+    assert found.mean_rho > 0.8
+    assert found.overall.spearman > 0.9
+    assert found.mean_p < 0.05
+    assert found.mean_low <= found.mean_rho <= found.mean_high
+    assert found.ceiling > 0.6
+    assert set(found.by_activity) == set(ACTIVITIES)
+    assert "which reaches 0.5" in found.sentence(0.5)
+    assert "one swap of neighbours costs an activity's rho 0.10" in found.sentence()
+
+
+def test_the_reverse_order_disagrees():
+    real = site_windows(recordings(SITES, 1), SPEC)
+    simulated = site_windows(recordings(SITES[::-1], 2), SPEC)
+    found = validate_sites(real, simulated, SITES, ACTIVITIES)
+    assert found.mean_rho < -0.6
+    assert found.mean_p > 0.9
+    assert "which is below 0.85" in found.sentence()
+
+
+def test_sites_that_do_not_differ_have_a_low_ceiling():
+    real, simulated = (site_windows(recordings(("clear",) * 5, seed), SPEC) for seed in (1, 2))
+    found = validate_sites(real, simulated, ("a", "b", "c", "d", "e"), ACTIVITIES)
+    assert found.ceiling < 0.5
+    assert found.real.f1.min() > 0.95
+
+
+def test_only_what_both_sides_can_test_is_compared():
+    real = site_windows(recordings(SITES, 1), SPEC)
+    simulated = site_windows(recordings(SITES, 2, activities=("slow", "fast")), SPEC)
+    found = validate_sites(real, simulated, SITES, ACTIVITIES, by_subject=(True, False))
+    assert found.real.activities == found.simulated.activities == ("slow", "fast")
+    assert found.real.protocol.startswith("leave one of 4 subjects out")
+    assert found.simulated.protocol.startswith("5-fold")
+
+
+def test_the_same_seed_gives_the_same_numbers():
+    real, simulated = (site_windows(recordings(SITES[:3], seed, clips=3), SPEC) for seed in (1, 2))
+    first, second = (validate_sites(real, simulated, SITES[:3], ACTIVITIES, seed=3) for _ in range(2))
+    assert first.sentence() == second.sentence()
+    assert first.by_activity == second.by_activity
+
+
+def test_rates_alone_can_be_compared():
+    made = recordings(("clear",), 1, clips=3)
+    windows = site_windows(made, SPEC, rates_only=True)
+    moved = [ImuRecording(r.acc + 50, r.gyr, RATE, r.sites, r.activity, r.subject, r.clip) for r in made]
+    np.testing.assert_array_equal(windows.features, site_windows(moved, SPEC, rates_only=True).features)
+    assert not np.array_equal(windows.features, site_windows(made, SPEC).features)
+
+
+def test_clips_too_short_are_named_and_different_sites_refused():
+    made = recordings(("clear",), 1, clips=2)
+    short = ImuRecording(made[0].acc[:5], made[0].gyr[:5], RATE, ("clear",), "slow", "p", "short one")
+    assert set(site_windows([*made, short], SPEC).skipped) == {"short one"}
+    with pytest.raises(ValueError, match="no clip gives a window"):
+        site_windows([short], SPEC)
+    with pytest.raises(ValueError, match="must share their sites"):
+        site_windows([made[0], recordings(("fair",), 1, clips=1)[0]], SPEC)
