@@ -15,6 +15,7 @@ from .run import run
 from .sensors import sensors
 from .status import status
 from .study import STUDY
+from .sweep import sweep
 from .synth import synth
 from .tables import tables
 from .validate import VALIDATE
@@ -40,6 +41,7 @@ APP.command()(run)
 APP.command()(demo)
 APP.command()(place)
 APP.command()(tables)
+APP.command()(sweep)
 APP.command()(dsads)
 APP.command(name="inspect")(inspect)
 APP.command()(report)

@@ -19,15 +19,17 @@ from threadpoolctl import threadpool_limits
 
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
-from blender_addon.w2w.core.files import write_json, write_npz
-from blender_addon.w2w.core.library import WORK_FOLDER, Clip
+from blender_addon.w2w.core.files import write_json
+from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.motion_signature import motion_signature
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
-from blender_addon.w2w.core.study import StudyConfig, describe, record
+from blender_addon.w2w.core.study import StudyConfig, copies_of, describe, record
+from blender_addon.w2w.core.windows import TooShortError
 
 from .blender_process import forget_scripts_path
+from .clip_files import WORK, copy_file, features_file, write_features
 from .worker_guard import LIMIT_S, MEMORY, guarded
 
 SAMPLE_BYTES = 24
@@ -35,9 +37,6 @@ SAMPLE_BYTES = 24
 
 SIGNALS_SHARE = 4
 """Signals may take this part of a worker's memory; their windows and features want as much again."""
-
-WORK = WORK_FOLDER
-"""Folder inside the output folder for what a later run can take up again."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ class Job:
     @property
     def features_file(self) -> Path:
         """Windows as features, for the ranking."""
-        return self.out / WORK / "features" / f"{self.clip.name}.npz"
+        return features_file(self.out, self.clip.name)
 
     @property
     def record_file(self) -> Path:
@@ -247,14 +246,30 @@ def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     _refuse_too_long(motion, job)
     recording = record(body, patches, motion, job.config)
     features, is_test = describe(recording, job.config)
+    copies, copy_files = _make_copies(job, body, patches, motion)
     motion.save(job.motion_file)
     recording.save(job.signals_file)
-    write_npz(
-        job.features_file,
-        {"features": features, "is_test": is_test, "signature": motion_signature(motion)},
-    )
+    write_features(job.features_file, [features, *copies], is_test, motion_signature(motion))
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
-    return details, (job.motion_file, job.signals_file, job.features_file)
+    if job.config.augmentation is not None:
+        details |= {"copies": len(copies), "copy_windows": sum(len(copy) for copy in copies)}
+    return details, (job.motion_file, job.signals_file, job.features_file, *copy_files)
+
+
+def _make_copies(
+    job: Job, body: Body, patches: PatchSet, motion: Motion
+) -> tuple[list[np.ndarray], list[Path]]:
+    """Features of the augmented copies, and the files of their recordings where they are kept."""
+    features, files = [], []
+    for recording in copies_of(body, patches, motion, job.config):
+        try:
+            features.append(describe(recording, job.config)[0])
+        except TooShortError:  # played faster, a short clip may no longer fill a window
+            continue
+        if job.config.keeps_copies():
+            files.append(copy_file(job.out, job.clip.name, len(files)))
+            recording.save(files[-1])
+    return features, files
 
 
 def _refuse_too_long(motion: Motion, job: Job) -> None:

@@ -4,20 +4,24 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from blender_addon.w2w.core.augmentation import Augmentation
 from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.clip_blocks import clip_inputs
+from blender_addon.w2w.core.constraints import Constraints
+from blender_addon.w2w.core.imu import Synthesis
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.place_blocks import PlaceBlocks
+from blender_addon.w2w.core.study import StudyConfig, plain
 from blender_addon.w2w.core.utility import UtilityMap
 from blender_addon.w2w.core.windows import WindowSpec
 
-from .clip_job import WORK
+from .clip_files import WORK, ClipWindows, ranking_inputs
 from .pipeline import Study
 
 UTILITY = "utility.npz"
@@ -35,15 +39,12 @@ class FinishedClip:
     activity, subject : str
     motion : str
         Name of the first clip that shows the same motion: its own where there is no other.
-    windows : int
-        Windows cut from it.
     """
 
     name: str
     activity: str
     subject: str
     motion: str
-    windows: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,37 +99,45 @@ class FinishedStudy:
         used = [outcome.clip for outcome in study.used]
         first = [used[int(np.argmax(study.groups == group))].name for group in study.groups]
         clips = tuple(
-            FinishedClip(clip.name, clip.activity, clip.subject, motion, outcome.details["windows"])
-            for clip, motion, outcome in zip(used, first, study.used, strict=True)
+            FinishedClip(clip.name, clip.activity, clip.subject, motion)
+            for clip, motion in zip(used, first, strict=True)
         )
         utility = study.recommendation.utility
         return cls(study.out, utility, study.patches, clips, study.config.as_dict())
+
+    def config(self) -> StudyConfig:
+        """The parameters of the run."""
+        given = {**plain(StudyConfig()), **self.parameters}
+        given = {item.name: given[item.name] for item in fields(StudyConfig)}
+        given["synthesis"] = Synthesis(
+            **given["synthesis"] | {"gravity": tuple(given["synthesis"]["gravity"])}
+        )
+        given["windows"] = WindowSpec(**given["windows"])
+        wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
+        costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
+        given["constraints"] = Constraints(**wishes, costs=costs)
+        if given["augmentation"] is not None:
+            given["augmentation"] = Augmentation(**given["augmentation"])
+        return StudyConfig(**given)
 
     def body(self) -> Body:
         """The body of the study."""
         return Body.load(self.out / WORK / "body.npz")
 
+    @cached_property
+    def windows(self) -> tuple[ClipWindows, ...]:
+        """The windows of each clip."""
+        return tuple(ClipWindows(self.out, clip.name) for clip in self.clips)
+
     def inputs(self) -> PlaceBlocks:
         """What the run's classifier was trained on: all windows of all places, served from disk."""
-        return clip_inputs(
+        return ranking_inputs(
+            self.out,
+            [clip.name for clip in self.clips],
+            self.windows,
             self.parameters["classifier"],
-            self._features,
-            [self.out / "signals" / f"{clip.name}.npz" for clip in self.clips],
-            [clip.windows for clip in self.clips],
             WindowSpec(**self.parameters["windows"]),
         )
-
-    def is_test(self) -> np.ndarray:
-        """Windows that may be tested on, shape (W,)."""
-        parts = []
-        for path in self._features:
-            with np.load(path, allow_pickle=False) as data:
-                parts.append(data["is_test"])
-        return np.concatenate(parts)
-
-    @property
-    def _features(self) -> list[Path]:
-        return [self.out / WORK / "features" / f"{clip.name}.npz" for clip in self.clips]
 
 
 def _clips(used: list[dict[str, Any]]) -> tuple[FinishedClip, ...]:
@@ -139,7 +148,6 @@ def _clips(used: list[dict[str, Any]]) -> tuple[FinishedClip, ...]:
             entry["activity"],
             entry["subject"],
             name_of[entry.get("same_motion_as", entry["file"])],
-            entry["windows"],
         )
         for entry in used
     )

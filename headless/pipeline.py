@@ -14,7 +14,6 @@ import numpy as np
 from blender_addon.w2w.core.advice import Advice, advise
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
-from blender_addon.w2w.core.clip_blocks import clip_inputs
 from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.library import Clip, Library
@@ -23,7 +22,8 @@ from blender_addon.w2w.core.shapes import bundled_targets
 from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patches
 from blender_addon.w2w.core.utility import UtilityMap
 
-from .clip_job import WORK, Job, Outcome, file_sha256
+from .clip_files import WORK, ClipWindows, ranking_inputs
+from .clip_job import Job, Outcome, file_sha256
 from .engine import run_jobs
 from .progress import Progress
 from .versions import code_sha256, versions
@@ -143,6 +143,8 @@ def run_study(
         If the disk is full or the folder cannot be written.
     """
     watch.step("placing patches")
+    if config.augmentation and config.augmentation.bodies and not bundled_targets().fit(body):
+        raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
     _forget_running(out)
     patches = _prepare(body, config, out, progress)
     try:
@@ -171,7 +173,14 @@ def run_study(
 
 def make_folders(out: Path) -> None:
     """Make the output folder."""
-    for folder in ("motions", "signals", f"{WORK}/features", f"{WORK}/clips", f"{WORK}/running"):
+    for folder in (
+        "motions",
+        "signals",
+        f"{WORK}/features",
+        f"{WORK}/copies",
+        f"{WORK}/clips",
+        f"{WORK}/running",
+    ):
         (out / folder).mkdir(parents=True, exist_ok=True)
 
 
@@ -242,24 +251,21 @@ def _remove_leftovers(out: Path, used: set[str]) -> None:
         for path in folder.glob("*.npz"):
             if path.stem not in used:
                 path.unlink()
+    for path in (out / WORK / "copies").glob("*.npz"):
+        if path.stem.rpartition(".")[0] not in used:
+            path.unlink()
 
 
 def _rank(
     used: list[Clip], config: StudyConfig, out: Path, progress: Progress
 ) -> tuple[Recommendation, np.ndarray]:
-    clips = []
-    for clip in used:
-        with np.load(out / WORK / "features" / f"{clip.name}.npz", allow_pickle=False) as data:
-            is_test, signature = data["is_test"], data["signature"]
-        clips.append(RankedClip(clip.name, clip.activity, clip.subject, is_test, signature, clip.motion_key))
-    files = [f"{clip.name}.npz" for clip in clips]
-    inputs = clip_inputs(
-        config.classifier,
-        [out / WORK / "features" / file for file in files],
-        [out / "signals" / file for file in files],
-        [len(clip.is_test) for clip in clips],
-        config.windows,
-    )
+    windows = [ClipWindows(out, clip.name) for clip in used]
+    clips = [
+        RankedClip(clip.name, clip.activity, clip.subject, found.is_test, found.signature, clip.motion_key)
+        for clip, found in zip(used, windows, strict=True)
+    ]
+    names = [clip.name for clip in used]
+    inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
     with progress.bar("Ranking places", 100) as advance:
         done = 0
 

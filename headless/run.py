@@ -24,6 +24,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from blender_addon.w2w.core.augmentation import SWITCHES, parse_augmentation
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.imu import Synthesis
@@ -35,7 +36,8 @@ from blender_addon.w2w.core.windows import WindowSpec
 
 from .advice_text import show_advice
 from .bodies import parse_bodies, write_comparison
-from .clip_job import WORK, Outcome
+from .clip_files import WORK
+from .clip_job import Outcome
 from .engine import EngineError
 from .event_log import SILENT, EventLog
 from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
@@ -97,6 +99,13 @@ def run(
     leave_out: Annotated[
         str, typer.Option(help="Activities to leave out, by commas, such as 'other,unknown'.")
     ] = "",
+    augment: Annotated[
+        str,
+        typer.Option(
+            help=f"Copies of every clip to train on, never to test: {', '.join(SWITCHES)}, by commas, or all."
+        ),
+    ] = "",
+    copies: Annotated[int, typer.Option(min=1, help="Copies a clip, with --augment.")] = 4,
     folds: Annotated[
         int, typer.Option(min=2, help="Folds of the cross-validation; clips never straddle one.")
     ] = 5,
@@ -146,6 +155,7 @@ def run(
             sensor=sensor,
             windows=WindowSpec(length_s=window, stride_s=stride),
             classifier=classifier,
+            augmentation=parse_augmentation(augment, copies),
             folds=folds,
             by_subject=by_subject,
             target=target,

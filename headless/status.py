@@ -20,7 +20,7 @@ import typer
 from filelock import FileLock, Timeout
 from rich.console import Console
 
-from .clip_job import WORK
+from .clip_files import WORK
 from .exit_codes import USAGE
 from .watch import RunState, read_state
 

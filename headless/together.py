@@ -30,7 +30,7 @@ def sensors_together(study: FinishedStudy, order: Sequence[int]) -> tuple[Utilit
     tuple of UtilityMap
         Each of one place: the sensors side by side, by the folds and the classifier of the run.
     """
-    windows = [clip.windows for clip in study.clips]
+    windows = [len(found.is_test) for found in study.windows]
     maps = multi_sensor_check(
         order[:AT_MOST],
         study.inputs(),
@@ -39,7 +39,7 @@ def sensors_together(study: FinishedStudy, order: Sequence[int]) -> tuple[Utilit
         subject=np.repeat([clip.subject for clip in study.clips], windows)
         if study.parameters["by_subject"]
         else None,
-        is_test=study.is_test(),
+        is_test=np.concatenate([found.is_test for found in study.windows]),
         activities=sorted({clip.activity for clip in study.clips}),
         classifier=study.parameters["classifier"],
         folds=study.parameters["folds"],

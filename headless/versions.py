@@ -28,7 +28,7 @@ def code_sha256() -> str:
     """Hash of the code and templates that results depend on."""
     digest = hashlib.sha256()
     files = [*ROOT.glob("blender_addon/w2w/core/**/*.py"), *ROOT.glob("blender_addon/w2w/scene/*.py")]
-    files += [*ROOT.glob("assets/templates/bone_maps/*.json"), ROOT / "headless" / "clip_job.py"]
+    files += [*ROOT.glob("assets/templates/bone_maps/*.json"), *ROOT.glob("headless/clip_*.py")]
     for path in sorted(files):
         digest.update(path.relative_to(ROOT).as_posix().encode())
         digest.update(path.read_bytes())

@@ -105,5 +105,5 @@ def _draw_subset(study: Study, renderer: BodyRenderer) -> None:
 def _motions(study: Study) -> Iterator[Motion]:
     for outcome in study.used:
         clip = outcome.clip
-        motion = read_amass(study.out / "motions" / f"{clip.name}.npz")
+        motion = read_amass(study.out / "motions" / f"{clip.name}.npz", z_up=True)
         yield motion.labelled(clip.activity, clip.subject, clip.name)

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from blender_addon.w2w.core.files import write_json
 
-from .clip_job import WORK, Outcome
+from .clip_files import WORK
+from .clip_job import Outcome
 from .event_log import SILENT, EventLog
 
 EVERY_S = 0.5

@@ -37,7 +37,7 @@ MAX_BYTES = 2 * 2**30
 MIN_FRAMES = 4
 
 
-def read_amass(path: str | Path) -> Motion:
+def read_amass(path: str | Path, z_up: bool = False) -> Motion:
     """Read an AMASS-style npz or a `.smpl` file.
 
     AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or
@@ -47,6 +47,9 @@ def read_amass(path: str | Path) -> Motion:
     Parameters
     ----------
     path : str or Path
+    z_up : bool
+        The world is known to be z up, as in files that `Motion.save` wrote: a body that lies or
+        crawls is then not taken for one that stands along y.
 
     Returns
     -------
@@ -72,7 +75,7 @@ def read_amass(path: str | Path) -> Motion:
     turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
     rotations[:, 1:BODY_JOINTS] = Y_UP_TO_Z_UP @ turns[:, 1:BODY_JOINTS] @ Y_UP_TO_Z_UP.T
     root, pelvis = turns[:, 0], trans + SMPL_PELVIS
-    if _stands_along_y(root):
+    if not z_up and _stands_along_y(root):
         root, pelvis = Y_UP_TO_Z_UP @ root, pelvis @ Y_UP_TO_Z_UP.T
     rotations[:, 0] = root @ Y_UP_TO_Z_UP.T
     return Motion(rotations, pelvis, rate)

@@ -18,13 +18,16 @@ from .motion import Motion
 from .recording import ImuRecording
 from .skeleton import JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
 
+SWITCHES = ("tempo", "amplitude", "warp", "mirror", "bodies", "remount", "noise")
+"""Names of the parts of an `Augmentation`."""
+
 ACROSS = np.diag([-1.0, 1.0, 1.0])
 """Reflection in the plane between left and right of the T-pose, which faces -y."""
 
 
 @dataclass(frozen=True)
 class Augmentation:
-    """Which variants of a motion to train on; each part has its own switch.
+    """Which variants of a clip to train on; each part has its own switch.
 
     Parameters
     ----------
@@ -41,6 +44,10 @@ class Augmentation:
     remount_deg : float
         Standard deviation of the angle by which each sensor is turned from where it
         should sit, about a random axis; 0 is off.
+    bodies : bool
+        Every variant is done by a body of another shape (`copies.body_variant`).
+    noise : bool
+        Every variant is recorded by other specimens of the sensor.
 
     Raises
     ------
@@ -54,6 +61,8 @@ class Augmentation:
     amplitude: float = 0.15
     warp: float = 0.2
     remount_deg: float = 10.0
+    bodies: bool = True
+    noise: bool = True
 
     def __post_init__(self) -> None:
         if self.copies < 0:
@@ -61,6 +70,31 @@ class Augmentation:
         for name, limit in (("tempo", 2.0), ("amplitude", 1.0), ("warp", 0.9), ("remount_deg", 180.0)):
             if not 0 <= getattr(self, name) <= limit:
                 raise ValueError(f"{name} must be between 0 and {limit:g}, not {getattr(self, name)}")
+
+    @classmethod
+    def only(cls, switches: Collection[str], copies: int = 4) -> Augmentation:
+        """Some parts at their usual strength, the others off.
+
+        Parameters
+        ----------
+        switches : collection of str
+            Of `SWITCHES`.
+        copies : int
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown.
+        """
+        unknown = sorted(set(switches) - set(SWITCHES))
+        if unknown:
+            raise ValueError(f"'{unknown[0]}' is no augmentation; there are {', '.join(SWITCHES)}")
+        off = {"tempo": 0.0, "amplitude": 0.0, "warp": 0.0, "remount": 0.0}
+        off |= {"mirror": False, "bodies": False, "noise": False}
+        wanted = {name: value for name, value in off.items() if name not in switches}
+        if "remount" in wanted:
+            wanted["remount_deg"] = wanted.pop("remount")
+        return cls(copies=copies, **wanted)
 
     def motions(self, motion: Motion, seed: int) -> Iterator[Motion]:
         """Variants of a motion, under its own labels.
@@ -85,6 +119,20 @@ class Augmentation:
             if self.tempo:
                 variant = at_tempo(variant, (1 + self.tempo) ** rng.uniform(-1, 1))
             yield variant
+
+
+def parse_augmentation(text: str, copies: int) -> Augmentation | None:
+    """What a person writes: names of `SWITCHES` by commas, "all", or nothing.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+    """
+    names = [part.strip().lower() for part in text.split(",") if part.strip()]
+    if not names or not copies:
+        return None
+    return Augmentation.only(SWITCHES if names == ["all"] else names, copies)
 
 
 def mirrored(motion: Motion) -> Motion:

@@ -139,6 +139,7 @@ def same_motion_groups(
     keys: Sequence[str] | None = None,
     signatures: np.ndarray | None = None,
     tolerance: float = 0.05,
+    mirrored: np.ndarray | None = None,
 ) -> np.ndarray:
     """Number the distinct motions among clips: downloads of one motion get one number.
 
@@ -156,6 +157,9 @@ def same_motion_groups(
     tolerance : float
         Greatest root mean square difference of two signatures of one motion, in units
         of each column's standard deviation over the clips.
+    mirrored : ndarray, shape (C, K), optional
+        The signatures with left and right exchanged: libraries hold the same motion mirrored,
+        and a mirrored copy made to train on would be the very clip tested.
 
     Returns
     -------
@@ -166,7 +170,7 @@ def same_motion_groups(
     if keys is not None:
         edges.append(_equal_pairs([key or None for key in keys]))
     if signatures is not None:
-        edges.append(_near_pairs(np.asarray(signatures, dtype=np.float64), tolerance))
+        edges.append(_near_pairs(np.asarray(signatures, dtype=np.float64), mirrored, tolerance))
     first, second = np.concatenate(edges, axis=1)
     graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(clips), len(clips)))
     _, component = connected_components(graph, directed=False)
@@ -181,12 +185,22 @@ def _equal_pairs(values: list) -> np.ndarray:
     return np.array(links, dtype=np.int64).reshape(-1, 2).T
 
 
-def _near_pairs(signatures: np.ndarray, tolerance: float) -> np.ndarray:
-    """Index pairs (2, M) of rows that differ by at most `tolerance`, columns standardised."""
-    deviation = signatures.std(axis=0)
+def _near_pairs(signatures: np.ndarray, mirrored: np.ndarray | None, tolerance: float) -> np.ndarray:
+    """Index pairs (2, M) of rows that differ by at most `tolerance`, columns standardised; of rows and
+    mirrored rows too, where given."""
+    deviation, mean = signatures.std(axis=0), signatures.mean(axis=0)
     used = deviation > 0
-    if not used.any():  # all alike, or one alone
-        return np.stack([np.arange(len(signatures) - 1), np.arange(1, len(signatures))])
-    standard = (signatures[:, used] - signatures[:, used].mean(axis=0)) / deviation[used]
-    reach = tolerance * np.sqrt(max(1, used.sum()))
-    return KDTree(standard).query_pairs(reach, output_type="ndarray").T
+    if not used.any():  # all rows are equal
+        rows = np.arange(len(signatures))
+        return np.stack([np.zeros_like(rows), rows])
+
+    def standard(rows: np.ndarray) -> KDTree:
+        return KDTree((rows[:, used] - mean[used]) / deviation[used])
+
+    reach = tolerance * np.sqrt(used.sum())
+    tree = standard(signatures)
+    pairs = [tree.query_pairs(reach, output_type="ndarray").T]
+    if mirrored is not None:
+        near = standard(np.asarray(mirrored, dtype=np.float64)).query_ball_tree(tree, reach)
+        pairs.append(np.array([(i, j) for i, found in enumerate(near) for j in found]).reshape(-1, 2).T)
+    return np.concatenate(pairs, axis=1).astype(np.int64)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from .motion import Motion
-from .skeleton import JOINT_INDEX
+from .skeleton import JOINT_INDEX, MIRRORED_JOINTS
 
 PHASES = 16
 """Moments, evenly over the clip, at which the pose is looked at."""
@@ -36,3 +36,23 @@ def motion_signature(motion: Motion) -> np.ndarray:
     frames = np.linspace(0, motion.n_frames - 1, PHASES).round().astype(int)
     turns = motion.rotations[np.ix_(frames, JOINTS)][..., :2]
     return np.append(turns.ravel(), np.log(max(motion.duration, 1e-3)))
+
+
+def mirrored_signatures(signatures: np.ndarray) -> np.ndarray:
+    """Signatures of the same motions with left and right exchanged.
+
+    Parameters
+    ----------
+    signatures : ndarray, shape (C, K)
+        From `motion_signature`.
+
+    Returns
+    -------
+    ndarray, shape (C, K)
+    """
+    signatures = np.asarray(signatures, dtype=np.float64)
+    turns = signatures[:, :-1].reshape(len(signatures), PHASES, len(JOINTS), 3, 2)
+    partner = [JOINTS.index(MIRRORED_JOINTS[joint]) for joint in JOINTS]
+    # A R A with A = diag(-1, 1, 1), on the first two columns of R
+    mirrored = turns[:, :, partner] * np.array([-1.0, 1.0, 1.0])[:, None] * np.array([-1.0, 1.0])
+    return np.concatenate([mirrored.reshape(len(signatures), -1), signatures[:, -1:]], axis=1)

@@ -3,26 +3,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .augmentation import Augmentation
 from .body import Body
 from .constraints import Constraints
+from .copies import record_copies
 from .crossval import same_motion_groups
 from .features import window_features
 from .imu import Synthesis, synthesize
 from .motion import Motion
+from .motion_signature import mirrored_signatures
 from .patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .place_blocks import PlaceBlocks
 from .placement import Subset, best_single, greedy_subset
 from .recording import ImuRecording
 from .sensor import SensorModel
 from .sensor_presets import DEFAULT_SENSOR, preset
-from .utility import CLASSIFIERS, UtilityMap, utility_map
+from .utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
 from .virtual_imu import record_motion
 from .windows import WindowSpec, cut_windows
 
@@ -46,6 +49,8 @@ class StudyConfig:
     sensor : str
         Name of a sensor preset (`sensor_presets.preset`), or "ideal".
     windows : WindowSpec
+    augmentation : Augmentation or None
+        Copies of every clip to train on.
     classifier : str
         Name in `utility.CLASSIFIERS`.
     folds : int
@@ -72,6 +77,7 @@ class StudyConfig:
     synthesis: Synthesis = field(default_factory=Synthesis)
     sensor: str = DEFAULT_SENSOR
     windows: WindowSpec = field(default_factory=WindowSpec)
+    augmentation: Augmentation | None = None
     classifier: str = "ridge"
     folds: int = 5
     by_subject: bool = False
@@ -98,7 +104,14 @@ class StudyConfig:
         """The parameters that signals and features depend on; the others only rank and choose."""
         names = ("patches", "patch_mode", "synthesis", "windows", "seed")
         chosen = {name: plain(getattr(self, name)) for name in names}
-        return {**chosen, "sensor_model": plain(self.sensor_model())}
+        chosen |= {"sensor_model": plain(self.sensor_model())}
+        if self.augmentation is not None:
+            chosen |= {"augmentation": plain(self.augmentation), "keep_copies": self.keeps_copies()}
+        return chosen
+
+    def keeps_copies(self) -> bool:
+        """Whether the recordings of augmented copies are needed beside their features."""
+        return self.augmentation is not None and inputs_of(self.classifier) == "windows"
 
     def as_dict(self) -> dict[str, Any]:
         """Every parameter as plain values, the sensor's own ones spelled out."""
@@ -152,6 +165,20 @@ def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -
     return record_motion(body, patches, motion, config.synthesis, config.sensor_model(), config.seed)
 
 
+def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -> Iterator[ImuRecording]:
+    """Recordings of the augmented copies of a motion that the config asks for: none, or as many as it says.
+
+    Raises
+    ------
+    ValueError
+        If copies on other bodies are asked for and the body is not W2W's own.
+    """
+    if config.augmentation is not None:
+        yield from record_copies(
+            body, patches, motion, config.augmentation, config.synthesis, config.sensor_model(), config.seed
+        )
+
+
 def record_baked(
     matrices: np.ndarray, rate: float, patches: PatchSet, labels: tuple[str, str, str], config: StudyConfig
 ) -> ImuRecording:
@@ -197,8 +224,11 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
 
 
 def same_clips(names: Sequence[str], keys: Sequence[str], signatures: np.ndarray) -> np.ndarray:
-    """Which clips show one motion, by their keys or because they move alike; shape (C,), int."""
-    return same_motion_groups(names, keys=keys, signatures=signatures, tolerance=SAME_MOTION)
+    """Which clips show one motion, by their keys or moving alike, mirrored or not; shape (C,), int."""
+    mirrored = mirrored_signatures(signatures)
+    return same_motion_groups(
+        names, keys=keys, signatures=signatures, tolerance=SAME_MOTION, mirrored=mirrored
+    )
 
 
 def recommend(

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w sweep`: does the ranking hold at another tempo, on another body, with another sensor?"""
+
+from __future__ import annotations
+
+if __name__ == "__main__":  # blender --background --python headless/sweep.py -- RESULTS
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from headless.from_blender import run_command
+
+    run_command("sweep")
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from blender_addon.w2w.core.sensitivity import compare_maps
+
+from .exit_codes import INTERRUPTED, NOTHING_TO_DO, USAGE
+from .finished import FinishedStudy
+from .progress import Progress
+from .score_table_text import wide_console
+from .sweep_cases import FACTORS, cases
+from .sweep_figure import sweep_figure
+from .sweep_maps import SweepMaps
+from .sweep_report import SweptCase, show_sweep, write_sweep
+
+USUAL_FACTORS = "tempo,asymmetry,body,sensor,window"
+
+
+def sweep(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    by: Annotated[
+        str, typer.Option(help=f"What to change, one at a time, by commas: {', '.join(FACTORS)}.")
+    ] = USUAL_FACTORS,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Folder to write to; RESULTS/sweep unless told."),
+    ] = None,
+    places: Annotated[
+        int, typer.Option(min=8, help="Places compared, spread evenly; at most those of the run.")
+    ] = 128,
+    copies: Annotated[int, typer.Option(min=1, help="Copies a clip, for 'augment'.")] = 4,
+    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
+    or 1,
+) -> None:
+    """Rank a finished run's motions again under other conditions, and show where the ranking holds.
+
+    The motions are not read from their files again, and what an earlier sweep finished is taken up.
+
+    Exit codes: 0 done, 1 a map cannot be made (and why), 2 wrong use, 130 stopped by Ctrl-C.
+    """
+    console = wide_console()
+    try:
+        study = FinishedStudy.load(results)
+        wanted = cases(study.config(), [name.strip() for name in by.split(",") if name.strip()], copies)
+        folder = out or results / "sweep"
+        maps = SweepMaps(study, folder, places, workers)
+    except (ValueError, OSError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    swept = _sweep(maps, wanted, len(study.clips), console)
+    write_sweep(folder, swept, maps.patches)
+    sweep_figure(folder / "sweep.png", swept, maps.patches)
+    show_sweep(swept, maps.patches, console)
+    console.print(
+        f"\nTables:  {folder / 'sweep.csv'}, {folder / 'places.csv'}\nPicture: {folder / 'sweep.png'}"
+    )
+
+
+def _sweep(maps: SweepMaps, wanted: list, n_clips: int, console: Console) -> list[SweptCase]:
+    progress, swept = Progress(console), []
+    try:
+        for case in wanted:
+            with progress.bar(case.title, n_clips) as advance:
+                utility = maps.map_of(case, advance)
+            usual = swept[0].utility if swept else utility
+            swept.append(SweptCase(case, utility, compare_maps(usual, utility)))
+    except ValueError as error:
+        console.print(f"[red]{case.title}: {error}[/red]")
+        raise typer.Exit(NOTHING_TO_DO) from error
+    except KeyboardInterrupt as error:
+        console.print("\nStopped. What is finished is kept: the same command goes on from here.")
+        raise typer.Exit(INTERRUPTED) from error
+    return swept

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Augmented copies of a clip: each switch does what it says, and nothing else."""
+
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core.augmentation import SWITCHES, Augmentation, parse_augmentation
+from blender_addon.w2w.core.copies import body_variant, record_copies
+from blender_addon.w2w.core.imu import Synthesis
+from blender_addon.w2w.core.patches import sample_patches
+from blender_addon.w2w.core.sensor import SensorModel
+from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR, preset
+from blender_addon.w2w.core.virtual_imu import record_motion
+
+SETTINGS = Synthesis(rate_hz=50.0)
+IDEAL = SensorModel.ideal()
+
+
+@pytest.fixture(scope="module")
+def patches(bundled_body):
+    return sample_patches(bundled_body, 12, seed=0, mode="fast")
+
+
+def copies(body, patches, motion, *switches, sensor=IDEAL, number=2, seed=0):
+    plan = Augmentation.only(switches, copies=number)
+    return list(record_copies(body, patches, motion, plan, SETTINGS, sensor, seed))
+
+
+def test_without_a_switch_a_copy_is_the_clip(bundled_body, patches, waving):
+    own = record_motion(bundled_body, patches, waving, SETTINGS)
+    for copy in copies(bundled_body, patches, waving):
+        np.testing.assert_array_equal(copy.acc, own.acc)
+        assert (copy.clip, copy.activity, copy.subject) == (own.clip, own.activity, own.subject)
+
+
+@pytest.mark.parametrize("switch", SWITCHES)
+def test_each_switch_alone_changes_the_recording_and_is_repeatable(bundled_body, patches, waving, switch):
+    sensor = preset(DEFAULT_SENSOR) if switch == "noise" else IDEAL
+    own = record_motion(bundled_body, patches, waving, SETTINGS, sensor, 0)
+    first, second = copies(bundled_body, patches, waving, switch, sensor=sensor)
+    again, _ = copies(bundled_body, patches, waving, switch, sensor=sensor)
+    np.testing.assert_array_equal(first.acc, again.acc)
+    assert first.acc.shape != own.acc.shape or not np.array_equal(first.acc, own.acc)
+    assert first.acc.shape != second.acc.shape or not np.array_equal(first.acc, second.acc)
+    if switch == "mirror":  # every other one
+        np.testing.assert_array_equal(second.acc, own.acc)
+
+
+def test_other_noise_is_the_same_motion(bundled_body, patches, waving):
+    sensor = preset(DEFAULT_SENSOR)
+    ideal = record_motion(bundled_body, patches, waving, SETTINGS)
+    for copy in copies(bundled_body, patches, waving, "noise", sensor=sensor):
+        assert 0 < np.abs(copy.gyr - ideal.gyr).mean() < 0.1
+
+
+def test_remounting_turns_what_is_measured_and_keeps_its_size(bundled_body, patches, waving):
+    ideal = record_motion(bundled_body, patches, waving, SETTINGS)
+    for copy in copies(bundled_body, patches, waving, "remount"):
+        np.testing.assert_allclose(
+            np.linalg.norm(copy.gyr, axis=2), np.linalg.norm(ideal.gyr, axis=2), atol=1e-4
+        )
+
+
+def test_other_bodies_stay_on_the_same_patches_and_move_alike(bundled_body, patches, waving):
+    ideal = record_motion(bundled_body, patches, waving, SETTINGS)
+    for copy in copies(bundled_body, patches, waving, "bodies"):
+        assert copy.sites == ideal.sites
+        together = np.corrcoef(copy.gyr.ravel(), ideal.gyr.ravel())[0, 1]
+        assert 0.9 < together < 0.99999
+
+
+def test_body_variants_differ_and_other_bodies_are_refused(bundled_body):
+    heights = [body_variant(bundled_body, copy, 0).height for copy in range(4)]
+    assert len({round(height, 4) for height in heights}) == 4
+    assert 1.5 < min(heights) < max(heights) < 1.95
+    from dataclasses import replace
+
+    with pytest.raises(ValueError, match="leave it out"):
+        body_variant(replace(bundled_body, faces=bundled_body.faces[:, [1, 2, 0]]), 0, 0)
+
+
+def test_two_clips_do_not_vary_alike(bundled_body, patches, waving):
+    other = waving.labelled("waving", "one", "another clip")
+    lengths = {
+        recording.acc.shape[0]
+        for motion in (waving, other)
+        for recording in copies(bundled_body, patches, motion, "tempo", number=3)
+    }
+    assert len(lengths) > 3
+
+
+def test_what_a_person_writes():
+    assert parse_augmentation("", 4) is None
+    assert parse_augmentation("tempo", 0) is None
+    assert parse_augmentation("all", 4) == Augmentation()
+    some = parse_augmentation("Tempo, remount", 2)
+    assert (some.tempo > 0, some.remount_deg > 0, some.copies) == (True, True, 2)
+    assert (some.mirror, some.bodies, some.noise, some.warp, some.amplitude) == (False, False, False, 0, 0)
+    with pytest.raises(ValueError, match="'twist' is no augmentation; there are tempo"):
+        parse_augmentation("tempo,twist", 4)

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A clip's windows and its copies' come back in one order, as features and as windows."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from blender_addon.w2w.core.recording import ImuRecording
+from blender_addon.w2w.core.windows import WindowSpec, cut_windows
+from headless.clip_files import ClipWindows, copy_file, features_file, ranking_inputs, write_features
+
+SPEC = WindowSpec(length_s=1.0, stride_s=0.5)
+WINDOWS = SimpleNamespace(inputs="windows")
+
+
+def test_clips_and_copies_in_one_order(tmp_path):
+    rng = np.random.default_rng(0)
+    features, signals = [], []
+    for clip, lengths in (("a", (120, 90, 150)), ("b", (80,))):
+        parts = []
+        for number, n_samples in enumerate(lengths):
+            acc, gyr = rng.normal(size=(2, n_samples, 3, 3)).astype(np.float32)
+            recording = ImuRecording(acc, gyr, 50.0, clip=clip)
+            path = tmp_path / "signals" / f"{clip}.npz"
+            if number:
+                path = copy_file(tmp_path, clip, number - 1)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            recording.save(path)
+            windows = cut_windows(recording, SPEC)
+            signals.append(windows.signals)
+            parts.append(rng.normal(size=(len(windows.is_test), 3, 7)).astype(np.float32))
+            if not number:
+                is_test = windows.is_test
+        features_file(tmp_path, clip).parent.mkdir(parents=True, exist_ok=True)
+        write_features(features_file(tmp_path, clip), parts, is_test, np.arange(4.0))
+        features += parts
+    found = [ClipWindows(tmp_path, clip) for clip in "ab"]
+    assert [len(one.counts) for one in found] == [3, 1]
+    assert found[0].is_test.sum() == 2
+    assert not found[0].is_test[found[0].counts[0] :].any()
+    as_features = ranking_inputs(tmp_path, ["a", "b"], found, "ridge", SPEC)
+    np.testing.assert_array_equal(as_features.places(1, 3), np.concatenate(features)[:, 1:3])
+    as_windows = ranking_inputs(tmp_path, ["a", "b"], found, WINDOWS, SPEC)
+    np.testing.assert_array_equal(as_windows.places(0, 2), np.concatenate(signals)[:, :2])
+    assert as_windows.shape[0] == as_features.shape[0] == sum(len(one.is_test) for one in found)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w run --augment` trains on copies and tests on none; `w2w sweep` ranks the same motions again."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from blender_addon.w2w.core.utility import UtilityMap
+from headless.__main__ import APP
+from headless.clip_files import ClipWindows
+from headless.finished import FinishedStudy
+from headless.sweep_cases import FACTORS, cases
+
+PLACES = 10
+
+
+def run(*arguments):
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments])
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Two clips an activity of W2W's own library, with two copies of each."""
+    folder = tmp_path_factory.mktemp("sweep")
+    assert run("demo-library", folder / "library", "--clips", 2)[0] == 0
+    code, output = run(
+        *("run", folder / "library", "--out", folder / "out", "--patches", PLACES, "--no-pictures"),
+        *("--workers", 1, "--augment", "tempo,noise", "--copies", 2, "--folds", 2, "--max", 2),
+    )
+    assert code == 0, output
+    return FinishedStudy.load(folder / "out")
+
+
+def test_copies_are_trained_on_and_never_tested(study):
+    summary = json.loads((study.out / "summary.json").read_text())
+    for entry in summary["used"]:
+        found = ClipWindows(study.out, entry["clip"])
+        assert len(found.counts) == 1 + entry["copies"] == 3
+        assert found.counts[0] == entry["windows"]
+        assert sum(found.counts[1:]) == entry["copy_windows"] > 0
+        assert found.is_test.sum() == entry["test_windows"]
+    assert len(study.utility.truth) == sum(entry["test_windows"] for entry in summary["used"])
+    assert study.inputs().shape[0] == sum(
+        entry["windows"] + entry["copy_windows"] for entry in summary["used"]
+    )
+    assert len(summary["together"]) == len(summary["subset"]["places"])
+
+
+def test_a_finished_study_gives_its_parameters_back(study):
+    config = study.config()
+    assert config.augmentation.copies == 2
+    assert config.augmentation.tempo > 0
+    assert config.augmentation.warp == 0
+    assert (config.patches, config.folds, config.max_places) == (PLACES, 2, 2)
+    assert config.as_dict() == study.parameters
+
+
+def test_wrong_switches_are_named(study, tmp_path):
+    code, output = run("run", study.out.parent / "library", "--out", tmp_path, "--augment", "twist")
+    assert code == 2
+    assert "'twist' is no augmentation" in output
+
+
+def test_a_sweep_ranks_the_same_motions_again(study):
+    options = ("--by", "sensor,asymmetry", "--places", PLACES, "--workers", 1)
+    code, output = run("sweep", study.out, *options)
+    assert code == 0, output
+    folder = study.out / "sweep"
+    with (folder / "sweep.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["case"] for row in rows] == [
+        *("as run", "ideal", "mpu-6050", "phone", "left limbs half as far", "right limbs half as far"),
+    ]
+    assert float(rows[0]["rho"]) == 1.0
+    for row in rows:
+        assert -1 <= float(row["rho_low"]) <= float(row["rho_high"]) <= 1
+        assert float(row["gain_low"]) <= float(row["gain"]) <= float(row["gain_high"])
+    with (folder / "places.csv").open(newline="") as stream:
+        places = list(csv.DictReader(stream))
+    assert len(places) == len(rows) * PLACES
+    again = [float(row["mean"]) for row in places[:PLACES]]
+    np.testing.assert_allclose(again, study.utility.mean, atol=0.05)  # the motions passed through a file
+    assert (folder / "sweep.png").stat().st_size > 20_000
+
+    maps = {path: path.stat().st_mtime_ns for path in (folder / ".w2w").glob("map_*.npz")}
+    assert len(maps) == len(rows)
+    assert all(isinstance(UtilityMap.load(path), UtilityMap) for path in maps)
+    assert run("sweep", study.out, *options)[0] == 0
+    assert maps == {path: path.stat().st_mtime_ns for path in (folder / ".w2w").glob("map_*.npz")}
+
+
+def test_each_factor_changes_one_thing(study):
+    config = study.config()
+    usual, *others = cases(config, list(FACTORS), copies=1)
+    assert usual.config == config
+    for case in others:
+        changed = {
+            "tempo": case.tempo != 1,
+            "asymmetry": bool(case.narrow),
+            "body": bool(case.shape),
+            "sensor": case.config.sensor != config.sensor,
+            "window": case.config.windows != config.windows,
+            "augment": case.config.augmentation != config.augmentation,
+        }
+        assert [name for name, yes in changed.items() if yes] == [case.factor]
+    with pytest.raises(ValueError, match="'mood' cannot be swept; there are tempo"):
+        cases(config, ["mood"], 1)
+
+
+def test_tempo_and_asymmetry_reach_the_motion(study, waving):
+    by_name = {case.name: case for case in cases(study.config(), ["tempo", "asymmetry"], 1)}
+    assert by_name["1.5 x"].motion(waving).rate == waving.rate * 1.5
+    limp = by_name["left limbs half as far"].motion(waving)
+    assert not np.allclose(limp.rotations[:, 18], waving.rotations[:, 18])
+    np.testing.assert_array_equal(limp.rotations[:, 19], waving.rotations[:, 19])
