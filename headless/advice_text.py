@@ -133,6 +133,7 @@ def together_content(together: Sequence[UtilityMap]) -> list[dict[str, Any]]:
     return [
         {
             "sensors": number,
+            "classifier": tested.classifier,
             "mean_f1": _f1(tested.mean[0]),
             "mean_f1_interval": [_f1(tested.mean_low[0]), _f1(tested.mean_high[0])],
             "f1": {name: _f1(value) for name, value in zip(tested.activities, tested.f1[0], strict=True)},

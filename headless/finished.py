@@ -129,13 +129,13 @@ class FinishedStudy:
         """The windows of each clip."""
         return tuple(ClipWindows(self.out, clip.name) for clip in self.clips)
 
-    def inputs(self) -> PlaceBlocks:
-        """What the run's classifier was trained on: all windows of all places, served from disk."""
+    def inputs(self, classifier: str) -> PlaceBlocks:
+        """What a classifier takes of the run: all windows of all places and copies, served from disk."""
         return ranking_inputs(
             self.out,
             [clip.name for clip in self.clips],
             self.windows,
-            self.parameters["classifier"],
+            classifier,
             WindowSpec(**self.parameters["windows"]),
         )
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from blender_addon.w2w.core.placement import multi_sensor_check
-from blender_addon.w2w.core.utility import UtilityMap
+from blender_addon.w2w.core.utility import UtilityMap, inputs_of
 
 from .finished import FinishedStudy
 
@@ -28,12 +28,16 @@ def sensors_together(study: FinishedStudy, order: Sequence[int]) -> tuple[Utilit
     Returns
     -------
     tuple of UtilityMap
-        Each of one place: the sensors side by side, by the folds and the classifier of the run.
+        Each of one place: the sensors side by side, by the folds of the run and its classifier, or
+        by `ridge` where that takes windows: its network is made for the channels of one sensor.
     """
+    classifier = study.parameters["classifier"]
+    if inputs_of(classifier) != "features":
+        classifier = "ridge"
     windows = [len(found.is_test) for found in study.windows]
     maps = multi_sensor_check(
         order[:AT_MOST],
-        study.inputs(),
+        study.inputs(classifier),
         np.repeat([clip.activity for clip in study.clips], windows),
         clip=np.repeat([clip.motion for clip in study.clips], windows),
         subject=np.repeat([clip.subject for clip in study.clips], windows)
@@ -41,7 +45,7 @@ def sensors_together(study: FinishedStudy, order: Sequence[int]) -> tuple[Utilit
         else None,
         is_test=np.concatenate([found.is_test for found in study.windows]),
         activities=sorted({clip.activity for clip in study.clips}),
-        classifier=study.parameters["classifier"],
+        classifier=classifier,
         folds=study.parameters["folds"],
         seed=study.parameters["seed"],
     )

@@ -44,7 +44,7 @@ def test_copies_are_trained_on_and_never_tested(study):
         assert sum(found.counts[1:]) == entry["copy_windows"] > 0
         assert found.is_test.sum() == entry["test_windows"]
     assert len(study.utility.truth) == sum(entry["test_windows"] for entry in summary["used"])
-    assert study.inputs().shape[0] == sum(
+    assert study.inputs("ridge").shape[0] == sum(
         entry["windows"] + entry["copy_windows"] for entry in summary["used"]
     )
     assert len(summary["together"]) == len(summary["subset"]["places"])
