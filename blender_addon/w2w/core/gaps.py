@@ -62,13 +62,15 @@ def bridge(
 def _repeats(positions: np.ndarray, quaternions: np.ndarray, rate: float) -> np.ndarray:
     """Frames equal to the one before, in short runs between movement; shape (T, N), bool."""
     repeated = np.zeros(positions.shape[1:], dtype=bool)
-    repeated[1:] = (positions[:, 1:] == positions[:, :-1]).all(axis=0)
-    if repeated.any():
-        repeated[1:] &= (quaternions[:, 1:] == quaternions[:, :-1]).all(axis=0)
-        for sensor in np.flatnonzero(repeated.any(axis=0)):
-            for start, stop in runs(repeated[:, sensor]):
-                if stop - start > REPEAT_LIMIT_S * rate or start == 1 or stop == len(repeated):
-                    repeated[start:stop, sensor] = False
+    repeated[1:] = True
+    for component in (*positions, *quaternions):
+        repeated[1:] &= component[1:] == component[:-1]
+        if not repeated.any():
+            return repeated  # as in most clips, after the first component
+    for sensor in np.flatnonzero(repeated.any(axis=0)):
+        for start, stop in runs(repeated[:, sensor]):
+            if stop - start > REPEAT_LIMIT_S * rate or start == 1 or stop == len(repeated):
+                repeated[start:stop, sensor] = False
     return repeated
 
 
