@@ -23,11 +23,11 @@ import numpy as np
 from scipy.signal import welch
 from scipy.spatial.transform import Rotation
 
-from benchmarks.gait_sites import SITES
 from benchmarks.lever_arms import fitted_arm, lever_effects
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.filtering import butterworth
+from blender_addon.w2w.core.gait_sites import SITES
 from blender_addon.w2w.core.imu import Synthesis, synthesize
 from blender_addon.w2w.core.imu_datasets import GaitTrial, read_gait
 from blender_addon.w2w.core.motion import Motion

@@ -33,9 +33,9 @@ from benchmarks.gait import (
     sensed_frames,
     site_poses,
 )
-from benchmarks.gait_sites import SITES
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
+from blender_addon.w2w.core.gait_sites import SITES
 from blender_addon.w2w.core.imu import Synthesis, synthesize
 from blender_addon.w2w.core.imu_datasets import GaitTrial, read_gait
 from blender_addon.w2w.core.recording import ImuRecording

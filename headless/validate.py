@@ -22,12 +22,14 @@ from rich.console import Console
 
 from blender_addon.w2w.core.imu_datasets import read_utd_mhad
 from blender_addon.w2w.core.mmfit import read_mmfit
+from blender_addon.w2w.core.source_motion import UnusableMotion
 from blender_addon.w2w.core.vidimu import read_vidimu
 
 from .exit_codes import USAGE
 from .progress import Progress
 from .score_table_text import wide_console
 from .validate_dsads import compare_dsads
+from .validate_gait import compare_gait, write_gait
 from .validate_paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
 from .validate_utd import compare_utd, write_utd
 from .validation_report import agreement_table, write_validation
@@ -130,12 +132,32 @@ def utd_mhad(
         console.print(write_utd(out, parts), markup=False)
 
 
+@VALIDATE.command()
+def gait(
+    path: Annotated[
+        Path, typer.Argument(metavar="PATH", help="Folder with the trial's csv files and xsens_<TRIAL>.bvh.")
+    ],
+    out: Out,
+    trial: Annotated[str, typer.Option(help="Which trial.")] = "S02-Trial-Walk-1",
+    seed: Seed = 0,
+) -> None:
+    """A walk with nine worn Xsens sensors: signals, energies and gait phases, site by site.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Simulating and comparing"):
+            found = compare_gait(path, trial, seed)
+        console.print(write_gait(out, found), markup=False)
+
+
 @contextmanager
 def _sentences(console: Console) -> Iterator[None]:
     """What is wrong with the data as a sentence, not as a traceback."""
     try:
         yield
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, UnusableMotion) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
 

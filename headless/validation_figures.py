@@ -87,7 +87,7 @@ def confusions_figure(
 ) -> None:
     """Confusions side by side: the share of each true activity (row) that was named so (column)."""
     size = 1.2 + 0.2 * len(activities)
-    figure = _figure(1.6 + size * len(confusions), 1.9 + size)
+    figure = _figure(1.6 + size * len(confusions), 2.7 + size)
     axes = figure.subplots(1, len(confusions), sharey=True, squeeze=False).ravel()
     for ax, (name, counts) in zip(axes, confusions.items(), strict=True):
         share = counts / np.maximum(1, counts.sum(axis=1, keepdims=True))

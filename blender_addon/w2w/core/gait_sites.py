@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.patches import PatchSet
-from blender_addon.w2w.core.placements import SensorSite, resolve
+from .body import Body
+from .patches import PatchSet
+from .placements import SensorSite, resolve
 
 
 class Worn(NamedTuple):
