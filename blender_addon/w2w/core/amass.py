@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from .body import Body
 from .motion import SMPL_PELVIS, Motion
+from .npz_reading import array_names, read_arrays
 from .retarget import on_the_ground
 from .skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from .source_motion import UnusableMotion, refuse_too_long
@@ -89,20 +89,17 @@ def to_body(motion: Motion, body: Body) -> Motion:
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
     try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(info.file_size for info in archive.infolist())
-        if size > MAX_BYTES:
-            raise UnusableMotion(f"it would unpack to {size / 2**30:.1f} GiB, more than any motion needs")
-        with np.load(path, allow_pickle=False) as data:
-            names = set(data.files)
-            if not ({"poses", SMPL_CONTAINER} & names or any(set(parts) <= names for parts in POSE_PARTS)):
-                held = ", ".join(sorted(names)[:8])
-                raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
-            parts = [name for pair in POSE_PARTS for name in pair]
-            wanted = names & {"poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS}
-            return {name: data[name] for name in wanted}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
-        raise UnusableMotion(f"it cannot be read as an npz file: {error}") from error
+        names = set(array_names(path))
+        if not ({"poses", SMPL_CONTAINER} & names or any(set(parts) <= names for parts in POSE_PARTS)):
+            held = ", ".join(sorted(names)[:8])
+            raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
+        parts = [name for pair in POSE_PARTS for name in pair]
+        wanted = ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS)
+        return read_arrays(path, wanted, MAX_BYTES)
+    except OSError as error:
+        raise UnusableMotion(f"it cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise UnusableMotion(str(error)) from error
 
 
 def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:

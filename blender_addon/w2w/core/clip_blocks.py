@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -53,6 +53,9 @@ class FeatureFiles:
         If one does not hold features, or of other places than the first.
     """
 
+    fresh: ClassVar[bool] = True
+    """What `places` gives is the receiver's own."""
+
     def __init__(self, paths: Sequence[Path]) -> None:
         self._parts = [StoredArray.find(path, "features") for path in paths]
         for part in self._parts:
@@ -96,6 +99,9 @@ class WindowFiles:
     ValueError
         If one is no recording.
     """
+
+    fresh: ClassVar[bool] = True
+    """What `places` gives is the receiver's own."""
 
     def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
         self._paths, self._spec = list(paths), spec

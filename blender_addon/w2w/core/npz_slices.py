@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import ZIP_STORED, BadZipFile, ZipFile
+from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
-from numpy.lib import format as npy
+
+from .npz_reading import DAMAGED, read_header
 
 LOCAL_HEADER = struct.Struct("<26x2H")
 """Of a zip member: the lengths of its name and of its extra field stand after 26 bytes."""
@@ -17,7 +19,7 @@ LOCAL_HEADER = struct.Struct("<26x2H")
 
 @dataclass(frozen=True)
 class StoredArray:
-    """Where an array stands in a file.
+    """Where an array (W, N, ...) of single precision stands in a file.
 
     Parameters
     ----------
@@ -52,13 +54,12 @@ class StoredArray:
                 with path.open("rb") as stream:
                     stream.seek(info.header_offset)
                     stream.seek(sum(LOCAL_HEADER.unpack(stream.read(LOCAL_HEADER.size))), 1)
-                    version = npy.read_magic(stream)
-                    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-                    shape, is_fortran, dtype = read(stream)
+                    shape, is_fortran, dtype = read_header(stream)
                     offset = stream.tell()
-        except (KeyError, BadZipFile, struct.error) as error:
+        except DAMAGED as error:
             raise ValueError(f"{path} does not hold the array '{name}'") from error
-        if is_fortran or dtype.hasobject:
+        held = offset + math.prod(shape) * dtype.itemsize <= path.stat().st_size
+        if is_fortran or dtype != np.float32 or len(shape) != 3 or 0 in shape or not held:
             raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
         return cls(path, offset, shape, dtype)
 

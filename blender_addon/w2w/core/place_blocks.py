@@ -69,9 +69,15 @@ class SomeWindows:
         return (len(self.rows), *self.source.shape[1:])
 
     def places(self, first: int, last: int) -> np.ndarray:
-        """The wanted windows of some places; no copy where all are wanted."""
+        """The wanted windows of some places; no second copy where the source has made one."""
         block = self.source.places(first, last)
-        return block if np.array_equal(self.rows, np.arange(len(block))) else block[self.rows]
+        if np.array_equal(self.rows, np.arange(len(block))):
+            return block
+        if not getattr(self.source, "fresh", False) or (np.diff(self.rows) <= 0).any():
+            return block[self.rows]
+        for target, row in enumerate(self.rows):  # moved up one by one: each stands at its place or after it
+            block[target] = block[row]
+        return block[: len(self.rows)]
 
 
 def as_blocks(inputs: np.ndarray | PlaceBlocks) -> PlaceBlocks:

@@ -5,11 +5,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from .files import write_npz
+from .npz_reading import read_arrays
+
+FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip")
+MAX_BYTES = 8 * 2**30
+"""No recording is larger; hours of hundreds of sensors are less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,15 +103,12 @@ class ImuRecording:
             If the file is not a W2W recording.
         """
         try:
-            archive = np.load(path, allow_pickle=False)
-        except (ValueError, EOFError, BadZipFile) as error:
-            raise ValueError(f"{path} is not a W2W recording: it is no npz file") from error
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise ValueError(f"{path} is not a W2W recording: it is no npz file")
-        with archive as data:
-            missing = {"acc", "gyr", "rate"} - set(data.files)
+            data = read_arrays(path, FIELDS, MAX_BYTES)
+            missing = {"acc", "gyr", "rate"} - data.keys()
             if missing:
-                raise ValueError(f"{path} is not a W2W recording: it lacks {', '.join(sorted(missing))}")
-            labels = {name: str(data[name]) for name in ("activity", "subject", "clip") if name in data.files}
-            sites = tuple(str(site) for site in data["sites"]) if "sites" in data.files else ()
+                raise ValueError(f"it lacks {', '.join(sorted(missing))}")
+            labels = {name: str(data[name]) for name in ("activity", "subject", "clip") if name in data}
+            sites = tuple(np.atleast_1d(data["sites"]).astype(str).tolist()) if "sites" in data else ()
             return cls(acc=data["acc"], gyr=data["gyr"], rate=float(data["rate"]), sites=sites, **labels)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path} is not a W2W recording: {error}") from error

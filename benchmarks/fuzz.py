@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Feed damaged files to every reader: a sentence or a result, never another error, a crash or a hang.
+
+    python -m benchmarks.fuzz [--cases 10000] [--seed 0]        # W2W's own readers, in this process
+    python -m benchmarks.fuzz --blender 500 [--seed 0]      # damaged FBX and BVH through Blender, in workers
+
+Files are real ones (and small ones made here) with bytes flipped, cut, doubled, spliced and set to extremes;
+npz files also with whole arrays changed inside, where a checksum would catch single bytes. Printed are the
+cases by reader and how each ended; an error that a reader does not promise is a FAULT and the exit code 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import tempfile
+import zipfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from blender_addon.w2w.core.amass import read_amass
+from blender_addon.w2w.core.bone_maps import BONE_MAPS, BoneMap
+from blender_addon.w2w.core.files import write_npz
+from blender_addon.w2w.core.library import read_library
+from blender_addon.w2w.core.npz_slices import StoredArray
+from blender_addon.w2w.core.recording import ImuRecording
+from blender_addon.w2w.core.source_motion import UnusableMotion
+
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+PROMISED = (UnusableMotion, ValueError, OSError)
+"""What a reader may raise; LibraryError is a ValueError."""
+
+EXTREMES = (b"\0" * 4, b"\xff" * 4, b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\0\0\xc0\x7f", b"\0\0\x80\x7f")
+
+
+def mutated(data: bytes, rng: np.random.Generator, other: bytes = b"") -> bytes:
+    """A damaged copy of a file's bytes."""
+    damaged = bytearray(data)
+    for _ in range(rng.integers(1, 6)):
+        size = len(damaged)
+        if size < 8:
+            damaged += rng.bytes(8)
+            continue
+        place, length = int(rng.integers(0, size - 4)), int(2 ** rng.uniform(0, 10))
+        kind = rng.integers(0, 7)
+        if kind == 0:
+            damaged[place] ^= 1 << int(rng.integers(0, 8))
+        elif kind == 1:
+            damaged[place : place + 4] = EXTREMES[rng.integers(0, len(EXTREMES))]
+        elif kind == 2:
+            del damaged[place : size if rng.random() < 0.3 else place + length]
+        elif kind == 3:
+            damaged[place:place] = damaged[place : place + length]
+        elif kind == 4:
+            damaged[place : place + length] = rng.bytes(length)
+        elif kind == 5 and other:
+            start = int(rng.integers(0, len(other)))
+            damaged[place : place + length] = other[start : start + length]
+        else:
+            damaged[place : place + 1] = str(int(rng.integers(-(10**9), 10**9))).encode()
+    return bytes(damaged)
+
+
+def mutated_npz(data: bytes, rng: np.random.Generator) -> bytes:
+    """An npz whose arrays are changed, under checksums that are right."""
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    name = list(arrays)[rng.integers(0, len(arrays))]
+    array = arrays[name]
+    change: list[Callable[[], np.ndarray]] = [
+        lambda: array[:0] if array.ndim else np.zeros(0),
+        lambda: array.reshape(-1),
+        lambda: array[None],
+        lambda: np.asfortranarray(array.T),
+        lambda: np.full(array.shape, np.nan),
+        lambda: np.full(array.shape, -1e300),
+        lambda: np.zeros(array.shape, np.complex128),
+        lambda: np.array("text"),
+        lambda: np.zeros(array.shape, "datetime64[s]"),
+        lambda: np.zeros(array.shape, [("x", "f4"), ("y", "i2")]),
+        lambda: np.full(array.shape, 1e30, np.float32),
+    ]
+    kind = int(rng.integers(0, len(change) + 2))
+    if kind < len(change):
+        arrays[name] = change[kind]()
+    elif kind == len(change):
+        del arrays[name]
+    members = {f"{key}.npy": _npy(value) for key, value in arrays.items()}
+    if kind == len(change) + 1:  # a header that claims far more than there is, or nonsense
+        shape = repr(tuple(int(n) for n in 10 ** rng.uniform(0, 7, size=rng.integers(1, 4)))).encode()
+        member = members[f"{name}.npy"]
+        members[f"{name}.npy"] = member.replace(repr(array.shape).encode(), shape, 1)
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for key, content in members.items():
+            archive.writestr(key, content)
+    return stream.getvalue()
+
+
+def readers(place: Path) -> Iterator[tuple[str, str, list[bytes], Callable[[Path], object]]]:
+    """Name, suffix, whole files and function of each reader."""
+    from blender_addon.w2w.scene.motion_files import check_fbx
+
+    whole = place / "whole.npz"
+    rng = np.random.default_rng(0)
+    smooth = rng.normal(size=(30, 72)).cumsum(axis=0) / 100
+    rate = {"mocap_framerate": np.array(30.0)}
+    write_npz(whole, {"poses": smooth, "trans": np.zeros((30, 3)), **rate})
+    poses = [whole.read_bytes()]
+    parts = {"root_orient": smooth[:, :3], "pose_body": smooth[:, :63], "trans": smooth[:, :3]}
+    write_npz(whole, parts | rate)
+    poses.append(whole.read_bytes())
+    ImuRecording(rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 3, 3)), 50.0, ("a", "b", "c")).save(whole)
+    recording = [whole.read_bytes()]
+    write_npz(whole, {"features": np.zeros((4, 5, 6), np.float32)})
+    labels = b'file,activity,subject\na.fbx,walking,one\n"b, c.fbx","run\nning",two\n'
+    for name in ("a.fbx", "b, c.fbx"):
+        (place / "library" / name).parent.mkdir(exist_ok=True)
+        (place / "library" / name).touch()
+    fbx = [path.read_bytes() for path in sorted((DATA / "mixamo").rglob("*.fbx"))[:40:8]]
+    maps = [path.read_bytes() for path in sorted(BONE_MAPS.glob("*.json"))]
+    yield "AMASS npz", ".npz", poses, read_amass
+    yield "recording npz", ".npz", recording, ImuRecording.load
+    yield "features npz", ".npz", [whole.read_bytes()], _columns
+    yield "labels csv", ".csv", [labels], lambda path: read_library(place / "library", path)
+    yield "bone map json", ".json", maps, BoneMap.load
+    yield "FBX check", ".fbx", fbx or [b"Kaydara FBX Binary  \0\x1a\0" + bytes(400)], check_fbx
+
+
+def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
+    """Damage so many files and read them; how each ended, counted by reader."""
+    rng = np.random.default_rng(seed)
+    found: Counter[str] = Counter()
+    kinds = list(readers(place))
+    for number in range(cases):
+        name, suffix, files, read = kinds[number % len(kinds)]
+        data = files[rng.integers(0, len(files))]
+        if suffix == ".npz" and rng.random() < 0.6:
+            data = mutated_npz(data, rng)
+        else:
+            data = mutated(data, rng, files[rng.integers(0, len(files))])
+        path = place / f"case{suffix}"
+        path.write_bytes(data)
+        try:
+            read(path)
+            found[f"{name}: read"] += 1
+        except PROMISED:
+            found[f"{name}: refused with a sentence"] += 1
+        except Exception as error:
+            found[f"FAULT {name}: {type(error).__name__}: {error}"] += 1
+            (place / f"fault {number}{suffix}").write_bytes(data)
+    return found
+
+
+def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
+    """Damaged FBX and BVH files as a library: what became of each clip."""
+    from blender_addon.w2w.core.body import Body
+    from blender_addon.w2w.core.study import StudyConfig, place_patches
+    from headless.clip_job import WORK, Job
+    from headless.engine import run_jobs
+    from headless.pipeline import make_folders
+
+    rng = np.random.default_rng(seed)
+    whole = [p for kind in ("mixamo/**/*.fbx", "bvh/**/*.bvh") for p in sorted(DATA.glob(kind))]
+    whole = [path for path in whole if 0 < path.stat().st_size < 2**20]
+    (place / "library" / "damaged").mkdir(parents=True)
+    for number in range(cases):
+        path = whole[rng.integers(0, len(whole))]
+        other = whole[rng.integers(0, len(whole))].read_bytes()
+        target = place / "library" / "damaged" / f"{number}{path.suffix}"
+        target.write_bytes(mutated(path.read_bytes(), rng, other))
+    config, out = StudyConfig(patches=4, patch_mode="fast"), place / "out"
+    make_folders(out)
+    Body.bundled().save(out / WORK / "body.npz")
+    place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
+    jobs = [Job(clip, out, config, "fuzz", 60.0) for clip in read_library(place / "library").clips]
+    outcomes = run_jobs(jobs, 2, "", _told)
+    found: Counter[str] = Counter()
+    for outcome in outcomes:
+        reason = outcome.reason
+        if "please report" in reason:
+            found[f"FAULT {reason}"] += 1
+        elif reason.startswith("Blender crashed"):
+            found["crashed its worker, and only itself"] += 1
+        elif "longer than the limit" in reason:
+            found["hung and was given up"] += 1
+        else:
+            found["refused with a sentence" if reason else "read"] += 1
+    found["FAULT: clips without an outcome"] = cases - len(outcomes)
+    return +found
+
+
+def _told(outcome: object) -> None:
+    """Nothing to show."""
+    del outcome
+
+
+def _columns(path: Path) -> np.ndarray:
+    found = StoredArray.find(path, "features")
+    return found.columns(0, 1)
+
+
+def _npy(array: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
+    return stream.getvalue()
+
+
+def main() -> None:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--cases", type=int, default=10_000)
+    parser.add_argument("--blender", type=int, default=0, metavar="CASES")
+    parser.add_argument("--seed", type=int, default=0)
+    choice = parser.parse_args()
+    with tempfile.TemporaryDirectory() as place:
+        if choice.blender:
+            found = fuzz_blender(Path(place), choice.blender, choice.seed)
+        else:
+            found = fuzz_readers(Path(place), choice.cases, choice.seed)
+    for name, count in sorted(found.items()):
+        print(f"{count:7d}  {name}")
+    if any(name.startswith("FAULT") for name in found):
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Peak memory of ranking places, by the number of clips: it shall not grow with the library.
+
+    python -m benchmarks.ranking_memory [--clips 589 5000] [--places 64] [--windows 5]
+
+Each size is ranked in a process of its own from feature files as `w2w run` leaves them (random features with
+a trace of the activity; hard links to as many files as fit in 100 MB). Printed are the features' size, the
+process's peak resident memory and its processor time. More places mean more blocks, not larger ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from blender_addon.w2w.core.clip_blocks import FeatureFiles
+from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
+from blender_addon.w2w.core.features import feature_names
+from blender_addon.w2w.core.files import write_npz
+from blender_addon.w2w.core.study import StudyConfig
+
+ACTIVITIES = 24
+DISTINCT_BYTES = 100 * 2**20
+
+
+def main() -> None:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--clips", type=int, nargs="+", default=[589, 5000])
+    parser.add_argument("--places", type=int, default=64)
+    parser.add_argument("--windows", type=int, default=5)
+    parser.add_argument("--rank", type=Path, help=argparse.SUPPRESS)
+    choice = parser.parse_args()
+    if choice.rank is not None:
+        _rank(choice.rank, choice.clips[0], choice.windows)
+        return
+    print("  clips   features MB   peak MB   processor s")
+    for n_clips in choice.clips:
+        with tempfile.TemporaryDirectory() as place:
+            size = _write_features(Path(place), n_clips, choice.windows, choice.places)
+            command = [
+                sys.executable, "-m", "benchmarks.ranking_memory",
+                "--rank", place, "--clips", str(n_clips), "--windows", str(choice.windows),
+            ]  # fmt: skip
+            said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+        print(
+            f"{n_clips:7d}   {size / 1e6:11.0f}   {float(said[0]):7.0f}   {float(said[1]):11.1f}", flush=True
+        )
+
+
+def _write_features(place: Path, n_clips: int, windows: int, places: int) -> int:
+    rng = np.random.default_rng(0)
+    shape = (windows, places, len(feature_names(100, 50.0)))
+    size = 4 * int(np.prod(shape))
+    distinct = max(ACTIVITIES, DISTINCT_BYTES // size // ACTIVITIES * ACTIVITIES)
+    trace = rng.normal(size=(ACTIVITIES, shape[2]))
+    for number in range(n_clips):
+        path = place / f"{number}.npz"
+        if number < distinct:
+            features = rng.normal(size=shape) + 0.2 * trace[number % ACTIVITIES]
+            write_npz(path, {"features": features.astype(np.float32)})
+        else:
+            path.hardlink_to(place / f"{number % distinct}.npz")
+    return n_clips * size
+
+
+def _rank(place: Path, n_clips: int, windows: int) -> None:
+    """Rank, and print peak memory (MB) and processor time (s)."""
+    rng = np.random.default_rng(1)
+    is_test = np.arange(windows) % 2 == 0
+    clips = [
+        RankedClip(str(number), f"activity {number % ACTIVITIES}", "", is_test, rng.normal(size=8))
+        for number in range(n_clips)
+    ]
+    rank_clips(clips, FeatureFiles([place / f"{number}.npz" for number in range(n_clips)]), StudyConfig())
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    print(used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
+
+
+if __name__ == "__main__":
+    main()

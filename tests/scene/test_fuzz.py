@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Damaged files get a sentence from every reader; `python -m benchmarks.fuzz` tries far more of them."""
+
+import pytest
+
+from benchmarks.fuzz import fuzz_readers
+
+
+@pytest.mark.usefixtures("shared_data")
+def test_readers_survive_damaged_files(tmp_path):
+    found = fuzz_readers(tmp_path, 600, seed=1)
+    assert not [name for name in found if name.startswith("FAULT")]
+    assert sum(found.values()) == 600
+    assert all(found[f"{name}: refused with a sentence"] for name in ("AMASS npz", "labels csv", "FBX check"))
