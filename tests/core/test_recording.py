@@ -344,3 +344,10 @@ def test_broad_says_what_a_file_lacks(tmp_path):
 
 def _still() -> ImuRecording:
     return ImuRecording(acc=np.zeros((3, 1, 3)), gyr=np.zeros((3, 1, 3)), rate=50)
+
+
+def test_text_of_characters_that_do_not_exist_is_refused(tmp_path):
+    sites = np.frombuffer(np.array([0x110000, 65], dtype="<u4").tobytes(), dtype="<U2")
+    np.savez(tmp_path / "odd.npz", acc=np.zeros((2, 1, 3)), gyr=np.zeros((2, 1, 3)), rate=1.0, sites=sites)
+    with pytest.raises(ValueError, match=r"odd\.npz is not a W2W recording: its 'sites' is no text"):
+        ImuRecording.load(tmp_path / "odd.npz")

@@ -32,6 +32,8 @@ DAMAGED = (
 )
 """What Python's zip and numpy's npy reading raise on damaged files, beside ValueError and OSError."""
 
+MAX_CHARACTER = 0x10FFFF
+
 PLAIN = "biufU"
 """Kinds of numbers and text; dates, structures, complex numbers and objects are none of W2W's."""
 
@@ -91,9 +93,19 @@ def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> di
                     raise ValueError(f"its '{name}' is damaged or holds neither numbers nor text")
                 with archive.open(member) as stream:
                     arrays[name] = npy.read_array(stream, allow_pickle=False)
+                if dtype.kind == "U" and not _is_text(arrays[name]):
+                    raise ValueError(f"its '{name}' is no text")
             return arrays
     except DAMAGED as error:
         raise ValueError(f"it cannot be read as an npz file: {error}") from error
+
+
+def _is_text(array: np.ndarray) -> bool:
+    """Whether all characters exist: Python fails on others with an error of its own insides."""
+    letters = (
+        np.ascontiguousarray(array).reshape(-1).view(np.dtype(np.uint32).newbyteorder(array.dtype.byteorder))
+    )
+    return bool((letters <= MAX_CHARACTER).all())
 
 
 def read_header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype]:
