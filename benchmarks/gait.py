@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The whole road against worn sensors: full-body Xsens BVH in, nine real IMUs as the truth.
 
-    python -m benchmarks.gait [--lowpass 10 3] [--root 3] [--plot OUT.png] [--json OUT.json]
+    python -m benchmarks.gait [--lowpass 10 3] [--root 3] [--band 5] [--plot OUT.png] [--json OUT.json]
 
 The BVH is read through Blender, retargeted to the bundled body, skinned; the patch nearest each worn sensor's
 site gives its signal. No lever arm, time shift, bias or scale is fitted: only one constant rotation a sensor,
 from the patch's axes to the sensor's, since nobody knows how a strap sat. Real and simulated signals are
 low-passed alike (Butterworth, zero phase). Scores are Pearson's r, the mean of the three axes.
 
-Beside it, in the same run: the road with the BVH's root path smoothed (`core/root_path.py`), and as baselines
-the Vicon joints, the path of the joint nearest each sensor with the turn of its segment, without and with the
-lever arm fitted. `python -m benchmarks.gait_limits` finds what the BVH could give at best.
+Beside it, in the same run: the road with the BVH's root path smoothed (`core/root_path.py`), that with a
+narrower band than the default 10 Hz as well, and as baselines the Vicon joints, the path of the joint nearest
+each sensor with the turn of its segment, without and with the lever arm fitted.
+`python -m benchmarks.gait_limits` finds what the BVH could give at best.
 """
 
 from __future__ import annotations
@@ -50,6 +51,8 @@ VICON, VICON_FITTED = "Vicon joints", "Vicon joints, lever arms fitted"
 
 COLOURS = ("#1d2530", "#d1495b", "#30638e")
 
+AS_DEFAULT = Synthesis().cutoff_hz
+
 FIT_ROUNDS = 30
 """Rotation and lever arm are fitted in turns."""
 
@@ -86,10 +89,15 @@ def vicon_poses(trial: GaitTrial) -> np.ndarray:
 
 
 def compare(
-    matrices: np.ndarray, rate: float, real: ImuRecording, lowpass: float, lever_arms: bool = False
+    matrices: np.ndarray,
+    rate: float,
+    real: ImuRecording,
+    lowpass: float,
+    lever_arms: bool = False,
+    band: float = AS_DEFAULT,
 ) -> ImuRecording:
     """Signals of moving frames in the real sensors' axes, low-passed; `real` is the raw recording."""
-    ideal = synthesize(matrices, rate, Synthesis(rate_hz=real.rate))
+    ideal = synthesize(matrices, rate, Synthesis(rate_hz=real.rate, cutoff_hz=band))
     made, truth = below(ideal, lowpass), below(real, lowpass)
     aligned = [
         align(made, truth, sensor, arm_effects(ideal, sensor, lowpass) if lever_arms else None)
@@ -206,6 +214,7 @@ def main() -> None:
         "--lowpass", type=float, nargs="+", default=[10.0, 3.0], help="Hz, of real and simulated signals"
     )
     parser.add_argument("--root", type=float, default=3.0, help="Hz, of the smoothed root path")
+    parser.add_argument("--band", type=float, default=5.0, help="Hz, of the narrower trajectories")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--plot", type=Path, help="power spectra side by side, at the first --lowpass")
     options = parser.parse_args()
@@ -214,17 +223,21 @@ def main() -> None:
     motion = retarget(read_source(), body).motion
     road, names = site_poses(trial, body, motion)
     smoothed, _ = site_poses(trial, body, smoothed_root(motion, options.root))
+    vicon = vicon_poses(trial)
+    narrow = f"{SMOOTHED} below {options.root:g} Hz, band {options.band:g} Hz"
     poses = {
-        ROAD: (road, motion.rate, False),
-        f"{SMOOTHED} below {options.root:g} Hz": (smoothed, motion.rate, False),
-        VICON: (vicon_poses(trial), real.rate, False),
-        VICON_FITTED: (vicon_poses(trial), real.rate, True),
+        ROAD: (road, motion.rate, False, AS_DEFAULT),
+        f"{SMOOTHED} below {options.root:g} Hz": (smoothed, motion.rate, False, AS_DEFAULT),
+        narrow: (smoothed, motion.rate, False, options.band),
+        VICON: (vicon, real.rate, False, AS_DEFAULT),
+        VICON_FITTED: (vicon, real.rate, True, AS_DEFAULT),
     }
     print("\npatches: " + ", ".join(f"{site} {name}" for site, name in zip(real.sites, names, strict=True)))
     everything = {}
     for lowpass in options.lowpass:
         made = {
-            name: compare(matrices, rate, real, lowpass, fit) for name, (matrices, rate, fit) in poses.items()
+            name: compare(matrices, rate, real, lowpass, fit, band)
+            for name, (matrices, rate, fit, band) in poses.items()
         }
         found = {name: scores(recording, real, lowpass) for name, recording in made.items()}
         print(f"\nbelow {lowpass:g} Hz\n")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How well the gait trial's BVH could be matched at best: bounds on `benchmarks.gait`, not results.
 
-    python -m benchmarks.gait_limits [--lowpass 10 5 3] [--json OUT.json]
+    python -m benchmarks.gait_limits [--lowpass 10 5 3] [--band 10] [--json OUT.json]
 
 Three things the sensors' own signals are used to fit, which no pipeline may:
 
@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gait import (
+    AS_DEFAULT,
     DATA,
     ROAD,
     TRIAL,
@@ -59,10 +60,10 @@ def segment_poses(trial: GaitTrial, source: SourceMotion) -> np.ndarray:
 
 
 def best_root(
-    matrices: np.ndarray, rate: float, real: ImuRecording, lowpass: float, lever_arms: bool
+    matrices: np.ndarray, rate: float, real: ImuRecording, lowpass: float, lever_arms: bool, band: float
 ) -> ImuRecording:
     """Aligned signals with the root acceleration that serves all sensors best, in the mean square."""
-    ideal = synthesize(matrices, rate, Synthesis(rate_hz=real.rate))
+    ideal = synthesize(matrices, rate, Synthesis(rate_hz=real.rate, cutoff_hz=band))
     made, truth = below(ideal, lowpass), below(real, lowpass)
     turns = matrices[: real.n_samples, :, :3, :3]
     extra = np.zeros((real.n_samples, 3))  # acceleration of the root, world axes, m/s2
@@ -92,6 +93,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--lowpass", type=float, nargs="+", default=[10.0, 5.0, 3.0], help="Hz")
+    parser.add_argument("--band", type=float, default=AS_DEFAULT, help="Hz, of the trajectories")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     trial, source, body = read_gait(DATA, TRIAL), read_source(), Body.bundled()
@@ -99,11 +101,12 @@ def main() -> None:
     bones, real, rate = segment_poses(trial, source), trial.recording, source.rate
     everything = {}
     for lowpass in options.lowpass:
+        given = {"rate": rate, "real": real, "lowpass": lowpass, "band": options.band}
         made = {
-            ROAD: compare(road, rate, real, lowpass),
-            "its own segments, lever arms fitted": compare(bones, rate, real, lowpass, lever_arms=True),
-            "W2W, best root path": best_root(road, rate, real, lowpass, lever_arms=False),
-            "both": best_root(bones, rate, real, lowpass, lever_arms=True),
+            ROAD: compare(road, **given),
+            "its own segments, lever arms fitted": compare(bones, **given, lever_arms=True),
+            "W2W, best root path": best_root(road, **given, lever_arms=False),
+            "both": best_root(bones, **given, lever_arms=True),
         }
         found = {name: scores(recording, real, lowpass) for name, recording in made.items()}
         print(f"\nbelow {lowpass:g} Hz\n")
