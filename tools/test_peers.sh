@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Read W2W's files with the programs they are for: gaitmap and OpenSim. Both want another NumPy than
-# Blender's and than each other's, so each gets a virtual environment of its own under .venv-peers.
-# x-io's small readers are among the ordinary test libraries.
+# Read W2W's files with the programs they are for: gaitmap (and its pandas) and OpenSim. Both want another
+# NumPy than Blender's and than each other's, so each gets a virtual environment of its own under
+# .venv-peers. x-io's small readers are among the ordinary test libraries.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 python=${PYTHON:-python3.11}
@@ -28,5 +28,5 @@ test_with() {
 }
 
 # tpcp, which gaitmap brings, is a pytest plugin that does not load without numpydoc
-test_with gaitmap gaitmap_takes gaitmap==2.6.0 numpydoc==1.8.0
+test_with gaitmap "gaitmap_takes or pandas" gaitmap==2.6.0 numpydoc==1.8.0
 test_with opensim opensim_reads opensim==4.6
