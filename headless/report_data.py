@@ -64,7 +64,7 @@ def view_data(
         "cells": packed(patches.labels),
         "spread_count": packed(np.diff(spread.indptr)),
         "spread_place": packed(spread.indices),
-        "spread_share": packed(np.rint(spread.data * 255)),
+        "spread_share": packed(np.rint(spread.data * 65535)),
         "centres": packed(patches.vertices),
         "names": list(patches.names),
         "regions": regions,

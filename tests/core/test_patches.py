@@ -150,7 +150,35 @@ def test_shares_are_positive_and_sum_to_one(patches) -> None:
 def test_the_largest_share_at_a_centre_is_its_own_patch(patches) -> None:
     at_centres = patches.interpolation[patches.vertices].toarray()
     np.testing.assert_array_equal(at_centres.argmax(axis=1), np.arange(512))
-    assert at_centres.max(axis=1).mean() > 0.75
+    assert at_centres.max(axis=1).min() > 0.92
+
+
+def test_a_peak_is_shown_as_high_as_it_is(patches) -> None:
+    """A single patch that is better than all others, wherever it is."""
+    for peak in (0, 100, 511):
+        scores = np.full(512, 0.4)
+        scores[peak] = 0.9
+        spread = patches.to_vertices(scores)
+        assert spread[patches.vertices[peak]] > 0.86
+        assert patches.labels[spread.argmax()] == peak
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10_000), share=st.floats(0, 1))
+def test_patches_without_a_score_are_blank_and_touch_nothing(patches, seed, share) -> None:
+    rng = np.random.default_rng(seed)
+    scores = rng.uniform(0.2, 0.8, 512)
+    missing = rng.random(512) < share
+    given_scores = np.where(missing, np.nan, scores)
+    spread = patches.to_vertices(given_scores)
+    np.testing.assert_array_equal(np.isnan(spread), missing[patches.labels])
+    if not missing.all():
+        held = spread[~missing[patches.labels]]
+        assert held.min() >= np.nanmin(given_scores)
+        assert held.max() <= np.nanmax(given_scores)
+    both = patches.to_vertices(np.column_stack([scores, given_scores]))
+    np.testing.assert_allclose(both[:, 0], patches.to_vertices(scores), atol=1e-6)
+    np.testing.assert_allclose(both[:, 1], spread, atol=1e-6)
 
 
 def test_spreading_is_smoother_and_truer_than_cells(bundled_body, patches) -> None:
@@ -162,7 +190,7 @@ def test_spreading_is_smoother_and_truer_than_cells(bundled_body, patches) -> No
     assert np.sqrt(np.mean((smooth - truth) ** 2)) < 0.6 * np.sqrt(np.mean((stepped - truth) ** 2))
     edges = np.concatenate([body.faces[:, [0, 1]], body.faces[:, [1, 2]]])
     jumps = [np.abs(field[edges[:, 0]] - field[edges[:, 1]]) for field in (smooth, stepped)]
-    assert np.percentile(jumps[0], 99) < 0.6 * np.percentile(jumps[1], 99)
+    assert np.percentile(jumps[0], 99) < 0.65 * np.percentile(jumps[1], 99)
 
 
 def test_nothing_bleeds_across_a_gap() -> None:
@@ -184,7 +212,7 @@ def test_nothing_bleeds_across_a_gap() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scores", "message"), [(np.zeros(5), "one row a patch"), (np.full(512, np.nan), "finite")]
+    ("scores", "message"), [(np.zeros(5), "one row a patch"), (np.full(512, np.inf), "finite")]
 )
 def test_scores_that_do_not_fit_are_refused(patches, scores, message) -> None:
     with pytest.raises(ValueError, match=message):

@@ -108,13 +108,13 @@ def test_the_view_holds_the_body_and_its_scores(data, drawn_results, bundled_bod
 
 
 def test_the_page_colours_vertices_as_the_heatmaps_do(data, drawn_results):
-    """The shares it is given, whole again, spread scores to within half a hundredth of F1."""
+    """The shares it is given, whole again, spread scores to within half a thousandth of F1."""
     patches = PatchSet.load(drawn_results / ".w2w" / "patches.npz")
     share = unpack(data["spread_share"]).astype(float)
     vertex = np.repeat(np.arange(len(patches.labels)), unpack(data["spread_count"]))
     scores = np.random.default_rng(0).random(len(patches))
     total = np.bincount(vertex, share * scores[unpack(data["spread_place"])])
-    np.testing.assert_allclose(total / np.bincount(vertex, share), patches.to_vertices(scores), atol=0.005)
+    np.testing.assert_allclose(total / np.bincount(vertex, share), patches.to_vertices(scores), atol=0.0005)
 
 
 def test_tables_tell_what_the_summary_tells(page, drawn_results):

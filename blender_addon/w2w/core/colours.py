@@ -84,11 +84,7 @@ def patch_colours(
     """
     scores = np.asarray(scores, dtype=np.float64)
     own_low, own_high = score_range(scores)
-    known = np.isfinite(scores)
-    spread = patches.to_vertices(np.where(known, scores, 0.0))
-    share = patches.to_vertices(known.astype(np.float64))
-    values = np.full(len(spread), np.nan)
-    np.divide(spread, share, out=values, where=known[patches.labels])
+    values = patches.to_vertices(scores)
     return score_colours(
         values, own_low if low is None else low, own_high if high is None else high, colour_map
     )

@@ -73,25 +73,32 @@ class PatchSet:
         Parameters
         ----------
         scores : ndarray, shape (N,) or (N, K)
+            NaN where a patch has none.
 
         Returns
         -------
         ndarray, shape (V,) or (V, K)
-            Never outside the range of the scores.
+            Never outside the range of the scores; NaN on the ground of patches without one, which
+            do not touch the values around them.
 
         Raises
         ------
         ValueError
-            If there is not one finite score a patch.
+            If there is not one row a patch or a score is infinite.
         """
-        scores = np.asarray(scores)
+        scores = np.asarray(scores, dtype=np.float64)
         if scores.ndim not in (1, 2) or len(scores) != len(self):
             raise ValueError(f"scores must have one row a patch ({len(self)}), not shape {scores.shape}")
-        if not np.isfinite(scores).all():
-            raise ValueError("scores must be finite; leave out the activities that were not scored")
-        spread = self.interpolation @ scores
+        if np.isinf(scores).any():
+            raise ValueError("scores must be finite, or NaN where a patch has none")
+        known = ~np.isnan(scores)
+        spread = self.interpolation @ np.where(known, scores, 0.0)
+        if not known.all():
+            share = self.interpolation @ known.astype(np.float64)
+            spread = np.divide(spread, share, out=np.full_like(spread, np.nan), where=known[self.labels])
         # rows sum to 1 up to rounding only
-        return np.clip(spread, scores.min(axis=0), scores.max(axis=0))
+        low, high = (np.where(known, scores, end) for end in (np.inf, -np.inf))
+        return np.clip(spread, low.min(axis=0), np.maximum(high.max(axis=0), low.min(axis=0)))
 
     def save(self, path: str | Path) -> None:
         """Write the patches to an npz file, whole or not at all."""
