@@ -121,7 +121,9 @@ def import_file(path: Path) -> None:
     except UnusableMotion:
         raise
     except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError
-        raise UnusableMotion(f"Blender cannot import it ({_reason(error)}): it seems damaged") from error
+        reason = _reason(error)
+        fault = "it unpacks to more than fits" if "memory" in reason.lower() else "it seems damaged"
+        raise UnusableMotion(f"Blender cannot import it ({reason}): {fault}") from error
 
 
 def best_take(
