@@ -20,6 +20,7 @@ VIEW = (0, 28, 1322, 904)
 SIDEBAR = (1036, 80, 1296, 904)
 
 CUTS = {
+    "animator_shape": ("8_shape", VIEW),
     "animator_source_beside": ("2_source_beside", VIEW),
     "animator_motions": ("2_motions_problem", SIDEBAR),
     "animator_patches": ("3_patches", VIEW),

@@ -270,7 +270,7 @@ def in_sight(driver: Driver) -> dict[str, list[bool]]:
         surface = sys.modules[f"{ui}.surface"].Surface(bpy.context, body, patches)
         return {
             part: [surface.in_sight(patch) for patch, region in enumerate(patches.regions) if part in region]
-            for part in ("sternum", "upper back", "lower back", "chest", "abdomen", "scapula")
+            for part in ("sternum", "abdomen", "lower back", "scapula")
         }
 
 

@@ -46,7 +46,8 @@ def report(shared_data: Path) -> dict[str, Any]:
         pytest.skip("no real Blender here: run tools/real_blender.sh first")
     if not zips:
         pytest.skip("no extension here: run 'make extension' first")
-    (OUT / "report.json").unlink(missing_ok=True)
+    for left in (OUT / "report.json", OUT / "pictures" / "failed.png"):
+        left.unlink(missing_ok=True)
     OUT.mkdir(parents=True, exist_ok=True)
     variables = {
         "W2W_ZIP": f"/work/dist/{zips[-1].name}",
@@ -123,6 +124,12 @@ def test_the_pick_tool_picks_and_compares(report: dict[str, Any]) -> None:
     assert report["compared_on_body"] >= 0
     assert report["compared_on_body"] != report["picked_on_body"]
     assert report["frame_while_playing"] != 12
+
+
+def test_the_body_hides_what_is_on_its_back(report: dict[str, Any]) -> None:
+    seen = report["in_sight"]
+    assert all(seen["sternum"] + seen["abdomen"])
+    assert not any(seen["scapula"] + seen["lower back"])
 
 
 @pytest.mark.parametrize("what", ["import", "place", "rank", "target"])

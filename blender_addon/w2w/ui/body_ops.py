@@ -9,6 +9,7 @@ from bpy.props import StringProperty
 from ..core.body import Body
 from ..core.smpl import BodyError, load_body
 from ..scene.body import add_body, armature_of, body_of
+from . import jobs
 from .jobs import dismiss, show_error
 from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
 from .silence import without_updates
@@ -57,7 +58,8 @@ class W2W_OT_reset_shape(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be a body with sliders."""
         body = current_body(context)
-        return body is not None and body.w2w.has_shape and context.mode == "OBJECT"
+        idle = jobs.running is None and context.mode == "OBJECT"
+        return idle and body is not None and body.w2w.has_shape
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Put all sliders back."""

@@ -22,6 +22,15 @@ def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message
     row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
 
 
+def draw_progress(layout: bpy.types.UILayout, job: jobs.Job) -> None:
+    """Draw how far a job is, and how to end it."""
+    column = layout.column(align=True)
+    column.progress(factor=job.fraction, text=f"{job.fraction:.0%}")
+    row = column.row()
+    row.active = False
+    row.label(text=f"Esc cancels   {job.text}", translate=False)
+
+
 def draw_text(
     layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE", indent: int = 0
 ) -> None:

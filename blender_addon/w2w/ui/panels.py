@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 
 from . import jobs
-from .panel_text import draw_message, draw_text
+from .panel_text import draw_message, draw_progress, draw_text
 from .result_panels import W2WPanel
 from .shape import draw_sliders
 from .source_view import source_collections
@@ -38,6 +38,8 @@ class StepPanel(W2WPanel):
     """A step: its header tells whether it is done, its body what it needs."""
 
     bl_parent_id = "W2W_PT_main"
+    job = ""
+    """Title of the job that the step's button starts."""
 
     def draw_header_preset(self, context: Context) -> None:
         """Put a tick behind the titles of finished steps."""
@@ -47,13 +49,16 @@ class StepPanel(W2WPanel):
     def draw(self, context: Context) -> None:
         """Draw the step, or what it needs."""
         missing = self.missing(context)
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        self.layout.enabled = jobs.running is None
+        content = self.layout.column()
+        content.use_property_split = True
+        content.use_property_decorate = False
+        content.enabled = jobs.running is None
         if missing:
-            draw_text(self.layout, context, missing, icon="INFO")
+            draw_text(content, context, missing, icon="INFO")
         else:
-            self.draw_step(context, self.layout)
+            self.draw_step(context, content)
+        if jobs.running is not None and jobs.running.title == self.job:
+            draw_progress(self.layout, jobs.running)
 
     def missing(self, context: Context) -> str:
         """What this step needs before it makes sense; empty where nothing."""
@@ -83,13 +88,8 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
         if len(bodies(context.scene)) > 1:
             layout.prop(context.scene.w2w, "body", text="")
         if jobs.running is not None:
-            job = jobs.running
-            layout.label(text=job.title)
-            layout.progress(factor=job.fraction, text=f"{job.fraction:.0%}")
-            row = layout.row()
-            row.active = False
-            row.label(text=job.text, translate=False)
-            layout.label(text="Press Esc to cancel")
+            layout.label(text=jobs.running.title)
+            draw_progress(layout, jobs.running)
         elif jobs.message is not None:
             draw_message(layout, context, jobs.message)
 
@@ -153,6 +153,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
 
     bl_label = "2  Motions"
     bl_idname = "W2W_PT_motions"
+    job = "Import Motions"
 
     def missing(self, context: Context) -> str:
         """A body comes first."""
@@ -212,6 +213,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
 
     bl_label = "3  Patches"
     bl_idname = "W2W_PT_patches"
+    job = "Place Patches"
 
     def missing(self, context: Context) -> str:
         """A body comes first."""
@@ -247,6 +249,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
 
     bl_label = "4  Signals"
     bl_idname = "W2W_PT_signals"
+    job = "Bake Signals"
 
     def missing(self, context: Context) -> str:
         """Body, motions and patches come first."""
@@ -287,6 +290,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
 
     bl_label = "5  Utility"
     bl_idname = "W2W_PT_utility"
+    job = "Rank Patches"
 
     def missing(self, context: Context) -> str:
         """Signals come first, unless there is a ranking already."""
