@@ -99,7 +99,7 @@ class UtdTrial(NamedTuple):
 
         The Kinect is said to run at 30, but in these files it has a third as many frames as the sensor has
         samples, not three fifths. Stretched to the sensor's span, the swing of the wrist's specific force is
-        as large as the sensor's (median ratio 1.02 of 333 trials); at 30 it would be 2.0.
+        as large as the sensor's (median ratio 1.02 over the 335 wrist clips); at 30 it would be 2.0.
         """
         return self.recording.rate * (len(self.skeleton) - 1) / (self.recording.n_samples - 1)
 
