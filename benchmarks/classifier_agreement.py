@@ -6,7 +6,7 @@
 RESULTS is the folder of a finished `w2w run`; every k-th of its places is ranked once more with another
 classifier, by the same folds, and compared with what the run itself found there. FOLDER keeps what multi3net
 has finished. Intervals (95 %) come from a bootstrap over clips, the same resamples for both classifiers; an
-activity with few clips has a wide one.
+activity with few clips has a wide one. "-": one of them scores all places the same, mostly 0.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ class Rho(NamedTuple):
     high: float
 
     def __str__(self) -> str:
+        if np.isnan(self.rho):
+            return "   -"
         return f"{self.rho:5.2f}  ({self.low:.2f} to {self.high:.2f})"
 
 

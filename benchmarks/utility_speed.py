@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import argparse
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -162,6 +163,7 @@ def benchmark_networks(windows: np.ndarray, classes: int, repeats: int = 5) -> d
         "vmap": lambda: slopes(weights, inputs, mapped),
         "batched by hand": lambda: slopes(weights, inputs, by_hand),
     }
+    warnings.filterwarnings("ignore", message="There is a performance drop")  # vmap's, of what it lacks
     seconds: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(repeats + 1):  # in turn, so that all meet the same load; the first warms up
         for name, way in ways.items():

@@ -154,6 +154,19 @@ def test_equals_torchs_own_modules(torch):
     torch.testing.assert_close(*slopes, rtol=1e-4, atol=1e-6)
 
 
+def test_attention_among_few_is_attention_and_has_its_slopes(torch):
+    from blender_addon.w2w.core.classifiers.multi3net_attention import attention_among_few
+
+    draws = torch.Generator().manual_seed(1)
+    tokens = [torch.randn(2, 3, 4, 5, 2, generator=draws, dtype=torch.float64) for _ in range(3)]
+    dropout = torch.rand(3, 5, 5, 2, generator=draws, dtype=torch.float64)
+    query, key, value = (part.requires_grad_() for part in tokens)
+    heads_first = [part.permute(0, 4, 1, 3, 2) for part in tokens]  # (P, B, heads, T, E)
+    expected = torch.nn.functional.scaled_dot_product_attention(*heads_first).permute(0, 2, 4, 3, 1)
+    torch.testing.assert_close(attention_among_few(query, key, value), expected)
+    torch.autograd.gradcheck(attention_among_few, (query, key, value, dropout))
+
+
 def test_group_size_changes_nothing_but_rounding():
     pytest.importorskip("torch")
     windows, labels, fold, _ = library()

@@ -10,6 +10,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from .multi3net_attention import attention_among_few
+
 HEADS = 8
 SEGMENTS = 8
 """Parts that the classifier head reads an embedding in."""
@@ -181,11 +183,7 @@ def _attend(tokens: Tensor, w: dict[str, Tensor], name: str, dropout: Tensor | N
     mixed = _linear(tokens.reshape(n_places, width, -1), w, f"{name}_qkv")
     mixed = mixed.view(n_places, 3, HEADS, width // HEADS, n_tokens, n_windows)
     query, key, value = mixed.unbind(dim=1)
-    likeness = (query.unsqueeze(4) * key.unsqueeze(3)).sum(dim=2)
-    attention = torch.softmax(likeness / math.sqrt(width // HEADS), dim=3)
-    if dropout is not None:
-        attention = attention * dropout
-    heard = (attention.unsqueeze(2) * value.unsqueeze(3)).sum(dim=4)
+    heard = attention_among_few(query, key, value, dropout)
     return _linear(heard.view(n_places, width, -1), w, f"{name}_out").view(tokens.shape)
 
 
