@@ -28,8 +28,21 @@ NEAREST, SPREAD = 8, 8
 REACH = 0.04
 """Radius around the centre, metres, within which corners are sought."""
 
-SHORTLIST = 48
-"""Best-shaped triangles of a patch that are tried in the pose library."""
+FARTHEST = 0.025
+"""Distance of a triangle's middle from its centre, metres, beyond which it serves only where all do."""
+
+SLENDER = 0.75
+"""Likeness to an equilateral triangle (its area over the sum of squared sides, 1 at best) below which
+the same holds."""
+
+SHORTLIST, LONG_LIST = 48, 240
+"""Best-shaped triangles of a patch that are tried in the pose library: at first, and where unsteady."""
+
+UNSTEADY = np.radians(30)
+"""Patches whose triangle turns farther than this in the trial poses have more triangles tried."""
+
+ROUND_TURN, TIGHT_TURN = np.radians(60), np.radians(30)
+"""Turns that cost 1, as a poor shape does: at first, and for patches found unsteady."""
 
 TRIAL_POSES, TRIAL_SEED = 24, 1
 
@@ -56,15 +69,26 @@ def carrier_triangles(body: Body, graph: StripGraph, centres: np.ndarray) -> np.
         the three sides runs most nearly along the bone.
     """
     poses = random_poses(TRIAL_POSES, TRIAL_SEED)
-    chosen = []
+    chosen, turn = _steadiest(body, graph, centres, poses, SHORTLIST, ROUND_TURN)
+    unsteady = np.flatnonzero(turn > UNSTEADY)
+    if len(unsteady):
+        chosen[unsteady], _ = _steadiest(body, graph, centres[unsteady], poses, LONG_LIST, TIGHT_TURN)
+    return _along_bone(body, chosen).astype(np.int32)
+
+
+def _steadiest(
+    body: Body, graph: StripGraph, centres: np.ndarray, poses: Motion, shortlist: int, turn_unit: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The best of the `shortlist` best-shaped triangles, and its worst turn, radians."""
+    chosen, turns = [], []
     for begin in range(0, len(centres), CHUNK):
         chunk = centres[begin : begin + CHUNK]
-        corners = _corners_to_try(graph, chunk)
-        triangles, shape_cost = _shortlist(body, chunk, corners)
+        triangles, shape_cost = _shortlist(body, chunk, _corners_to_try(graph, chunk), shortlist)
         turn = triangle_rotation_error(body, triangles.reshape(-1, 3), poses).reshape(shape_cost.shape)
-        best = np.argmin(np.round(shape_cost + turn / np.radians(60), COST_DIGITS), axis=1)
+        best = np.argmin(np.round(shape_cost + turn / turn_unit, COST_DIGITS), axis=1)
         chosen.append(triangles[np.arange(len(chunk)), best])
-    return _along_bone(body, np.concatenate(chosen)).astype(np.int32)
+        turns.append(turn[np.arange(len(chunk)), best])
+    return np.concatenate(chosen), np.concatenate(turns)
 
 
 def triangle_rotation_error(body: Body, triangles: np.ndarray, poses: Motion) -> np.ndarray:
@@ -111,13 +135,15 @@ def _corners_to_try(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
     return corners
 
 
-def _shortlist(body: Body, centres: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _shortlist(
+    body: Body, centres: np.ndarray, corners: np.ndarray, shortlist: int
+) -> tuple[np.ndarray, np.ndarray]:
     """The best-shaped triangles of each patch, facing outward, and the cost of their shape.
 
     Returns
     -------
-    triangles : ndarray, shape (N, SHORTLIST, 3)
-    cost : ndarray, shape (N, SHORTLIST)
+    triangles : ndarray, shape (N, shortlist, 3)
+    cost : ndarray, shape (N, shortlist)
     """
     triples = np.array(list(combinations(range(corners.shape[1]), 3)))
     points = body.vertices[corners] - body.vertices[centres][:, None]
@@ -133,7 +159,8 @@ def _shortlist(body: Body, centres: np.ndarray, corners: np.ndarray) -> tuple[np
     spacing = np.maximum(sides[:, 0, 1 : NEAREST - 1].mean(axis=1, keepdims=True), MIN_HEIGHT)
     too_low = np.where(height < MIN_HEIGHT, 2 - height / MIN_HEIGHT, 0)
     cost = 2 * (1 - equilateral) + 3 * (1 - np.abs(outward)) + 0.5 * offset / spacing + 100 * too_low
-    best = np.argsort(np.round(cost, COST_DIGITS), axis=1, kind="stable")[:, :SHORTLIST]
+    cost += 10 * ((offset > FARTHEST) | (equilateral < SLENDER))
+    best = np.argsort(np.round(cost, COST_DIGITS), axis=1, kind="stable")[:, :shortlist]
     triangles = np.take_along_axis(corners[:, None], triples[best], axis=2)
     inward = np.take_along_axis(outward, best, axis=1) < 0
     triangles[inward] = triangles[inward][:, ::-1]
