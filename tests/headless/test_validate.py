@@ -10,12 +10,14 @@ from typer.testing import CliRunner
 
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.imu import Synthesis
+from blender_addon.w2w.core.joint_sets import BODY_34
 from blender_addon.w2w.core.mmfit import DEVICES
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.sensor import SensorModel
 from blender_addon.w2w.core.site_simulation import SiteSimulator
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS
 from blender_addon.w2w.core.skinning import joint_transforms
+from blender_addon.w2w.core.vidimu import LOWER
 from headless.__main__ import APP
 
 FRAMES = 240
@@ -26,22 +28,23 @@ JOINTS = (
 """MM-Fit's 17 by what stands for them here."""
 
 
-def exercise(activity, number):
+def exercise(activity, number, rate=30.0):
     """Eight seconds of squatting or of curling the arms."""
-    time = np.arange(FRAMES) / 30
+    time = np.arange(0, FRAMES / 30 - 1e-9, 1 / rate)
+    n = len(time)
     wave = 0.5 - 0.5 * np.cos(2 * np.pi * (0.4 + 0.03 * number) * time)
-    rotations = np.tile(np.eye(3), (FRAMES, N_JOINTS, 1, 1))
+    rotations = np.tile(np.eye(3), (n, N_JOINTS, 1, 1))
     turn = lambda axis, angle: Rotation.from_euler(axis, angle).as_matrix()  # noqa: E731
-    pelvis = np.tile([0.0, 0.0, 0.95], (FRAMES, 1))
+    pelvis = np.tile([0.0, 0.0, 0.95], (n, 1))
     for side, sign in (("left", 1), ("right", -1)):
-        rotations[:, JOINT_INDEX[f"{side}_shoulder"]] = turn("y", sign * np.full(FRAMES, 1.2))
+        rotations[:, JOINT_INDEX[f"{side}_shoulder"]] = turn("y", sign * np.full(n, 1.2))
         bend = wave if activity == "bicep_curls" else 0.1 * wave
         rotations[:, JOINT_INDEX[f"{side}_elbow"]] = turn("z", -sign * (0.3 + 1.5 * bend))
         knees = wave if activity == "squats" else 0.02 * wave
         rotations[:, JOINT_INDEX[f"{side}_hip"]] = turn("x", -0.1 - 1.0 * knees)
         rotations[:, JOINT_INDEX[f"{side}_knee"]] = turn("x", 0.2 + 1.6 * knees)
         pelvis[:, 2] -= 0.15 * knees
-    return Motion(rotations, pelvis, 30.0)
+    return Motion(rotations, pelvis, rate)
 
 
 def position(positions, name):
@@ -107,6 +110,56 @@ def test_mmfit_is_simulated_ranked_and_reported(mmfit, tmp_path):
     assert wrist[0] > 0.9
     for name in ("f1_maps.png", "f1_sites.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+BODY_34_STANDS_FOR = {"torso": "spine2", "nose": "head", "pelvis": "pelvis", "neck": "neck"}
+PARTS = {"toe": "foot", "heel": "ankle", "eye": "head", "ear": "head", "knuckle": "hand", "tip": "hand"}
+LEG_SENSORS = dict(zip(LOWER, ("pelvis", "right_hip", "right_knee", "left_hip", "left_knee"), strict=True))
+
+
+@pytest.fixture(scope="module")
+def vidimu(tmp_path_factory):
+    """Four trials of each of two activities of the legs, as VIDIMU's files hold them."""
+    body, folder = Body.bundled(), tmp_path_factory.mktemp("videoandimus")
+    for activity, shown in (("A01", "bicep_curls"), ("A04", "squats")):
+        for number in range(4):
+            stem = folder / f"S4{number}_{activity}_T01"
+            positions = joint_transforms(body, exercise(shown, number))[1]
+            header, columns = [], []
+            for joint in BODY_34.joints:
+                side, _, part = joint.partition("_")
+                known = next((f"{side}_{PARTS[end]}" for end in PARTS if part.endswith(end)), joint)
+                name = BODY_34_STANDS_FOR.get(
+                    joint, known.replace("left_head", "head").replace("right_head", "head")
+                )
+                header += [f"{joint}_{axis}" for axis in "xyz"]
+                columns.append(1000 * positions[:, JOINT_INDEX[name]][:, [0, 2, 1]] * [1, -1, 1])
+            table = np.concatenate(columns, axis=1)
+            np.savetxt(stem.with_suffix(".csv"), table, "%.4f", ",", header=",".join(header), comments="")
+            turns = joint_transforms(body, exercise(shown, number, rate=50.0))[0]
+            rows = ["QUAT,w,x,y,z"]
+            for frame in [turns[0], *turns]:
+                for sensor, joint in LEG_SENSORS.items():
+                    x, y, z, w = Rotation.from_matrix(frame[JOINT_INDEX[joint]]).as_quat()
+                    rows.append(f"{sensor},{w:.8f},{x:.8f},{y:.8f},{z:.8f}")
+            stem.with_suffix(".raw").write_text("\n".join(rows) + "\n")
+    return folder
+
+
+def test_vidimu_is_compared_by_angular_velocity_alone(vidimu, tmp_path):
+    result = CliRunner().invoke(
+        APP, ["validate", "vidimu", str(vidimu), "--out", str(tmp_path), "--folds", "2"]
+    )
+    assert result.exit_code == 0, result.output
+    content = json.loads((tmp_path / "validation_lower_body.json").read_text())
+    assert list(content["sites"]) == list(LOWER)
+    assert "Angular velocity only" in content["notes"][0]
+    assert "-y axis was taken to point up; in 0 clips" in content["notes"][2]
+    assert not (tmp_path / "report_upper_body.md").exists()
+    rows = (tmp_path / "f1_lower_body.csv").read_text().splitlines()
+    for side in ("real", "simulated"):
+        thigh = [float(row.split(",")[3]) for row in rows if row.startswith(f"{side},qsRUL,sit_to_stand")]
+        assert thigh[0] > 0.9
 
 
 @pytest.mark.parametrize("name", ["mmfit", "vidimu", "utd-mhad"])
