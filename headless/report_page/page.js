@@ -100,8 +100,8 @@
     wanted.forEach(([place, label], i) => {
       const badge = holder.children[i], [x, y] = viewer.project(centres[place]);
       const seen = viewer.placeAt(x, y);
-      // its own cell or one beside it: not hidden behind another part of the body
-      const hidden = seen < 0 || viewer.apart(centres[seen], centres[place]) > 0.12;
+      // hidden where another part of the body is before it; at an outline nothing may be seen there
+      const hidden = seen >= 0 && viewer.apart(centres[seen], centres[place]) > 0.12;
       text(badge, label);
       badge.className = (label ? "" : "pointer") + (hidden ? " hidden" : "");
       badge.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
