@@ -23,6 +23,7 @@ from blender_addon.w2w.core.clip_blocks import FeatureFiles
 from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
 from blender_addon.w2w.core.features import feature_names
 from blender_addon.w2w.core.files import write_npz
+from blender_addon.w2w.core.motion_signature import SIZE
 from blender_addon.w2w.core.study import StudyConfig
 
 ACTIVITIES = 24
@@ -75,7 +76,7 @@ def _rank(place: Path, n_clips: int, windows: int) -> None:
     rng = np.random.default_rng(1)
     is_test = np.arange(windows) % 2 == 0
     clips = [
-        RankedClip(str(number), f"activity {number % ACTIVITIES}", "", is_test, rng.normal(size=8))
+        RankedClip(str(number), f"activity {number % ACTIVITIES}", "", is_test, rng.normal(size=SIZE))
         for number in range(n_clips)
     ]
     rank_clips(clips, FeatureFiles([place / f"{number}.npz" for number in range(n_clips)]), StudyConfig())

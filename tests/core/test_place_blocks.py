@@ -12,6 +12,7 @@ from blender_addon.w2w.core.clip_blocks import FeatureFiles, WindowFiles, clip_i
 from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
 from blender_addon.w2w.core.files import write_npz
 from blender_addon.w2w.core.intervals import score_places
+from blender_addon.w2w.core.motion_signature import SIZE
 from blender_addon.w2w.core.npz_slices import StoredArray
 from blender_addon.w2w.core.place_blocks import ArrayBlocks, SomeWindows, spans
 from blender_addon.w2w.core.recording import ImuRecording
@@ -160,7 +161,7 @@ def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
         rows = clip == number
         paths.append(tmp_path / f"{number}.npz")
         write_npz(paths[-1], {"features": features[rows]})
-        signature = np.random.default_rng(number).normal(size=3)
+        signature = np.random.default_rng(number).normal(size=SIZE)
         clips.append(
             RankedClip(f"clip {number}", activity[rows][0], "", is_test[rows], signature, str(number))
         )

@@ -20,6 +20,10 @@ JOINTS = tuple(
 )  # fmt: skip
 
 
+SIZE = PHASES * len(JOINTS) * 6 + 1
+"""Numbers of a signature, K."""
+
+
 def motion_signature(motion: Motion) -> np.ndarray:
     """Poses at even phases of a clip and its length, whoever moves and wherever they face.
 

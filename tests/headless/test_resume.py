@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a full disk, damaged results and a vanished file leave: nothing finished is lost, bytes stay the same.
+
+Runs killed at random moments: `test_engine.py` has some, `python -m benchmarks.resume` two hundred.
+"""
+
+import json
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.resume import CLIPS, hashes
+
+ROOT = Path(__file__).resolve().parents[2]
+FULL_AT = 150_000
+"""Bytes: motions fit on this disk, signals do not."""
+
+
+def run(library, out, limit=None):
+    def fill_disk():
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    done = subprocess.run(
+        [sys.executable, "-m", "headless", "run", library, "--out", out, "--patches", "32",
+         "--workers", "2", "--no-pictures", "--no-report"],
+        cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=fill_disk,
+    )  # fmt: skip
+    assert "Traceback" not in done.stdout + done.stderr, done.stdout + done.stderr
+    return done.returncode, " ".join(done.stdout.split())
+
+
+@pytest.fixture
+def library(shared_data, tmp_path):
+    for file, activity in CLIPS.items():
+        (tmp_path / "library" / activity).mkdir(parents=True, exist_ok=True)
+        shutil.copy(shared_data / "mixamo" / file, tmp_path / "library" / activity)
+    return tmp_path / "library"
+
+
+def test_a_full_disk_damage_and_a_vanished_file(library, tmp_path):
+    out = tmp_path / "out"
+    code, said = run(library, out, FULL_AT)
+    assert code == 1
+    assert "cannot be written" in said
+    assert not list(out.rglob("*.part"))
+    assert run(library, out)[0] == 0
+    expected = hashes(out)
+
+    signals = sorted((out / "signals").iterdir())
+    whole = bytearray(signals[0].read_bytes())
+    whole[len(whole) // 2] ^= 1
+    signals[0].write_bytes(whole)
+    signals[1].unlink()
+    records = sorted((out / ".w2w" / "clips").iterdir())
+    records[2].write_text(records[2].read_text()[:-40])
+    features = sorted((out / ".w2w" / "features").iterdir())
+    features[3].write_bytes(b"")
+    assert run(library, out)[0] == 0
+    assert hashes(out) == expected
+
+    (library / "running" / "Run.fbx").unlink()
+    (library / "running" / "Run.fbx").symlink_to(tmp_path / "gone.fbx")
+    code, said = run(library, out)
+    assert code == 1  # running has one clip left
+    assert "running/Run.fbx" in said
+    skipped = json.loads((out / "summary.json").read_text())["skipped"]
+    assert [(entry["file"], "cannot be read" in entry["reason"]) for entry in skipped] == [
+        ("running/Run.fbx", True)
+    ]
