@@ -26,7 +26,8 @@ from .swing_twist import frame_of, turn_about, unit
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 CUTOFF_HZ = 6.0
-"""Band of the joints' paths unless told: a compromise measured on UTD-MHAD (docs/validation.md)."""
+"""Band of the joints' paths unless told: holds voluntary movement. Noisy pose wants less: 3 Hz for
+UTD-MHAD's Kinect (docs/validation.md)."""
 
 TRUNK_LIMIT = np.radians(100)
 HEAD_CONE, WRIST_CONE, ANKLE_CONE = np.radians((60, 80, 60))
