@@ -22,11 +22,8 @@ import numpy as np
 
 from blender_addon.w2w.core.agreement import spearman_rows
 from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
-from blender_addon.w2w.core.clip_blocks import clip_inputs
 from blender_addon.w2w.core.intervals import clip_resamples, count_by_clip, f1_scores
 from blender_addon.w2w.core.utility import CLASSIFIERS, UtilityMap, utility_map
-from blender_addon.w2w.core.windows import WindowSpec
-from headless.clip_job import WORK
 from headless.finished import FinishedStudy
 
 RESAMPLES = 300
@@ -68,20 +65,13 @@ def rank_again(study: FinishedStudy, classifier: Any, places: Sequence[int], wor
     """The map of some places of a finished study by another classifier, its name or itself."""
     if work is not None and isinstance(classifier, Multi3Net):
         classifier = replace(classifier, checkpoints=work / f"{classifier.width}")
-    parameters, windows = study.parameters, [clip.windows for clip in study.clips]
-    inputs = clip_inputs(
-        classifier,
-        [study.out / WORK / "features" / f"{clip.name}.npz" for clip in study.clips],
-        [study.out / "signals" / f"{clip.name}.npz" for clip in study.clips],
-        windows,
-        WindowSpec(**parameters["windows"]),
-    )
+    parameters, windows = study.parameters, [len(clip.is_test) for clip in study.windows]
     return utility_map(
-        SomePlaces(inputs, places),
+        SomePlaces(study.inputs(classifier), places),
         np.repeat([clip.activity for clip in study.clips], windows),
         np.repeat([clip.motion for clip in study.clips], windows),
         np.repeat([clip.subject for clip in study.clips], windows) if parameters["by_subject"] else None,
-        study.is_test(),
+        np.concatenate([clip.is_test for clip in study.windows]),
         sorted({clip.activity for clip in study.clips}),
         classifier=classifier,
         folds=parameters["folds"],
