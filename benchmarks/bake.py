@@ -163,10 +163,14 @@ def _bake_library(folder: Path, body: Body, patches: PatchSet, rounds: int) -> b
 
 
 def _is_usable(path: Path) -> bool:
+    """Whether both importers read it; Blender's Python one stumbles over some files that ours reads."""
     try:
         read_motion(path)
-    except UnusableMotion:
+        _import_by_python(path)
+    except (UnusableMotion, RuntimeError):
         return False
+    finally:
+        _clear()
     return True
 
 
