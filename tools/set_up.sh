@@ -35,17 +35,8 @@ if command -v dpkg >/dev/null 2>&1; then
     dpkg -s "$library" >/dev/null 2>&1 || missing="$missing $library"
   done
   if [ -n "$missing" ]; then
-    run_as_root=""
-    [ "$(id -u)" = 0 ] || run_as_root="sudo -n"
-    if command -v apt-get >/dev/null 2>&1 && $run_as_root true 2>/dev/null; then
-      echo "Installing system libraries:$missing"
-      $run_as_root apt-get update -qq
-      DEBIAN_FRONTEND=noninteractive $run_as_root apt-get install -y -qq --no-install-recommends $missing >/dev/null
-    else
-      echo "Blender's Python module needs system libraries. Run this line, then try again:" >&2
-      echo "sudo apt-get install -y$missing" >&2
-      exit 1
-    fi
+    # shellcheck disable=SC2086
+    tools/install_packages.sh "Installing system libraries:" "Blender's Python module needs system libraries." $missing
   fi
 fi
 
