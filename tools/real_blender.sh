@@ -5,7 +5,7 @@
 # the key of Debian's archive, which is installed where it is missing. Needs root and a Debian or Ubuntu machine.
 #
 #   tools/real_blender.sh              set up, or do nothing where it is set up already; print the folder
-#   tools/real_blender.sh run CMD...   run a command inside, /work being the project's folder
+#   tools/real_blender.sh run CMD...   run a command inside, /project being the project's folder
 #
 # The folder is .sandbox/blender-4.3 unless W2W_BLENDER_SANDBOX names another; W2W_BLENDER_SHARE names a folder
 # that tests read (the real motion files), seen inside as /shared.
@@ -29,7 +29,7 @@ set_up() {
     fi
     as_root rm -rf --one-file-system "$root"
     as_root mkdir -p "$root"/{etc/apt/{apt.conf.d,preferences.d,trusted.gpg.d},var/{lib/{apt/lists,dpkg},cache/apt/archives}} \
-        "$root"/{dev,proc,sys,tmp,root,work,shared}
+        "$root"/{dev,proc,sys,tmp,root,project,shared}
     as_root touch "$root/var/lib/dpkg/status"
     echo "deb [signed-by=$keyring] $mirror trixie main" | as_root tee "$root/etc/apt/sources.list" >/dev/null
     # shellcheck disable=SC2086
@@ -66,7 +66,7 @@ finish() {
 
 # Mounts live in a namespace of their own and vanish with the command.
 run() {
-    as_root mkdir -p "$root/work" "$root/shared"
+    as_root mkdir -p "$root/project" "$root/shared"
     as_root unshare --mount bash -c '
         set -e
         root=$1 project=$2 share=$3
@@ -74,7 +74,7 @@ run() {
         mount --make-rprivate /
         mount -t proc proc "$root/proc"
         mount --rbind /dev "$root/dev"
-        mount --bind "$project" "$root/work"
+        mount --bind "$project" "$root/project"
         [ -z "$share" ] || mount --bind -o ro "$share" "$root/shared"
         mount -t tmpfs tmpfs "$root/tmp"
         exec chroot "$root" env -i HOME=/root PATH=/usr/local/bin:/usr/bin:/bin LANG=C.UTF-8 \

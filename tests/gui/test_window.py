@@ -50,14 +50,14 @@ def report(shared_data: Path) -> dict[str, Any]:
         left.unlink(missing_ok=True)
     OUT.mkdir(parents=True, exist_ok=True)
     variables = {
-        "W2W_ZIP": f"/work/dist/{zips[-1].name}",
+        "W2W_ZIP": f"/project/dist/{zips[-1].name}",
         "W2W_DATA": "/shared",
-        "W2W_OUT": "/work/.cache/gui",
+        "W2W_OUT": "/project/.cache/gui",
         "OMP_NUM_THREADS": "2",
     }
     blender = [
         "blender", "--factory-startup", "--enable-event-simulate",
-        "--window-geometry", "0", "0", "1600", "1000", "--python", "/work/tests/gui/click_through.py",
+        "--window-geometry", "0", "0", "1600", "1000", "--python", "/project/tests/gui/click_through.py",
     ]  # fmt: skip
     done = subprocess.run(
         [
