@@ -17,6 +17,7 @@ import numpy as np
 from .filtering import count_resampled
 from .finite_difference import difference_signals
 from .gaps import bridge
+from .matrix_products import multiply
 from .recording import ImuRecording
 from .rotations import decompose, double_inverse, into_frame, rate_in_frame
 from .threads import for_each
@@ -175,9 +176,9 @@ def _spline_signals(
     for window in spline_windows(positions.shape[1], rate, settings.rate_hz, settings.band_hz):
         value, first, second = window.operators
         start, stop = window.frames.start, window.frames.stop
-        acceleration = second @ bend[:, start : stop - 2]
-        q = value @ frames[:, start:stop]
-        q_dot = first @ steps[:, start : stop - 1]
+        acceleration = multiply(second, bend[:, start : stop - 2])
+        q = multiply(value, frames[:, start:stop])
+        q_dot = multiply(first, steps[:, start : stop - 1])
         scale = double_inverse(q)
         acc_out, gyr_out = (out[window.samples].transpose(2, 0, 1) for out in (acc, gyr))
         if settings.convention == "physical":

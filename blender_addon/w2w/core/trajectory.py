@@ -35,7 +35,7 @@ INTERPOLATION_REACH = 20
 SMOOTHING_REACH = 15.0
 """Time constants after which a smoothing spline has forgotten a frame: exp(-15) is 3e-7."""
 
-WINDOW_SAMPLES = 64
+WINDOW_SAMPLES = 128
 """Samples a window should yield, about: many against its overlap, few enough to stay in cache."""
 
 

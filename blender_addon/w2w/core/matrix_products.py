@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Matrix products by SciPy's BLAS, whatever NumPy was built with.
+
+NumPy 1.26, which Blender 4 brings, carries an OpenBLAS that takes processors made since for the oldest it
+knows and works at a third of their speed or less; SciPy's is newer. Its Cython interface, unlike the
+Python one, lets go of the interpreter's lock and takes parts of larger arrays as they lie.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import cython_blas
+
+ROUTINES = {np.dtype(np.float32): ("sgemm", ctypes.c_float), np.dtype(np.float64): ("dgemm", ctypes.c_double)}
+
+
+def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+    """The product a @ b of a matrix with another, or with each of a stack.
+
+    Parameters
+    ----------
+    a : ndarray, shape (m, k), float32 or float64
+    b : ndarray, shape (k, n) or (..., k, n), of the same type
+        Matrices laid out otherwise than in rows or in columns are copied first.
+    out : ndarray, shape (m, n) or (..., m, n), optional
+        Where to write the product: parts of the rows of a larger array will do.
+
+    Returns
+    -------
+    ndarray, shape (m, n) or (..., m, n)
+
+    Raises
+    ------
+    ValueError
+        If shapes or types do not go together, or the rows of `out` are not whole.
+    """
+    routine, one, nothing = _routine(a.dtype)
+    shape = (*b.shape[:-2], a.shape[0], b.shape[-1])
+    if out is None:
+        out = np.empty(shape, dtype=a.dtype)
+    if b.shape[-2] != a.shape[1] or out.shape != shape or not a.dtype == b.dtype == out.dtype:
+        raise ValueError(f"cannot write {a.dtype} {a.shape} @ {b.dtype} {b.shape} to {out.dtype} {out.shape}")
+    if 0 in (*shape, a.shape[1]):
+        out[...] = 0
+        return out
+    a, turn_a, stride_a = _laid_out(a)
+    b, turn_b, stride_b = _laid_out(b)
+    stride_out = _row_stride(out)
+    if stride_out is None:
+        raise ValueError("the rows of the product's place must be whole")
+    # BLAS counts in columns, so it is told of the transposes: out' = b' a'
+    sizes = (_size(shape[-1]), _size(a.shape[0]), _size(a.shape[1]))
+    stride_a, stride_b, stride_out = _size(stride_a), _size(stride_b), _size(stride_out)
+    address_a = a.ctypes.data
+    for address_b, address_out in zip(_addresses(b), _addresses(out), strict=True):
+        routine(
+            turn_b, turn_a, *sizes, one, address_b, stride_b, address_a, stride_a, nothing, address_out,
+            stride_out,
+        )  # fmt: skip
+    return out
+
+
+def _addresses(matrices: np.ndarray) -> list[int]:
+    """Where in memory each matrix of a stack begins."""
+    addresses = [matrices.ctypes.data]
+    for length, step in zip(matrices.shape[:-2], matrices.strides, strict=False):
+        addresses = [address + i * step for address in addresses for i in range(length)]
+    return addresses
+
+
+@lru_cache(maxsize=1024)
+def _size(number: int) -> object:
+    """A number as BLAS takes it, by reference."""
+    return ctypes.byref(ctypes.c_int(number))
+
+
+def _laid_out(matrix: np.ndarray) -> tuple[np.ndarray, bytes, int]:
+    """The matrix, how BLAS shall read it, and the distance of its rows (or columns) in numbers."""
+    for turned, view in ((b"N", matrix), (b"T", matrix.swapaxes(-1, -2))):
+        stride = _row_stride(view)
+        if stride is not None:
+            return matrix, turned, stride
+    return np.ascontiguousarray(matrix), b"N", matrix.shape[-1]
+
+
+def _row_stride(matrix: np.ndarray) -> int | None:
+    """Numbers from one row to the next where each row is whole, else None."""
+    rows, row = matrix.shape[-2:]
+    down, along = matrix.strides[-2:]
+    if row > 1 and along != matrix.itemsize:
+        return None
+    if rows == 1:
+        return row
+    return down // matrix.itemsize if down >= row * matrix.itemsize and down % matrix.itemsize == 0 else None
+
+
+@lru_cache(maxsize=2)
+def _routine(dtype: np.dtype) -> tuple[Callable[..., None], object, object]:
+    """BLAS's general product for a type of number, with the factors 1 and 0."""
+    if dtype not in ROUTINES:
+        raise ValueError(f"matrices must be float32 or float64, not {dtype}")
+    name, number = ROUTINES[dtype]
+    capsule = cython_blas.__pyx_capi__[name]
+    name_of, pointer_of = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    pointer_of.restype, pointer_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    arguments = [ctypes.c_char_p] * 2 + [ctypes.c_void_p] * 11
+    signature = ctypes.CFUNCTYPE(None, *arguments)
+    routine = signature(pointer_of(capsule, name_of(capsule)))
+    return routine, ctypes.byref(number(1)), ctypes.byref(number(0))

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from blender_addon.w2w.core.matrix_products import multiply
+
+SIZES = st.integers(1, 40)
+LAYOUTS = st.sampled_from(["rows", "columns", "part", "every second", "turned over"])
+
+
+def laid_out(matrix: np.ndarray, layout: str) -> np.ndarray:
+    """The same numbers, lying otherwise in memory."""
+    if layout == "columns":
+        return np.asfortranarray(matrix)
+    if layout == "part":
+        return np.pad(matrix, ((1, 2), (3, 4)))[1:-2, 3:-4]
+    if layout == "every second":
+        return np.repeat(matrix, 2, axis=1)[:, ::2]
+    if layout == "turned over":
+        return matrix[::-1].copy()[::-1]
+    return matrix
+
+
+@given(SIZES, SIZES, SIZES, LAYOUTS, LAYOUTS, st.sampled_from([np.float32, np.float64]))
+def test_it_is_the_matrix_product_however_the_matrices_lie(m, k, n, of_a, of_b, dtype) -> None:
+    rng = np.random.default_rng([m, k, n])
+    a, b = rng.normal(size=(m, k)), rng.normal(size=(k, n))
+    product = multiply(laid_out(a.astype(dtype), of_a), laid_out(b.astype(dtype), of_b))
+    assert product.dtype == dtype
+    tolerance = 50 * np.finfo(dtype).eps * (np.abs(a) @ np.abs(b) + 1)
+    assert (np.abs(product - a @ b) <= tolerance).all()
+
+
+def test_a_stack_is_multiplied_matrix_by_matrix_into_parts_of_a_larger_array() -> None:
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(5, 7)), rng.normal(size=(2, 3, 9, 11))[:, :, 1:8, 2:6]
+    place = np.zeros((2, 3, 6, 10))
+    multiply(a, b, out=place[:, :, :5, 3:7])
+    np.testing.assert_allclose(place[:, :, :5, 3:7], a @ b)
+    assert np.count_nonzero(place) == 2 * 3 * 5 * 4
+
+
+def test_products_over_nothing_are_zero() -> None:
+    assert np.array_equal(multiply(np.ones((2, 0)), np.ones((0, 3))), np.zeros((2, 3)))
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "out", "said"),
+    [
+        (np.ones((2, 3)), np.ones((2, 3)), None, "cannot write"),
+        (np.ones((2, 3)), np.ones((3, 2), np.float32), None, "cannot write"),
+        (np.ones((2, 3)), np.ones((3, 2)), np.ones((3, 2)), "cannot write"),
+        (np.ones((2, 3), int), np.ones((3, 2), int), None, "float32 or float64"),
+        (np.ones((2, 3)), np.ones((3, 2)), np.ones((2, 4))[:, ::2], "whole"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(a, b, out, said) -> None:
+    with pytest.raises(ValueError, match=said):
+        multiply(a, b, out)
