@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The honest test of several sensors: one classifier on all of them, from a finished run's features."""
+"""The honest test of several sensors: one classifier on all of them, from what a finished run left."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from blender_addon.w2w.core.placement import multi_sensor_check
-from blender_addon.w2w.core.utility import UtilityMap, inputs_of
+from blender_addon.w2w.core.utility import UtilityMap
 
 from .finished import FinishedStudy
 
@@ -28,12 +28,10 @@ def sensors_together(study: FinishedStudy, order: Sequence[int]) -> tuple[Utilit
     Returns
     -------
     tuple of UtilityMap
-        Each of one place: the sensors side by side, by the folds of the run and its classifier, or
-        by `ridge` where that takes windows: its network is made for the channels of one sensor.
+        Each of one place: the sensors side by side, by the folds of the run and its classifier. Of
+        one that takes windows, that is a network of 6 channels a sensor.
     """
     classifier = study.parameters["classifier"]
-    if inputs_of(classifier) != "features":
-        classifier = "ridge"
     windows = [len(found.is_test) for found in study.windows]
     maps = multi_sensor_check(
         order[:AT_MOST],

@@ -265,6 +265,22 @@ def test_training_goes_on_where_it_was_stopped(tmp_path):
     assert len(set((tmp_path / "work").iterdir()) & set(finished)) == 0
 
 
+@pytest.mark.parametrize("changed", ["torch.__version__", f"{multi3net.__name__}.PROGRAM"])
+def test_what_another_version_left_is_not_taken_up(tmp_path, monkeypatch, changed):
+    pytest.importorskip("torch")
+    windows, labels, fold, _ = library(n_places=1)
+    work = (windows, labels, fold, np.ones(len(labels), bool))
+    settings = replace(SMALL, epochs=2, checkpoints=tmp_path)
+    settings.predict_folds(*work)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    settings.predict_folds(*work)
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == before
+    monkeypatch.setattr(changed, "0")
+    settings.predict_folds(*work)
+    assert not before.keys() & set(tmp_path.iterdir())
+    assert len(list(tmp_path.iterdir())) == len(before)
+
+
 def test_without_torch_it_says_how_to_get_it_and_nothing_else_needs_it():
     windows, labels, fold, _ = library()
     with pytest.MonkeyPatch.context() as patch:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from .multi3net_training import State
 
+PROGRAM = 2
+"""Number of the network and of its training; what another one left in checkpoints is not taken up."""
 HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
 
 
@@ -285,13 +287,16 @@ class _Group:
             return {}
 
     def _key(self) -> str:
-        """Hash of all that decides the outcome: signals, labels, splits and settings."""
+        """Hash of all that decides the outcome: signals, labels, splits, settings and the program."""
+        import torch
+
         settings = self.settings
         free = ("group", "device", "block_bytes", "checkpoints", "checkpoint_epochs")
         chosen = {
             field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in free
         }
-        digest = hashlib.sha256(repr((sorted(chosen.items()), self.fold, self.windows.shape)).encode())
+        told = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
+        digest = hashlib.sha256(repr(told).encode())
         for rows in (self.labels, self.train, self.check, self.test):
             digest.update(np.ascontiguousarray(rows, dtype=np.int64).tobytes())
         digest.update(np.ascontiguousarray(self.windows, dtype=np.float32).tobytes())

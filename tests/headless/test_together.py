@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Chosen sensors tested together by the run's own classifier, where that is a network on their windows."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from blender_addon.w2w.core import utility
+from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
+from blender_addon.w2w.core.recording import ImuRecording
+from headless.clip_files import features_file, write_features
+from headless.finished import FinishedClip, FinishedStudy
+from headless.pipeline import make_folders
+from headless.together import sensors_together
+
+RATE, SAMPLES, CLIPS = 25.0, 50, 8
+MOVES = {"rest": (0, 0), "wave": (1, 0), "step": (0, 1), "march": (1, 1)}
+"""Whether the first and the second sensor move: neither tells more than two kinds apart."""
+
+
+class Spied(Multi3Net):
+    """Remembers how many channels it was given."""
+
+    channels: list[int]
+
+    def predict_folds(self, windows, *others):
+        self.channels.append(windows.shape[3])
+        return super().predict_folds(windows, *others)
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Two sensors, four activities, a window a clip."""
+    rng = np.random.default_rng(0)
+    make_folders(tmp_path)
+    time = np.arange(SAMPLES)[:, None, None] / RATE
+    clips = []
+    for activity, moves in MOVES.items():
+        for number in range(CLIPS):
+            name = f"{activity}_{number}"
+            swing = np.sin(2 * np.pi * (2 * time + rng.uniform(0, 0.1))) * np.array(moves)[:, None]
+            signals = (3 * swing + rng.normal(0, 0.3, (2, SAMPLES, 2, 3))).astype(np.float32)
+            ImuRecording(*signals, RATE).save(tmp_path / "signals" / f"{name}.npz")
+            clips.append(FinishedClip(name, activity, "", name))
+            write_features(
+                features_file(tmp_path, name),
+                [np.zeros((1, 2, 1), np.float32)],
+                np.ones(1, bool),
+                np.zeros(1),
+            )
+    windows = {"length_s": 2.0, "stride_s": 1.0}
+    parameters = {"classifier": "multi3net", "by_subject": False, "folds": 4, "seed": 0, "windows": windows}
+    return FinishedStudy(tmp_path, None, None, tuple(clips), parameters)
+
+
+def test_one_network_reads_the_windows_of_all_sensors(study, monkeypatch):
+    pytest.importorskip("torch")
+    monkeypatch.setattr(Spied, "channels", [], raising=False)
+    small = partial(Spied, width=8, hidden=16, embedding=8, batch=16, epochs=40)
+    monkeypatch.setitem(utility.CLASSIFIERS, "multi3net", small)
+    alone, together = sensors_together(study, [1, 0])
+    assert (alone.classifier, together.classifier) == ("multi3net", "multi3net")
+    assert Spied.channels == [6, 12]
+    assert alone.mean[0] < 0.7
+    assert together.mean[0] > 0.9
