@@ -16,6 +16,9 @@ from .threads import for_each
 CHUNK_VALUES = 400_000
 """Values of a chunk of sensors, about, so that it stays in cache."""
 
+SAMPLES_TURNED = 512
+"""Samples turned from time by time to sensor by sensor at once."""
+
 
 @dataclass(frozen=True)
 class Triad:
@@ -194,9 +197,7 @@ class SensorModel:
         def fill(chunk: slice) -> None:
             sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
             streams = SensorStreams(seed, recording.clip, sensors)
-            truth = (
-                np.ascontiguousarray(a[:, chunk].transpose(1, 2, 0)) for a in (recording.acc, recording.gyr)
-            )
+            truth = (_sensor_by_sensor(a[:, chunk]) for a in (recording.acc, recording.gyr))
             read = self._read(*truth, recording.rate, streams)
             for out, values in zip((acc, gyr), read, strict=True):
                 out[:, chunk] = values.transpose(2, 0, 1)
@@ -254,6 +255,15 @@ class SensorModel:
                 for values in (acc, gyr):
                     errors.lose(values[row], kept, self.dropped)
         return acc, gyr
+
+
+def _sensor_by_sensor(samples: np.ndarray) -> np.ndarray:
+    """Samples (T, n, 3) as (n, 3, T), some at a time: each axis is one more pass over them."""
+    axes = np.empty((*samples.shape[1:], len(samples)), dtype=np.float32)
+    for start in range(0, len(samples), SAMPLES_TURNED):
+        part = slice(start, start + SAMPLES_TURNED)
+        axes[..., part] = samples[part].transpose(1, 2, 0)
+    return axes
 
 
 def _sense(
