@@ -113,7 +113,7 @@ def unroll(quaternions: np.ndarray) -> None:
     """Give every quaternion the sign nearest to the one before it, in place; shape (4, T, N)."""
     turned_over = dot(quaternions[:, 1:], quaternions[:, :-1]) < 0
     if turned_over.any():
-        quaternions[:, 1:] *= np.where(np.logical_xor.accumulate(turned_over, axis=0), -1.0, 1.0)
+        quaternions[:, 1:] *= 1.0 - 2.0 * np.logical_xor.accumulate(turned_over, axis=0)
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
