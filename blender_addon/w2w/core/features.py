@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .matrix_products import multiply
+
 BAND_EDGES_HZ = np.array([0.3, 0.8, 1.3, 1.8, 2.4, 3.2, 4.2, 5.5, 7.5, 10.0, 15.0, 25.0])
 """Edges of the spectral bands; the bands that a rate and a length cannot resolve stay out."""
 
@@ -87,7 +89,7 @@ class _BandPower:
 
     def __call__(self, centred: np.ndarray) -> np.ndarray:
         """(samples, M) -> (bands, M) mean square in each band."""
-        amplitude = self.basis @ centred
+        amplitude = multiply(self.basis, centred)
         half = len(amplitude) // 2
         power = amplitude[:half] ** 2 + amplitude[half:] ** 2
         return np.add.reduceat(power, self.start, axis=0)
@@ -104,7 +106,8 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
 
     mean = channels.mean(axis=0)
     lowest, highest = channels.min(axis=0) - mean, channels.max(axis=0) - mean
-    slope = np.abs(np.diff(channels, axis=0)).mean(axis=0)
+    steps = channels[1:] - channels[:-1]
+    slope = np.abs(steps, out=steps).mean(axis=0)
     channels -= mean
     square = channels**2
     deviation = np.sqrt(square.mean(axis=0) + FLOOR**2)

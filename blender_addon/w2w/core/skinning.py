@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .matrix_products import multiply
 from .skeleton import N_JOINTS, PARENTS
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def patch_matrices(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
     matrices = np.empty((motion.n_frames, n_patches, 4, 4))
     for start in range(0, motion.n_frames, FRAME_BLOCK):
         block = columns[start : start + FRAME_BLOCK]
-        blended = (block.reshape(-1, len(rows)) @ rows).reshape(len(block), 3, 3, n_patches)
+        blended = multiply(block.reshape(-1, len(rows)), rows).reshape(len(block), 3, 3, n_patches)
         _write_frames(matrices[start : start + FRAME_BLOCK], *blended.transpose(2, 0, 1, 3))
     return matrices
 
@@ -165,4 +166,4 @@ def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Multiply rows (N, 96) with all frames' transforms at once; shape (T, N, 3)."""
     n_frames = len(transforms)
     columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * 3)
-    return (rows @ columns).reshape(len(rows), n_frames, 3).transpose(1, 0, 2)
+    return multiply(rows, columns).reshape(len(rows), n_frames, 3).transpose(1, 0, 2)

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from threadpoolctl import threadpool_limits
 
+from ..matrix_products import multiply
 from ..place_blocks import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
 
 ALPHAS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -165,7 +166,7 @@ class Ridge:
         def expand(inputs: np.ndarray) -> np.ndarray:
             expanded = np.empty((len(inputs), width + self.hidden), dtype=np.float32)
             expanded[:, :width] = inputs
-            np.matmul(expanded[:, :width], slopes, out=expanded[:, width:])
+            multiply(expanded[:, :width], slopes, out=expanded[:, width:])
             np.maximum(expanded[:, width:] + offsets, 0, out=expanded[:, width:])
             return expanded
 
@@ -201,8 +202,8 @@ class _Splits:
         sums = np.empty((len(self.rows), self.n_classes, width))
         for number, (rows, indicator) in enumerate(zip(self.rows, self.indicators, strict=True)):
             part = inputs[rows].astype(np.float64)  # of one fold at a time, which bounds memory
-            grams[number] = (part.T @ part).ravel()
-            sums[number] = indicator.T @ part
+            multiply(part.T, part, out=grams[number].reshape(width, width))
+            multiply(indicator.T, part, out=sums[number])
         windows = self.trained @ np.stack([one.sum(axis=0) for one in self.indicators])
         return [
             _Discriminant(
@@ -218,7 +219,7 @@ class _Discriminant:
     def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray) -> None:
         self.seen = windows > 0
         means = sums / np.maximum(windows, 1)[:, None]
-        within = (gram - sums.T @ means) / windows.sum()
+        within = (gram - multiply(sums.T, means)) / windows.sum()
         variance = np.maximum(np.diag(within), LEAST_WITHIN * np.diag(gram) / windows.sum())
         self.scale = np.sqrt(np.where(variance > NEVER_ACTIVE, variance, np.inf))
         self.means = means / self.scale
@@ -232,7 +233,7 @@ class _Discriminant:
             matrix[np.diag_indices_from(matrix)] += ridge
             slopes = cho_solve(cho_factor(matrix, overwrite_a=True), self.means.T)
             offset = np.where(self.seen, -0.5 * (self.means * slopes.T).sum(axis=1), -np.inf)
-            named.append((scaled @ slopes + offset).argmax(axis=1))
+            named.append((multiply(scaled, slopes) + offset).argmax(axis=1))
         return named
 
 
