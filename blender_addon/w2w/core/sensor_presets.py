@@ -10,8 +10,9 @@ How a datasheet is read here:
 - What a datasheet leaves out stays switched off. None of the chips' datasheets prints a bias instability.
 
 Each model notes which figures were read in the document's text ("read"), which agree with the register tables
-that public drivers of the part print ("in drivers"), and which are quoted from memory of the document
-("recalled") and deserve a second look before work that leans on them.
+that public drivers of the part print ("in drivers"), which were found as others copied them from the named
+table ("copied"), and which are quoted from memory of the document ("recalled") and deserve a second look
+before work that leans on them.
 """
 
 from __future__ import annotations
@@ -145,8 +146,8 @@ BMI160 = SensorModel(
 BMI270 = SensorModel(
     name="bmi270",
     # Bosch BST-BMI270-DS000-07 rev. 1.5. Page 1, read: noise of both. 1.2, zero-rate offset read in
-    # Bosch's forum, thread 9060; recalled: zero-g offset, sensitivity. 4.6, normal mode, recalled:
-    # bandwidths.
+    # Bosch's forum, thread 9060; copied: zero-g offset, sensitivity (the gyroscope's before its own
+    # retrimming, which brings it to 0.4 %). 4.6, normal mode, recalled: bandwidths.
     accelerometer=Triad(
         full_scale=8 * G,
         resolution=_per_count(8 * G),
@@ -167,10 +168,10 @@ BMI270 = SensorModel(
 
 LSM6DSO = SensorModel(
     name="lsm6dso",
-    # ST DS12140 rev. 2, table 2, recalled: noise in high-performance mode (80 ug/sqrt(Hz) at 8 g),
-    # offsets and sensitivity tolerance. Notes 6, 8, 13 and 16, read: noise does not depend on the rate;
-    # resolutions 0.061 mg at 2 g, thus 0.244 mg at 8 g, and 70 mdps. 6.4, recalled: the accelerometer's
-    # bandwidth is half the rate, the gyroscope's 33 Hz at 104 Hz.
+    # ST DS12140 rev. 3, table 2, copied: noise in high-performance mode (80 ug/sqrt(Hz) at 8 g),
+    # offsets, sensitivity and its tolerance. Rev. 2, notes 6, 8, 13 and 16, read: noise does not depend
+    # on the rate; 70 mdps. Figure 17, copied: the accelerometer's bandwidth is half the rate. Table 18:
+    # the gyroscope's, 4.2 Hz at 12.5 Hz copied, 33 Hz at 104 Hz recalled.
     accelerometer=Triad(
         full_scale=8 * G,
         resolution=0.244 * MG,
@@ -191,9 +192,9 @@ LSM6DSO = SensorModel(
 
 ICM_20948 = SensorModel(
     name="icm-20948",
-    # TDK InvenSense DS-000189 rev. 1.3. Table 2, read: the accelerometer. Table 1, recalled: the
-    # gyroscope's tolerance, offset and cross-axis; its noise read elsewhere. Tables 16 and 18, DLPFCFG
-    # 3, in drivers: filters.
+    # TDK InvenSense DS-000189 rev. 1.3. Table 2, read: the accelerometer. Table 1, copied: the
+    # gyroscope's offset and noise; recalled: its tolerance and cross-axis. Tables 16 and 18, DLPFCFG 3,
+    # in drivers: filters.
     accelerometer=Triad(
         full_scale=8 * G,
         resolution=_per_count(8 * G),
