@@ -8,9 +8,15 @@ writer, so that a variant has the bones, takes and mesh of its original and cost
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+
+Element = Any
+"""A node of an FBX file as `io_scene_fbx.parse_fbx` gives it."""
 
 LABELS = "labels.csv"
 TEMPO = 0.15
@@ -71,27 +77,49 @@ def write_library(folder: Path, data: Path, clips: int, seed: int = 0) -> int:
 
 def write_variant(source: Path, target: Path, rng: np.random.Generator) -> bool:
     """Write a variant of a binary FBX file; False where it is another kind of file."""
-    from io_scene_fbx import encode_bin, parse_fbx
+    tempo = (1 + TEMPO) ** rng.uniform(-1, 1)
+    amplitude = 1 + AMPLITUDE * rng.uniform(-1, 1)
+    return rewrite(source, target, lambda element: _varied(element, tempo, amplitude))
 
+
+def rewrite(source: Path, target: Path, change: Callable[[Element], list]) -> bool:
+    """Write a binary FBX file anew with the values of its elements changed.
+
+    Parameters
+    ----------
+    source, target : Path
+    change : callable
+        Given each element (`id`, `props`, `props_type`, `elems`), gives its values.
+
+    Returns
+    -------
+    bool
+        False where `source` is another kind of file; nothing is written then.
+    """
+    encode_bin, parse_fbx = _fbx_modules()
     try:
         root, version = parse_fbx.parse(str(source))
     except (AssertionError, OSError):
         return False
-    tempo = (1 + TEMPO) ** rng.uniform(-1, 1)
-    amplitude = 1 + AMPLITUDE * rng.uniform(-1, 1)
-    root = _varied(root, tempo, amplitude)
     encoded = encode_bin.FBXElem(b"")
-    for child in root.elems:
-        if child is not None:
-            encoded.elems.append(_encoded(child, encode_bin))
+    encoded.elems.extend(_encoded(child, encode_bin, change) for child in root.elems if child is not None)
     encode_bin.write(str(target), encoded, version)
     return True
 
 
-def _varied(element, tempo: float, amplitude: float):
-    """The element with its animation curves changed, and the takes' ends moved with them."""
-    if element is None:
-        return None
+@cache
+def _fbx_modules():
+    """Blender's writer and parser of FBX files; they lie where Python finds them once their add-on is on."""
+    import bpy
+
+    bpy.ops.preferences.addon_enable(module="io_scene_fbx")
+    from io_scene_fbx import encode_bin, parse_fbx
+
+    return encode_bin, parse_fbx
+
+
+def _varied(element: Element, tempo: float, amplitude: float) -> list:
+    """An animation curve's values changed, and the takes' ends moved with it."""
     props = list(element.props)
     if element.id == b"KeyTime":
         props[0] = np.rint(np.asarray(props[0], dtype=np.float64) / tempo).astype(np.int64)
@@ -100,13 +128,12 @@ def _varied(element, tempo: float, amplitude: float):
         props[0] = (values.mean() + amplitude * (values - values.mean())).astype(np.float32)
     elif element.id == b"P" and props and props[0] in (b"LocalStop", b"ReferenceStop"):
         props[-1] = round(props[-1] / tempo)
-    children = [_varied(child, tempo, amplitude) for child in element.elems]
-    return element._replace(props=props, elems=children)
+    return props
 
 
-def _encoded(element, encode_bin):
+def _encoded(element: Element, encode_bin: Any, change: Callable[[Element], list]) -> Any:
     made = encode_bin.FBXElem(element.id)
-    for kind, value in zip(element.props_type, element.props, strict=True):
+    for kind, value in zip(element.props_type, change(element), strict=True):
         getattr(made, ADDERS[bytes([kind])])(value)
-    made.elems.extend(_encoded(child, encode_bin) for child in element.elems if child is not None)
+    made.elems.extend(_encoded(child, encode_bin, change) for child in element.elems if child is not None)
     return made

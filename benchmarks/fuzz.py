@@ -159,9 +159,9 @@ def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     """Damaged FBX and BVH files as a library: what became of each clip."""
     from blender_addon.w2w.core.body import Body
     from blender_addon.w2w.core.study import StudyConfig, place_patches
-    from headless.clip_job import WORK, Job
     from headless.engine import run_jobs
-    from headless.pipeline import make_folders
+    from headless.job import WORK, Job
+    from headless.run_folder import make_folders
 
     rng = np.random.default_rng(seed)
     whole = [p for kind in ("mixamo/**/*.fbx", "bvh/**/*.bvh") for p in sorted(DATA.glob(kind))]

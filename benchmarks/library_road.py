@@ -18,8 +18,10 @@ from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.study import StudyConfig, place_patches
 from headless import clip_job
-from headless.clip_job import WORK, Job, do_clip
-from headless.pipeline import make_folders
+from headless.clip_job import do_clip
+from headless.job import WORK, Job
+from headless.load_clip import quiet_output
+from headless.run_folder import make_folders
 
 from .fbx_variants import LABELS
 
@@ -113,7 +115,7 @@ def _import_only(bpy: Any, path: Path) -> float:
     """Seconds that `import_scene.fbx` takes, in a file with nothing else in it."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     start = time.perf_counter()
-    with clip_job.quiet_output():
+    with quiet_output():
         bpy.ops.import_scene.fbx(filepath=str(path))
     seconds = time.perf_counter() - start
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

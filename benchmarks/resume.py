@@ -3,10 +3,13 @@
 
     python -m benchmarks.resume [--kills 200] [--in-a-row 4] [--seed 0] [--json OUT.json]
 
-`w2w run` on four real clips is killed with all its workers (SIGKILL, which nothing can catch) at a moment
-drawn evenly from its life; what goes on from there is killed again, up to so many times in a row, and then
-left to finish. Printed are the kills, how many clips were finished then, and how often bytes differed,
-half-written files stayed behind or a finished clip was done again: 0, or it is a fault.
+`w2w run` on ten short real clips is killed with all its workers (SIGKILL, which nothing can catch); what goes
+on from there is killed again, up to so many times in a row, and then left to finish. Half of the kills wait
+until a drawn number of clips is finished, and then a random part of the time that a clip takes; a quarter
+wait for a step after the clips (ranking, choosing, testing together, writing), and then a random part of
+the time that it takes; a quarter fall at any time between start and end. Printed are the kills, how many
+clips were finished at each and at which step it fell, and how often bytes differed, half-written files stayed
+behind or a finished clip was done again: 0, or it is a fault.
 """
 
 from __future__ import annotations
@@ -19,24 +22,58 @@ import signal
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from blender_addon.w2w.core.files import write_json
 from headless.__main__ import main as main_command
+from headless.watch import read_state
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data" / "mixamo"
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
     "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
+    "guysitstom__Second-Animation/Sneak Walk.fbx": "walking",
+    "murpysn__CobaPlayground/aj@Walking.fbx": "walking",
     "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
     "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
+    "M3-org__CharacterStudio/Running.fbx": "running",
+    "GDDMN__Test_DigitalOxygen/Roundhouse Kick.fbx": "kicking",
+    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Mma Kick.fbx": "kicking",
+    "kirbycope__godot-4.3-sandbox-3d/Kicking_Left.fbx": "kicking",
 }
+BAKING = "turning motions to signals"
+AFTERWARDS = ("ranking places", "choosing places", "testing the sensors together", "writing results")
+"""Steps of a run, as it writes them down for `w2w status`."""
+
+KINDS = {"clips": 0.5, "afterwards": 0.25, "anywhere": 0.25}
 UNLIKE = ("state.json", "holder", "lock")
 """Files that tell of the run itself."""
+
+POLL_S = 0.002
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How long an undisturbed run took.
+
+    Parameters
+    ----------
+    life : float
+        Seconds from start to end.
+    clip : float
+        Seconds a clip, with one worker.
+    steps : dict of str to float
+        Seconds of each step.
+    """
+
+    life: float
+    clip: float
+    steps: dict[str, float]
 
 
 def main() -> None:
@@ -49,7 +86,8 @@ def main() -> None:
     choice = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         found = kill_and_resume(Path(place), choice.kills, choice.in_a_row, choice.seed)
-    print(", ".join(f"{name}: {count}" for name, count in sorted(found.items())))
+    for name, count in sorted(found.items()):
+        print(f"{count:5d}  {name}")
     if choice.json is not None:
         write_json(choice.json, found)
     if any(name.startswith("FAULT") for name in found):
@@ -63,24 +101,24 @@ def kill_and_resume(place: Path, kills: int, in_a_row: int, seed: int) -> Counte
         (library / activity).mkdir(parents=True, exist_ok=True)
         shutil.copy(DATA / file, library / activity)
     rng = np.random.default_rng(seed)
-    start = time.monotonic()
-    _Run(library, place / "undisturbed", 2).wait()
-    life = time.monotonic() - start
+    pace = _undisturbed(library, place / "undisturbed")
     expected = hashes(place / "undisturbed")
     counted: Counter[str] = Counter()
+    out = place / "out"
     while counted["killed"] < kills:
-        out = place / "out"
-        workers = 2 if rng.random() < 0.25 else 1
+        workers = 2 if rng.random() < 0.2 else 1
         for _ in range(min(in_a_row, kills - counted["killed"])):
-            fresh = not _finished(out)
-            counted.update(_kill_once(library, out, workers, rng.uniform(0, life if fresh else 0.6 * life)))
+            counted.update(_kill_once(library, out, workers, pace, rng))
+        before = finished_clips(out)
         if _Run(library, out, workers).wait() != 0:
             counted["FAULT: the last run failed"] += 1
+        if before.items() - finished_clips(out).items():
+            counted["FAULT: the last run did a finished clip again"] += 1
         if hashes(out) != expected:
             counted["FAULT: other bytes"] += 1
         counted["finished and compared"] += 1
         shutil.rmtree(out)
-        print(f"{counted['killed']} kills: {dict(counted)}", flush=True)
+        print(f"{counted['killed']} kills, {counted['finished and compared']} compared", flush=True)
     return counted
 
 
@@ -93,31 +131,81 @@ def hashes(out: Path) -> dict[str, str]:
     }
 
 
-def _kill_once(library: Path, out: Path, workers: int, after_s: float) -> Iterator[str]:
-    """Start or resume a run and kill it after a while; yields what happened."""
-    before = _finished(out)
-    run = _Run(library, out, workers)
-    if run.wait(after_s) is None:
-        run.kill()
-        yield "killed"
-    else:
-        yield "ended before the kill"
-    after = _finished(out)
-    yield f"killed with {len(after)} of {len(CLIPS)} clips finished"
-    if before.items() - after.items():
-        yield "FAULT: a finished clip was lost or done again"
-
-
-def _finished(out: Path) -> dict[Path, int]:
+def finished_clips(out: Path) -> dict[Path, int]:
     """The records of finished clips and when they were written."""
     return {path: path.stat().st_mtime_ns for path in out.glob(".w2w/clips/*.json")}
+
+
+def _undisturbed(library: Path, out: Path) -> Pace:
+    """Run to the end with one worker, and see how long everything takes."""
+    began: dict[str, float] = {}
+    start = time.monotonic()
+    run = _Run(library, out, 1)
+    while run.wait(POLL_S) is None:
+        began.setdefault(_step(out), time.monotonic())
+    end = time.monotonic()
+    written = sorted(finished_clips(out).values())
+    if len(written) < len(CLIPS):
+        raise SystemExit("the undisturbed run did not finish all clips")
+    ends = [*list(began.values())[1:], end]
+    steps = {step: after - before for (step, before), after in zip(began.items(), ends, strict=True)}
+    return Pace(end - start, (written[-1] - written[0]) / 1e9 / (len(written) - 1), steps)
+
+
+def _step(out: Path) -> str:
+    """What the run in a folder is doing."""
+    try:
+        return read_state(out).step
+    except (OSError, ValueError):
+        return "starting"
+
+
+def _kill_once(library: Path, out: Path, workers: int, pace: Pace, rng: np.random.Generator) -> list[str]:
+    """Start or resume a run and kill it at a drawn moment; what happened."""
+    before = finished_clips(out)
+    kind = rng.choice(list(KINDS), p=list(KINDS.values()))
+    if kind == "clips" and len(before) < len(CLIPS) - 1:
+        wanted = rng.integers(len(before) + 1, len(CLIPS))
+        seconds = rng.uniform(0, pace.clip)
+
+        def reached() -> bool:
+            return len(finished_clips(out)) >= wanted
+    elif kind == "anywhere":
+        seconds = rng.uniform(0, pace.life)
+
+        def reached() -> bool:
+            return True
+    else:
+        step = rng.choice(AFTERWARDS)
+        seconds = rng.uniform(0, pace.steps.get(step, 0.0))
+
+        def reached() -> bool:
+            return _step(out) == step
+
+    run = _Run(library, out, workers)
+    ended = run.wait_until(reached) is not None or run.wait(seconds) is not None
+    if ended:
+        return ["ended before the kill"]
+    run.kill()
+    after = finished_clips(out)
+    said = [
+        "killed",
+        f"killed with {len(after):2d} of {len(CLIPS)} clips finished",
+        f"killed at: {_step(out)}",
+    ]
+    if before.items() - after.items():
+        said.append("FAULT: a finished clip was lost or done again")
+    return said
 
 
 class _Run:
     """`w2w run` in a process and a session of its own, forked here so that nothing is imported 400 times."""
 
     def __init__(self, library: Path, out: Path, workers: int) -> None:
-        options = ["--patches", "8", "--workers", str(workers), "--no-pictures"]
+        (out / ".w2w" / "state.json").unlink(
+            missing_ok=True
+        )  # of the run before, whose step is not this one's
+        options = ["--patches", "4", "--workers", str(workers), "--no-pictures"]
         self.pid = os.fork()
         if self.pid == 0:
             os.setsid()
@@ -135,11 +223,15 @@ class _Run:
     def wait(self, seconds: float = 600.0) -> int | None:
         """Its exit code, or None where it is still at work after so long."""
         until = time.monotonic() + seconds
-        while time.monotonic() < until:
+        return self.wait_until(lambda: time.monotonic() >= until)
+
+    def wait_until(self, reached: Callable[[], bool]) -> int | None:
+        """Its exit code, or None where it is still at work when something is reached."""
+        while not reached():
             pid, status = os.waitpid(self.pid, os.WNOHANG)
             if pid:
                 return os.waitstatus_to_exitcode(status)
-            time.sleep(0.005)
+            time.sleep(POLL_S)
         return None
 
     def kill(self) -> None:

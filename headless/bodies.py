@@ -16,7 +16,7 @@ from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.shapes import MORPHOLOGIES
 
-from .clip_job import quiet_output
+from .load_clip import quiet_output
 from .pipeline import Study
 from .results import DIGITS, place
 

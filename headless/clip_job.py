@@ -3,13 +3,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
-import os
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,110 +14,24 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.files import write_json
-from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.motion_signature import motion_signature
 from blender_addon.w2w.core.patches import PatchSet
-from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
-from blender_addon.w2w.core.study import StudyConfig, copies_of, describe, record
+from blender_addon.w2w.core.source_motion import UnusableMotion
+from blender_addon.w2w.core.study import copies_of, describe, record
 from blender_addon.w2w.core.windows import TooShortError
 
-from .blender_process import forget_scripts_path
-from .clip_files import WORK, copy_file, features_file, write_features
-from .worker_guard import LIMIT_S, MEMORY, guarded
+from .clip_files import WORK, copy_file, write_features
+from .job import Job, Outcome
+from .load_clip import load_clip
+from .worker_guard import guarded
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
 
 SIGNALS_SHARE = 4
 """Signals may take this part of a worker's memory; their windows and features want as much again."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """All that a worker needs to know about one clip.
-
-    Parameters
-    ----------
-    clip : Clip
-    out : Path
-        The study's output folder.
-    config : StudyConfig
-    inputs : str
-        Hash of the body, the patches, the config and the code that the outcome depends on.
-    limit_s : float
-        Seconds after which a worker gives the clip up.
-    bone_maps : tuple of BoneMap
-        The user's own, tried before the bundled ones.
-    memory : int
-        Bytes that a worker may take.
-    """
-
-    clip: Clip
-    out: Path
-    config: StudyConfig
-    inputs: str
-    limit_s: float = LIMIT_S
-    bone_maps: tuple[BoneMap, ...] = ()
-    memory: int = MEMORY
-
-    @property
-    def motion_file(self) -> Path:
-        """The retargeted motion."""
-        return self.out / "motions" / f"{self.clip.name}.npz"
-
-    @property
-    def signals_file(self) -> Path:
-        """The recording of all patches."""
-        return self.out / "signals" / f"{self.clip.name}.npz"
-
-    @property
-    def features_file(self) -> Path:
-        """Windows as features, for the ranking."""
-        return features_file(self.out, self.clip.name)
-
-    @property
-    def record_file(self) -> Path:
-        """What was done, and from what: written last."""
-        return self.out / WORK / "clips" / f"{self.clip.name}.json"
-
-    @property
-    def marker(self) -> Path:
-        """There while a worker is at it."""
-        return self.out / WORK / "running" / self.clip.name
-
-    def key(self, source_sha256: str) -> str:
-        """Hash of everything that the outcome depends on."""
-        parts = (self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name)
-        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a clip.
-
-    Parameters
-    ----------
-    clip : Clip
-    reason : str
-        Why it was skipped; empty where it is used.
-    details : dict
-        What the summary says of a used clip: take, frames, rate, duration, windows, skeleton.
-    source_sha256 : str
-        Hash of the clip's file.
-    """
-
-    clip: Clip
-    reason: str
-    details: dict[str, Any]
-    source_sha256: str
-
-    @property
-    def used(self) -> bool:
-        """Whether the clip takes part in the ranking."""
-        return not self.reason
 
 
 def work_in_worker(job: Job) -> Outcome:
@@ -181,57 +91,6 @@ def do_clip(job: Job) -> Outcome:
         reason = f"W2W failed on it, please report this: {type(error).__name__}: {error}"
         return _conclude(job, source, reason, {}, ())
     return _conclude(job, source, "", details, files)
-
-
-def load_clip(
-    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()
-) -> tuple[SourceMotion | Motion, Motion, dict[str, Any]]:
-    """Read a clip's file and carry it to the body, under the clip's labels.
-
-    Returns
-    -------
-    source : SourceMotion or Motion
-        What the file holds.
-    motion : Motion
-    details : dict
-        Where it came from: take, skeleton, scale, frames, rate, duration.
-
-    Raises
-    ------
-    UnusableMotion
-        If it cannot be used; the message says why.
-    """
-    forget_scripts_path()
-    from blender_addon.w2w.scene.motions import carry, read_motion
-
-    with quiet_output():
-        source = read_motion(clip.path)
-    carried = carry(source, body, bone_maps)
-    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
-    details = {
-        "take": carried.take,
-        "skeleton": carried.skeleton,
-        "frames": motion.n_frames,
-        "frame_rate": motion.rate,
-        "duration_s": round(motion.duration, 4),
-        "scale": carried.scale,
-    }
-    return source, motion, details
-
-
-@contextlib.contextmanager
-def quiet_output() -> Iterator[None]:
-    """Keep what Blender's importers print from the user's screen."""
-    with Path(os.devnull).open("w") as nowhere:
-        saved = [os.dup(1), os.dup(2)]
-        try:
-            os.dup2(nowhere.fileno(), 1)
-            os.dup2(nowhere.fileno(), 2)
-            yield
-        finally:
-            for number, handle in enumerate(saved, start=1):
-                os.dup2(handle, number)
-                os.close(handle)
 
 
 def file_sha256(path: Path) -> str:

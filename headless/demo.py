@@ -27,9 +27,11 @@ from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.study import StudyConfig
 
 from .demo_library import ACTIVITIES, LABELS, write_demo_library
-from .pipeline import Engine, Study
+from .engine import Engine
+from .execute import execute
+from .pipeline import Study
 from .progress import Progress
-from .run import execute, show_labels
+from .run_tables import show_labels
 from .versions import code_sha256, versions
 
 TARGET = 0.99

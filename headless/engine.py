@@ -10,12 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TypeVar
 
 from joblib.externals.loky import get_reusable_executor
 
+from blender_addon.w2w.core.bone_maps import BoneMap
+
 from .blender_process import inside_blender
-from .clip_job import Job, Outcome, do_clip, record_death, work_in_worker
+from .clip_job import do_clip, record_death, work_in_worker
+from .job import Job, Outcome
+from .worker_guard import LIMIT_S, MEMORY
 
 Result = TypeVar("Result")
 
@@ -25,6 +30,31 @@ MAX_BREAKS = 5
 
 class EngineError(Exception):
     """The workers cannot go on; the message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Who does the clips, and how they are read.
+
+    Parameters
+    ----------
+    workers : int
+        Processes on this machine that work on clips at the same time.
+    scheduler : str
+        Address or file of a Dask scheduler that brings its own workers; empty for none.
+    limit_s : float
+        Seconds after which a clip is given up.
+    bone_maps : tuple of BoneMap
+        The user's own, tried before the bundled ones.
+    memory : int
+        Bytes a worker may take for a clip.
+    """
+
+    workers: int = 1
+    scheduler: str = ""
+    limit_s: float = LIMIT_S
+    bone_maps: tuple[BoneMap, ...] = ()
+    memory: int = MEMORY
 
 
 def run_jobs(

@@ -12,8 +12,8 @@ from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
 
-from .clip_job import load_clip
 from .engine import run_alone
+from .load_clip import load_clip
 from .worker_guard import LIMIT_S, MEMORY, guarded
 
 Loaded = tuple[SourceMotion | Motion, Motion, dict[str, Any]]

@@ -13,7 +13,6 @@ import numpy as np
 
 from blender_addon.w2w.core.advice import Advice, advise
 from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.library import Clip, Library
@@ -23,12 +22,13 @@ from blender_addon.w2w.core.study import Recommendation, StudyConfig, place_patc
 from blender_addon.w2w.core.utility import UtilityMap
 
 from .clip_files import WORK, ClipWindows, ranking_inputs
-from .clip_job import Job, Outcome, file_sha256
-from .engine import run_jobs
+from .clip_job import file_sha256
+from .engine import Engine, run_jobs
+from .job import Job, Outcome
 from .progress import Progress
+from .run_folder import forget_running, remove_leftovers
 from .versions import code_sha256, versions
 from .watch import Watch
-from .worker_guard import LIMIT_S, MEMORY
 
 
 class StudyError(Exception):
@@ -44,31 +44,6 @@ class StudyError(Exception):
     def __init__(self, message: str, outcomes: Sequence[Outcome] = ()) -> None:
         super().__init__(message)
         self.outcomes = tuple(outcomes)
-
-
-@dataclass(frozen=True)
-class Engine:
-    """Who does the clips, and how they are read.
-
-    Parameters
-    ----------
-    workers : int
-        Processes on this machine that work on clips at the same time.
-    scheduler : str
-        Address or file of a Dask scheduler that brings its own workers; empty for none.
-    limit_s : float
-        Seconds after which a clip is given up.
-    bone_maps : tuple of BoneMap
-        The user's own, tried before the bundled ones.
-    memory : int
-        Bytes a worker may take for a clip.
-    """
-
-    workers: int = 1
-    scheduler: str = ""
-    limit_s: float = LIMIT_S
-    bone_maps: tuple[BoneMap, ...] = ()
-    memory: int = MEMORY
 
 
 @dataclass(frozen=True)
@@ -145,7 +120,7 @@ def run_study(
     watch.step("placing patches")
     if config.augmentation and config.augmentation.bodies and not bundled_targets().fit(body):
         raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
-    _forget_running(out)
+    forget_running(out)
     patches = _prepare(body, config, out, progress)
     try:
         config.constraints.terms(patches)
@@ -156,7 +131,7 @@ def run_study(
     used = [outcome.clip for outcome in outcomes if outcome.used]
     if not used:
         raise StudyError("no clip can be used; why each cannot stands in the table", outcomes)
-    _remove_leftovers(out, {clip.name for clip in used})
+    remove_leftovers(out, {clip.name for clip in used})
     watch.step("ranking places")
     try:
         recommendation, groups = _rank(used, config, out, progress)
@@ -169,19 +144,6 @@ def run_study(
         advice = _choose(recommendation, patches, config)
     recommendation = replace(recommendation, best=advice.best, subset=advice.subset)
     return Study(library, config, body, patches, tuple(outcomes), groups, recommendation, advice, out)
-
-
-def make_folders(out: Path) -> None:
-    """Make the output folder."""
-    for folder in (
-        "motions",
-        "signals",
-        f"{WORK}/features",
-        f"{WORK}/copies",
-        f"{WORK}/clips",
-        f"{WORK}/running",
-    ):
-        (out / folder).mkdir(parents=True, exist_ok=True)
 
 
 def write_config(study: Study) -> None:
@@ -197,12 +159,6 @@ def write_config(study: Study) -> None:
             "inputs": {outcome.clip.file: outcome.source_sha256 for outcome in study.outcomes},
         },
     )
-
-
-def _forget_running(out: Path) -> None:
-    """Forget which clips a run that was killed was at."""
-    for marker in (out / WORK / "running").iterdir():
-        marker.unlink(missing_ok=True)
 
 
 def _prepare(body: Body, config: StudyConfig, out: Path, progress: Progress) -> PatchSet:
@@ -243,17 +199,6 @@ def _bake(
             advance(1)
 
         return run_jobs(jobs, engine.workers, engine.scheduler, told)
-
-
-def _remove_leftovers(out: Path, used: set[str]) -> None:
-    """Remove what an earlier run of another library left: the folder holds this study alone."""
-    for folder in (out / "motions", out / "signals", out / WORK / "features"):
-        for path in folder.glob("*.npz"):
-            if path.stem not in used:
-                path.unlink()
-    for path in (out / WORK / "copies").glob("*.npz"):
-        if path.stem.rpartition(".")[0] not in used:
-            path.unlink()
 
 
 def _rank(

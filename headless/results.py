@@ -16,8 +16,8 @@ from blender_addon.w2w.core.files import write_json, write_text
 from blender_addon.w2w.core.library import Library
 
 from .advice_text import DIGITS, advice_content, place_content
-from .clip_job import Outcome
 from .finished import UTILITY
+from .job import Outcome
 from .pipeline import Study, StudyError
 
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "cluster")

@@ -14,18 +14,14 @@ if __name__ == "__main__":  # blender --background --python headless/run.py -- L
 
 import os
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from blender_addon.w2w.core.augmentation import SWITCHES, parse_augmentation
-from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.imu import Synthesis
 from blender_addon.w2w.core.library import Library, read_library
@@ -34,23 +30,12 @@ from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.utility import unavailable
 from blender_addon.w2w.core.windows import WindowSpec
 
-from .advice_text import show_advice
 from .bodies import parse_bodies, write_comparison
-from .clip_files import WORK
-from .clip_job import Outcome
-from .engine import EngineError
+from .engine import Engine
 from .event_log import SILENT, EventLog
-from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
-from .finished import FinishedStudy
-from .folder_lock import FolderBusyError, only_run
-from .left_out import show_left_out
-from .pipeline import Engine, Study, StudyError, make_folders, run_study, write_config
-from .progress import Progress
-from .report import REPORT, write_report
-from .results import top_regions, write_failure, write_results
-from .together import sensors_together
-from .views import write_blend, write_pictures
-from .watch import Watch
+from .execute import ended, execute
+from .exit_codes import SKIPPED, USAGE
+from .run_tables import show_comparison, show_labels
 from .wishes import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
 from .worker_guard import LIMIT_S, MEMORY
 
@@ -169,7 +154,7 @@ def run(
         chosen = parse_bodies(bodies)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
     except (ValueError, OSError) as error:
-        raise _ended(str(error), USAGE, console, log) from error
+        raise ended(str(error), USAGE, console, log) from error
     engine = Engine(workers, scheduler, clip_limit, bone_maps, round(clip_memory * 2**30))
     show_labels(found, console)
     studies = []
@@ -179,90 +164,8 @@ def run(
     if len(chosen) > 1:
         show_comparison(write_comparison(studies, out), console)
     if strict and any(len(study.used) < len(study.outcomes) + len(found.skipped) for _, study in studies):
-        raise _ended("Clips were skipped and --strict was asked for.", SKIPPED, console, log)
+        raise ended("Clips were skipped and --strict was asked for.", SKIPPED, console, log)
     log("finished", exit_code=0)
-
-
-def _ended(text: str, code: int, console: Console, log: EventLog) -> typer.Exit:
-    """Say why the run ends here; gives the exit to raise."""
-    console.print(text, style="red", markup=False)
-    log("finished", exit_code=code, problem=text)
-    return typer.Exit(code)
-
-
-def execute(
-    library: Library,
-    body: Body,
-    config: StudyConfig,
-    out: Path,
-    engine: Engine,
-    pictures: bool,
-    console: Console,
-    report: bool = True,
-    log: EventLog = SILENT,
-) -> Study:
-    """Run a study with its progress on the console, and write everything down.
-
-    Raises
-    ------
-    typer.Exit
-        With the exit code, when there is no result.
-    """
-    try:
-        make_folders(out)
-        log("started", out=str(out), body=body.name, clips=len(library.clips), activities=library.activities)
-        for file, reason in library.skipped:
-            log("clip", file=file, used=False, reason=reason)
-        watch = Watch(out, len(library.clips), log)
-        with only_run(out / WORK):
-            study = _execute(library, body, config, out, engine, pictures, console, watch, report)
-    except FolderBusyError as error:
-        raise _ended(str(error), BUSY, console, log) from error
-    except OSError as error:
-        text = f"No result: {out} cannot be written: {error}. What is finished is kept."
-        raise _ended(text, NOTHING_TO_DO, console, log) from error
-    show_outcome(study, pictures, console, report)
-    log("result", out=str(out), used=len(study.used), skipped=len(_skipped(study.outcomes, library)))
-    return study
-
-
-def _execute(
-    library: Library,
-    body: Body,
-    config: StudyConfig,
-    out: Path,
-    engine: Engine,
-    pictures: bool,
-    console: Console,
-    watch: Watch,
-    report: bool,
-) -> Study:
-    progress = Progress(console)
-    try:
-        study = run_study(library, body, config, out, engine, progress, watch)
-        watch.step("testing the sensors together")
-        with progress.spinner("Testing the sensors together"):
-            tested = sensors_together(FinishedStudy.of(study), study.advice.subset.order)
-        study = replace(study, together=tested)
-        watch.step("writing results")
-        write_config(study)
-        write_results(study)
-        if pictures:
-            write_pictures(study, progress)
-            write_blend(study, progress)
-        if report:
-            write_report(out)
-    except (StudyError, EngineError) as error:
-        watch.step("failed", str(error))
-        if isinstance(error, StudyError):
-            write_failure(out, library, error)
-            show_skipped(_skipped(error.outcomes, library), console)
-        raise _ended(f"No result: {error}", NOTHING_TO_DO, console, watch.log) from error
-    except KeyboardInterrupt as error:
-        text = "\nStopped. What is finished is kept: the same command goes on from here."
-        raise _ended(text, INTERRUPTED, console, watch.log) from error
-    watch.step("finished")
-    return study
 
 
 def without(library: Library, activities: str) -> Library:
@@ -286,69 +189,3 @@ def without(library: Library, activities: str) -> Library:
         if clip.activity in names
     ]
     return replace(library, clips=kept, skipped=(*library.skipped, *dropped))
-
-
-def show_labels(library: Library, console: Console) -> None:
-    """Print the labelling that was understood."""
-    table = Table(
-        title=f"{len(library.clips)} clips, labelled by {library.labelled_by}", title_justify="left"
-    )
-    table.add_column("activity")
-    table.add_column("clips", justify="right")
-    table.add_column("for example")
-    for activity, count in library.activities.items():
-        example = next(clip.file for clip in library.clips if clip.activity == activity)
-        table.add_row(escape(activity), str(count), escape(example))
-    console.print(table)
-
-
-def show_outcome(study: Study, pictures: bool, console: Console, report: bool = True) -> None:
-    """Print what was found and where it stands."""
-    utility = study.recommendation.utility
-    skipped = _skipped(study.outcomes, study.library)
-    show_skipped(skipped, console)
-    show_left_out(utility.left_out, console)
-    table = Table(title="Best regions (F1 of their best spot, mean over activities)", title_justify="left")
-    table.add_column("region")
-    table.add_column("mean F1", justify="right")
-    for region, mean in top_regions(study):
-        table.add_row(region, f"{mean:.3f}")
-    console.print(table)
-    show_advice(study.advice, utility, study.patches, study.together, console)
-    console.print(f"{len(study.used)} clips used, {len(skipped)} skipped.")
-    console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
-    if pictures:
-        console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")
-    if report:
-        console.print(f"Report:   {study.out / REPORT}")
-
-
-def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:
-    """Print which files were skipped, and why."""
-    if not skipped:
-        return
-    table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
-    table.add_column("file", overflow="fold")
-    table.add_column("why", overflow="fold")
-    for row in skipped:
-        table.add_row(*map(escape, row))
-    console.print(table)
-
-
-def _skipped(outcomes: Sequence[Outcome], library: Library) -> list[tuple[str, str]]:
-    """Files without use and the reasons."""
-    return [(o.clip.file, o.reason) for o in outcomes if not o.used] + list(library.skipped)
-
-
-def show_comparison(comparison: dict[str, Any], console: Console) -> None:
-    """Print how far the maps of several bodies agree."""
-    table = Table(
-        title="How far the maps agree (Spearman's rho of mean F1 over places)", title_justify="left"
-    )
-    table.add_column("bodies")
-    table.add_column("rho", justify="right")
-    table.add_column("95 % interval", justify="right")
-    for pair in comparison["agreement"]:
-        low, high = pair["interval"]
-        table.add_row(" and ".join(pair["bodies"]), f"{pair['spearman_mean']}", f"{low} to {high}")
-    console.print(table)

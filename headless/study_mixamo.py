@@ -24,10 +24,10 @@ from blender_addon.w2w.core.placements import PLACEMENTS, placement_patches
 from blender_addon.w2w.core.score_table import score_table
 from blender_addon.w2w.core.study import StudyConfig
 
+from .engine import Engine
+from .execute import execute
 from .exit_codes import USAGE
 from .finished import FinishedStudy
-from .pipeline import Engine
-from .run import execute
 from .score_table_text import show_scores, wide_console, write_scores
 from .tables import read_groups
 

@@ -13,10 +13,11 @@ import typer
 from blender_addon.w2w.core.colours import patch_colours, score_range
 from blender_addon.w2w.core.study import StudyConfig
 
-from .clip_job import quiet_output
 from .demo import rehabilitation_study
+from .engine import Engine
+from .load_clip import quiet_output
 from .panel_figure import Map, panel_figure
-from .pipeline import Engine, Study
+from .pipeline import Study
 from .report_data import title
 from .score_table_text import wide_console
 from .views import MAX_LISTED

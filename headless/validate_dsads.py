@@ -26,7 +26,7 @@ from blender_addon.w2w.core.source_motion import UnusableMotion
 from blender_addon.w2w.core.study import same_clips
 from blender_addon.w2w.core.windows import WindowSpec
 
-from .clip_job import load_clip
+from .load_clip import load_clip
 
 MATCHES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "walking": (("walking in parking lot", "walking on flat treadmill"), ("walking", "walk")),

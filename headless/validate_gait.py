@@ -27,7 +27,7 @@ from blender_addon.w2w.core.signal_correlation import Correlation, magnitude_cor
 from blender_addon.w2w.core.site_simulation import SiteSimulator
 from blender_addon.w2w.core.site_validation import SiteValidation, SiteWindows, validate_sites
 
-from .clip_job import load_clip
+from .load_clip import load_clip
 from .validation_report import agreement_table, write_validation
 
 PHASES = ("double support", "left swing", "right swing")

@@ -13,8 +13,8 @@ from blender_addon.w2w.core.colours import patch_colours, score_range
 from blender_addon.w2w.core.library import unique_names
 from blender_addon.w2w.core.motion import Motion
 
-from .clip_job import quiet_output
 from .figures import heatmap_figure, subset_figure
+from .load_clip import quiet_output
 from .pipeline import Study
 from .progress import Progress
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from blender_addon.w2w.core.files import write_json
 
 from .clip_files import WORK
-from .clip_job import Outcome
 from .event_log import SILENT, EventLog
+from .job import Outcome
 
 EVERY_S = 0.5
 """Seconds between two writes, so that watching costs nothing."""

@@ -13,9 +13,10 @@ from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import sample_patches
 from blender_addon.w2w.core.study import Recommendation, StudyConfig
 from blender_addon.w2w.core.utility import utility_map
-from headless.clip_job import Outcome
-from headless.pipeline import Study, make_folders, write_config
+from headless.job import Outcome
+from headless.pipeline import Study, write_config
 from headless.results import write_results
+from headless.run_folder import make_folders
 
 HOSTILE = '<script>alert(1)</script> & "walk"</script><!--'
 ACTIVITIES = (HOSTILE, "arm_raise", "sitting")

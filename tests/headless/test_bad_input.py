@@ -216,8 +216,9 @@ def test_events_for_machines(library, tmp_path):
 def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundled_body, tmp_path):
     from blender_addon.w2w.core.library import Clip
     from blender_addon.w2w.core.study import StudyConfig, place_patches
-    from headless.clip_job import WORK, Job, do_clip
-    from headless.pipeline import make_folders
+    from headless.clip_job import do_clip
+    from headless.job import WORK, Job
+    from headless.run_folder import make_folders
 
     amass(tmp_path / "half an hour.npz", frames=1801, mocap_framerate=np.array(1.0))
     make_folders(tmp_path)

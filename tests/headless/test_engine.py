@@ -19,9 +19,9 @@ import pytest
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.study import StudyConfig, place_patches
-from headless.clip_job import WORK, Job
 from headless.engine import EngineError, run_jobs
-from headless.pipeline import make_folders
+from headless.job import WORK, Job
+from headless.run_folder import make_folders
 
 ROOT = Path(__file__).resolve().parents[2]
 CLIPS = {
@@ -135,24 +135,6 @@ def undisturbed(library, tmp_path_factory):
     out = tmp_path_factory.mktemp("undisturbed") / "out"
     subprocess.run(command(library, out), cwd=ROOT, check=True, capture_output=True)
     return hashes(out)
-
-
-@pytest.mark.parametrize("after_s", [1.5, 3.0, 4.5])
-def test_a_run_killed_at_any_moment_ends_with_the_same_bytes(library, undisturbed, tmp_path, after_s):
-    out = tmp_path / "out"
-    process = subprocess.Popen(
-        command(library, out),
-        cwd=ROOT,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    time.sleep(after_s)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    subprocess.run(command(library, out), cwd=ROOT, check=True, capture_output=True)
-    assert hashes(out) == undisturbed
-    assert not list(out.rglob("*.part"))
 
 
 def test_two_runs_into_one_folder(library, tmp_path):

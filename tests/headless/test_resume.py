@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a full disk, damaged results and a vanished file leave: nothing finished is lost, bytes stay the same.
-
-Runs killed at random moments: `test_engine.py` has some, `python -m benchmarks.resume` two hundred.
-"""
+"""What kills, a full disk, damage and a vanished file leave: nothing finished is lost, bytes stay the same."""
 
 import json
 import resource
@@ -13,9 +10,16 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.resume import CLIPS, hashes
+from benchmarks.resume import hashes
 
 ROOT = Path(__file__).resolve().parents[2]
+CLIPS = {
+    "Conqster__TheBarMan/Walking.fbx": "walking",
+    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
+    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
+    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
+}
+KILLS = 8
 FULL_AT = 150_000
 """Bytes: motions fit on this disk, signals do not."""
 
@@ -72,3 +76,20 @@ def test_a_full_disk_damage_and_a_vanished_file(library, tmp_path):
     assert [(entry["file"], "cannot be read" in entry["reason"]) for entry in skipped] == [
         ("running/Run.fbx", True)
     ]
+
+
+@pytest.mark.slow
+def test_runs_killed_at_drawn_moments_end_with_the_bytes_of_an_undisturbed_one(shared_data, tmp_path):
+    # in a process of its own: it forks the runs, and this one has threads
+    found = tmp_path / "found.json"
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks.resume", "--kills", str(KILLS), "--seed", "5", "--json", found],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    counted = json.loads(found.read_text())
+    assert counted["killed"] == KILLS
+    assert counted["finished and compared"] >= 2
+    between = [name for name in counted if name.startswith("killed with") and " 0 of" not in name]
+    assert any(" 10 of" not in name for name in between), counted  # between two clips
+    assert any(" 10 of" in name for name in between), counted  # after the last

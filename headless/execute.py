@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A study from its library to its results, with its progress on the console and its exit code."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.library import Library
+from blender_addon.w2w.core.study import StudyConfig
+
+from .clip_files import WORK
+from .engine import Engine, EngineError
+from .event_log import SILENT, EventLog
+from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO
+from .finished import FinishedStudy
+from .folder_lock import FolderBusyError, only_run
+from .pipeline import Study, StudyError, run_study, write_config
+from .progress import Progress
+from .report import write_report
+from .results import write_failure, write_results
+from .run_folder import make_folders
+from .run_tables import show_outcome, show_skipped, skipped_files
+from .together import sensors_together
+from .views import write_blend, write_pictures
+from .watch import Watch
+
+
+def ended(text: str, code: int, console: Console, log: EventLog) -> typer.Exit:
+    """Say why the run ends here; gives the exit to raise."""
+    console.print(text, style="red", markup=False)
+    log("finished", exit_code=code, problem=text)
+    return typer.Exit(code)
+
+
+def execute(
+    library: Library,
+    body: Body,
+    config: StudyConfig,
+    out: Path,
+    engine: Engine,
+    pictures: bool,
+    console: Console,
+    report: bool = True,
+    log: EventLog = SILENT,
+) -> Study:
+    """Run a study with its progress on the console, and write everything down.
+
+    Raises
+    ------
+    typer.Exit
+        With the exit code, when there is no result.
+    """
+    try:
+        make_folders(out)
+        log("started", out=str(out), body=body.name, clips=len(library.clips), activities=library.activities)
+        for file, reason in library.skipped:
+            log("clip", file=file, used=False, reason=reason)
+        watch = Watch(out, len(library.clips), log)
+        with only_run(out / WORK):
+            study = _execute(library, body, config, out, engine, pictures, console, watch, report)
+    except FolderBusyError as error:
+        raise ended(str(error), BUSY, console, log) from error
+    except OSError as error:
+        text = f"No result: {out} cannot be written: {error}. What is finished is kept."
+        raise ended(text, NOTHING_TO_DO, console, log) from error
+    show_outcome(study, pictures, console, report)
+    log("result", out=str(out), used=len(study.used), skipped=len(skipped_files(study.outcomes, library)))
+    return study
+
+
+def _execute(
+    library: Library,
+    body: Body,
+    config: StudyConfig,
+    out: Path,
+    engine: Engine,
+    pictures: bool,
+    console: Console,
+    watch: Watch,
+    report: bool,
+) -> Study:
+    progress = Progress(console)
+    try:
+        study = run_study(library, body, config, out, engine, progress, watch)
+        watch.step("testing the sensors together")
+        with progress.spinner("Testing the sensors together"):
+            tested = sensors_together(FinishedStudy.of(study), study.advice.subset.order)
+        study = replace(study, together=tested)
+        watch.step("writing results")
+        write_config(study)
+        write_results(study)
+        if pictures:
+            write_pictures(study, progress)
+            write_blend(study, progress)
+        if report:
+            write_report(out)
+    except (StudyError, EngineError) as error:
+        watch.step("failed", str(error))
+        if isinstance(error, StudyError):
+            write_failure(out, library, error)
+            show_skipped(skipped_files(error.outcomes, library), console)
+        raise ended(f"No result: {error}", NOTHING_TO_DO, console, watch.log) from error
+    except KeyboardInterrupt as error:
+        text = "\nStopped. What is finished is kept: the same command goes on from here."
+        raise ended(text, INTERRUPTED, console, watch.log) from error
+    watch.step("finished")
+    return study

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Read one motion file through Blender, silently, and carry it to a body."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.bone_maps import BoneMap
+from blender_addon.w2w.core.library import Clip
+from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.source_motion import SourceMotion
+
+from .blender_process import forget_scripts_path
+
+
+def load_clip(
+    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()
+) -> tuple[SourceMotion | Motion, Motion, dict[str, Any]]:
+    """Read a clip's file and carry it to the body, under the clip's labels.
+
+    Returns
+    -------
+    source : SourceMotion or Motion
+        What the file holds.
+    motion : Motion
+    details : dict
+        Where it came from: take, skeleton, scale, frames, rate, duration.
+
+    Raises
+    ------
+    UnusableMotion
+        If it cannot be used; the message says why.
+    """
+    forget_scripts_path()
+    from blender_addon.w2w.scene.motions import carry, read_motion
+
+    with quiet_output():
+        source = read_motion(clip.path)
+    carried = carry(source, body, bone_maps)
+    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
+    details = {
+        "take": carried.take,
+        "skeleton": carried.skeleton,
+        "frames": motion.n_frames,
+        "frame_rate": motion.rate,
+        "duration_s": round(motion.duration, 4),
+        "scale": carried.scale,
+    }
+    return source, motion, details
+
+
+@contextlib.contextmanager
+def quiet_output() -> Iterator[None]:
+    """Keep what Blender's importers print from the user's screen."""
+    with Path(os.devnull).open("w") as nowhere:
+        saved = [os.dup(1), os.dup(2)]
+        try:
+            os.dup2(nowhere.fileno(), 1)
+            os.dup2(nowhere.fileno(), 2)
+            yield
+        finally:
+            for number, handle in enumerate(saved, start=1):
+                os.dup2(handle, number)
+                os.close(handle)

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run says on the console: the labels it understood, what it skipped, what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from blender_addon.w2w.core.library import Library
+
+from .advice_text import show_advice
+from .job import Outcome
+from .left_out import show_left_out
+from .pipeline import Study
+from .report import REPORT
+from .results import top_regions
+
+
+def show_labels(library: Library, console: Console) -> None:
+    """Print the labelling that was understood."""
+    table = Table(
+        title=f"{len(library.clips)} clips, labelled by {library.labelled_by}", title_justify="left"
+    )
+    table.add_column("activity")
+    table.add_column("clips", justify="right")
+    table.add_column("for example")
+    for activity, count in library.activities.items():
+        example = next(clip.file for clip in library.clips if clip.activity == activity)
+        table.add_row(escape(activity), str(count), escape(example))
+    console.print(table)
+
+
+def show_outcome(study: Study, pictures: bool, console: Console, report: bool = True) -> None:
+    """Print what was found and where it stands."""
+    utility = study.recommendation.utility
+    skipped = skipped_files(study.outcomes, study.library)
+    show_skipped(skipped, console)
+    show_left_out(utility.left_out, console)
+    table = Table(title="Best regions (F1 of their best spot, mean over activities)", title_justify="left")
+    table.add_column("region")
+    table.add_column("mean F1", justify="right")
+    for region, mean in top_regions(study):
+        table.add_row(region, f"{mean:.3f}")
+    console.print(table)
+    show_advice(study.advice, utility, study.patches, study.together, console)
+    console.print(f"{len(study.used)} clips used, {len(skipped)} skipped.")
+    console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
+    if pictures:
+        console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")
+    if report:
+        console.print(f"Report:   {study.out / REPORT}")
+
+
+def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:
+    """Print which files were skipped, and why."""
+    if not skipped:
+        return
+    table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
+    table.add_column("file", overflow="fold")
+    table.add_column("why", overflow="fold")
+    for row in skipped:
+        table.add_row(*map(escape, row))
+    console.print(table)
+
+
+def skipped_files(outcomes: Sequence[Outcome], library: Library) -> list[tuple[str, str]]:
+    """Files without use and the reasons."""
+    return [(o.clip.file, o.reason) for o in outcomes if not o.used] + list(library.skipped)
+
+
+def show_comparison(comparison: dict[str, Any], console: Console) -> None:
+    """Print how far the maps of several bodies agree."""
+    table = Table(
+        title="How far the maps agree (Spearman's rho of mean F1 over places)", title_justify="left"
+    )
+    table.add_column("bodies")
+    table.add_column("rho", justify="right")
+    table.add_column("95 % interval", justify="right")
+    for pair in comparison["agreement"]:
+        low, high = pair["interval"]
+        table.add_row(" and ".join(pair["bodies"]), f"{pair['spearman_mean']}", f"{low} to {high}")
+    console.print(table)
