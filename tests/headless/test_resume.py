@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What kills, a full disk, damage and a vanished file leave: nothing finished is lost, bytes stay the same."""
+"""Kills, a full disk, damage, a vanished file: nothing finished is lost, the bytes stay the same."""
 
 import json
 import resource
@@ -79,7 +79,8 @@ def test_a_full_disk_damage_and_a_vanished_file(library, tmp_path):
 
 
 @pytest.mark.slow
-def test_runs_killed_at_drawn_moments_end_with_the_bytes_of_an_undisturbed_one(shared_data, tmp_path):
+@pytest.mark.usefixtures("shared_data")
+def test_runs_killed_at_drawn_moments_end_with_the_bytes_of_an_undisturbed_one(tmp_path):
     # in a process of its own: it forks the runs, and this one has threads
     found = tmp_path / "found.json"
     done = subprocess.run(

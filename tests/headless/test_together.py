@@ -11,7 +11,7 @@ from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
 from blender_addon.w2w.core.recording import ImuRecording
 from headless.clip_files import features_file, write_features
 from headless.finished import FinishedClip, FinishedStudy
-from headless.pipeline import make_folders
+from headless.run_folder import make_folders
 from headless.together import sensors_together
 
 RATE, SAMPLES, CLIPS = 25.0, 50, 8
