@@ -15,21 +15,8 @@ from matplotlib.ticker import MaxNLocator
 
 from blender_addon.w2w.core.colours import colour_table
 
-from .figures import (
-    DPI,
-    FAINT,
-    FONT,
-    INK,
-    MARGIN,
-    Place,
-    _axes,
-    _common_crop,
-    _draw_list,
-    _draw_markers,
-    _fit,
-    _save,
-    _write,
-)
+from .figure_page import DPI, FAINT, FONT, INK, MARGIN, axes_at, common_crop, fit, save, write
+from .figure_places import Place, draw_list, draw_markers
 
 WIDTH = 13.2
 """Of the page, inches."""
@@ -98,7 +85,7 @@ def panel_figure(
     target : float
     """
     every = [*activities, mean, subset]
-    crop = _common_crop([view for shown in every for view in shown.views])
+    crop = common_crop([view for shown in every for view in shown.views])
     ratio = (crop[3] - crop[2]) / (crop[1] - crop[0])
     cell = (WIDTH - 2 * MARGIN - (IN_A_ROW - 1) * GAP) / IN_A_ROW
     small = (cell - BETWEEN) / 2 / ratio
@@ -125,16 +112,16 @@ def panel_figure(
     for number, view in enumerate(views):
         here = [index for index, place in enumerate(places) if place[0] == number]
         anchors = np.array([places[index][1:] for index in here]).reshape(-1, 2)
-        _draw_markers(view, anchors, here, pixels_an_inch)
+        draw_markers(view, anchors, here, pixels_an_inch)
     bottom = top - HEAD - CAPTION - large
-    _draw_list(figure, right + wide + GAP, names, scores, "Best-of F1", target, bottom=bottom, height=large)
+    draw_list(figure, right + wide + GAP, names, scores, "Best-of F1", target, bottom=bottom, height=large)
     _draw_scale(figure, scale)
-    _save(figure, path)
+    save(figure, path)
 
 
 def _panel_head(figure: Figure, left: float, top: float, letter: str, heading: str) -> None:
-    _write(figure, left, top - 0.22, letter, size=17, weight="bold")
-    _write(figure, left + 0.28, top - 0.22, heading, size=13)
+    write(figure, left, top - 0.22, letter, size=17, weight="bold")
+    write(figure, left + 0.28, top - 0.22, heading, size=13)
 
 
 def _draw_map(
@@ -148,12 +135,12 @@ def _draw_map(
     """A body from both sides under its title; `corner` is the upper left one."""
     top, bottom, first, last = crop
     left, upper = corner
-    _fit(figure, _write(figure, left, upper - 0.1, shown.title, size=11, weight="bold"), width)
-    _fit(figure, _write(figure, left, upper - 0.29, shown.note, size=9, color=FAINT), width)
+    fit(figure, write(figure, left, upper - 0.1, shown.title, size=11, weight="bold"), width)
+    fit(figure, write(figure, left, upper - 0.29, shown.note, size=9, color=FAINT), width)
     wide = height * (last - first) / (bottom - top)
     drawn = []
     for number, view in enumerate(shown.views):
-        axes = _axes(figure, left + number * (wide + BETWEEN), upper - CAPTION - height, wide, height)
+        axes = axes_at(figure, left + number * (wide + BETWEEN), upper - CAPTION - height, wide, height)
         axes.imshow(view, interpolation="lanczos", aspect="auto", extent=(0, view.shape[1], view.shape[0], 0))
         axes.set(xlim=(first, last), ylim=(bottom, top))
         drawn.append(axes)
@@ -163,7 +150,7 @@ def _draw_map(
 def _draw_scale(figure: Figure, scale: tuple[float, float]) -> None:
     """One colour bar for all maps, along the foot."""
     low, high = scale if scale[1] > scale[0] else (scale[0] - 0.5, scale[0] + 0.5)
-    axes = _axes(figure, MARGIN, MARGIN + 0.12, 4.2, 0.15)
+    axes = axes_at(figure, MARGIN, MARGIN + 0.12, 4.2, 0.15)
     axes.imshow(colour_table()[None], aspect="auto", extent=(low, high, 0, 1))
     axes.set_axis_on()
     axes.set_yticks([])
@@ -171,7 +158,7 @@ def _draw_scale(figure: Figure, scale: tuple[float, float]) -> None:
     axes.tick_params(length=0, pad=4, labelsize=9, labelcolor=INK, labelfontfamily=FONT)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    _write(
+    write(
         figure,
         MARGIN + 4.35,
         MARGIN + 0.15,

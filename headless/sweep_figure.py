@@ -16,7 +16,7 @@ from blender_addon.w2w.core.files import atomic_write
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.sensitivity import other_clips
 
-from .figures import ACCENT, DPI, FAINT, HAIRLINE, INK
+from .figure_page import ACCENT, DPI, FAINT, HAIRLINE, INK
 from .sweep_report import SweptCase
 
 ROW = 0.34

@@ -14,7 +14,7 @@ from blender_addon.w2w.core.colours import COLOUR_MAP
 from blender_addon.w2w.core.files import atomic_write
 from blender_addon.w2w.core.site_validation import SiteValidation
 
-from .figures import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
+from .figure_page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
 
 REAL, SIMULATED = INK, ACCENT
 COLUMNS = 3

@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from blender_addon.w2w.core.colours import colour_table
-from headless.figures import BADGE, DPI, MARGIN, VIEW_SIZE, _apart, heatmap_figure, subset_figure
+from headless.figure_page import DPI, MARGIN
+from headless.figure_places import BADGE, apart
+from headless.figures import VIEW_SIZE, heatmap_figure, subset_figure
 
 SIZE = 300
 TOP, BOTTOM, LEFT, RIGHT = 20, 280, 60, 240
@@ -118,7 +120,7 @@ def test_lists_that_do_not_match_are_refused(views, tmp_path):
 @given(seed=st.integers(0, 2**16), count=st.integers(0, 12), spread=st.floats(0, 60))
 def test_badges_never_overlap_and_stay_near(seed, count, spread):
     anchors = np.random.default_rng(seed).uniform(-spread, spread, (count, 2))
-    badges = _apart(anchors, 20.0)
+    badges = apart(anchors, 20.0)
     gaps = np.linalg.norm(badges[:, None] - badges[None], axis=-1)[np.triu_indices(count, 1)]
     assert (gaps > 17).all()
     assert (np.linalg.norm(badges - anchors, axis=1) < 20.0 * max(count, 1)).all()
