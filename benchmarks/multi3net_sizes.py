@@ -1,23 +1,66 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What multi3net loses by its size: the default and the published sizes on the paper's 11 placements.
 
-    python -m benchmarks.multi3net_sizes RESULTS [--side left] [--epochs 300] [--work FOLDER]
+    python -m benchmarks.multi3net_sizes RESULTS [--side left] [--folds 5] [--epochs 300] [--work FOLDER]
 
 RESULTS is the folder of a finished `w2w run`. Prints macro F1 of each placement, the mean, and the processor
-seconds each size took. FOLDER keeps what is finished: the published size takes hours on two cores.
+seconds each size took. Fewer folds test fewer clips, the same ones for both sizes: an activity counts where
+one of its clips is tested. FOLDER keeps what is finished.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
+from blender_addon.w2w.core.intervals import clip_resamples, count_by_clip, f1_scores
 from blender_addon.w2w.core.placements import DEFAULT_SIDE, placement_patches
+from blender_addon.w2w.core.utility import UtilityMap
 from headless.finished import FinishedStudy
 
-from .classifier_agreement import rank_again
+from .classifier_agreement import RESAMPLES, rank_again
+
+
+@dataclass(eq=False)
+class FirstFolds:
+    """A network that is tested on the first folds alone; of the others it names nothing.
+
+    Attributes
+    ----------
+    tested : ndarray of bool
+        Which of the test windows are in those folds.
+    """
+
+    model: Multi3Net
+    folds: int
+    tested: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    name: str = "multi3net"
+    inputs: str = "windows"
+
+    def predict_folds(
+        self, windows: object, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray, progress: object
+    ) -> np.ndarray:
+        """As `Multi3Net.predict_folds`; what stands for windows of the other folds means nothing."""
+        some = is_test & np.isin(fold, np.unique(fold[is_test])[: self.folds])
+        self.tested = some[is_test]
+        named = np.zeros((len(self.tested), windows.shape[1]), dtype=np.int16)
+        named[self.tested] = self.model.predict_folds(windows, labels, fold, some, progress)
+        return named
+
+
+def macro_f1(utility: UtilityMap, tested: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean F1 of the activities among the tested windows, by place, and of bootstrap samples of the clips."""
+    truth = utility.truth[tested]
+    seen = np.unique(truth)
+    count = count_by_clip(truth, utility.predictions[tested], utility.clip[tested], len(utility.activities))
+    weights = clip_resamples(count.activity, RESAMPLES, np.random.default_rng(0))
+    whole = np.ones((1, weights.shape[1]), dtype=weights.dtype)
+    return tuple(np.nan_to_num(f1_scores(count, w))[..., seen].mean(axis=-1) for w in (whole, weights))
 
 
 def main() -> None:
@@ -25,21 +68,28 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("results", type=Path)
     parser.add_argument("--side", choices=("left", "right"), default=DEFAULT_SIDE)
+    parser.add_argument("--folds", type=int, default=5, help="folds that are tested")
     parser.add_argument("--epochs", type=int, default=Multi3Net.full().epochs, help="of the published size")
     parser.add_argument("--work", type=Path)
     options = parser.parse_args()
     study = FinishedStudy.load(options.results)
     places = placement_patches(study.body(), study.patches, options.side)
     sizes = {"default": Multi3Net(), "published": Multi3Net.full(epochs=options.epochs)}
-    maps = {}
+    points, samples = {}, {}
     for name, model in sizes.items():
         started = time.process_time()
-        maps[name] = rank_again(study, model, list(places.values()), options.work)
+        some = FirstFolds(model, options.folds)
+        utility = rank_again(study, some, list(places.values()), options.work)
         print(f"{name}: {time.process_time() - started:.0f} processor seconds", flush=True)
+        points[name], samples[name] = macro_f1(utility, some.tested)
+    print(f"{some.tested.sum()} of {len(some.tested)} test windows")
     print(f"{'':20}" + "".join(f"{name:>12}" for name in sizes))
-    for row, place in enumerate((*places, "mean")):
-        scores = [m.mean.mean() if place == "mean" else m.mean[row] for m in maps.values()]
-        print(f"{place:20}" + "".join(f"{score:12.3f}" for score in scores))
+    for row, place in enumerate(places):
+        print(f"{place:20}" + "".join(f"{score[0, row]:12.3f}" for score in points.values()))
+    print(f"{'mean':20}" + "".join(f"{score.mean():12.3f}" for score in points.values()))
+    lost = samples["default"].mean(axis=1) - samples["published"].mean(axis=1)
+    low, high = np.quantile(lost, [0.025, 0.975])
+    print(f"default less published, 95 % of resamples of the clips: {low:.3f} to {high:.3f}")
 
 
 if __name__ == "__main__":

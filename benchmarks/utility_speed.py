@@ -136,11 +136,14 @@ def benchmark_networks(windows: np.ndarray, classes: int, repeats: int = 5) -> d
     import torch
     from torch.nn.functional import cross_entropy
 
+    from blender_addon.w2w.core.classifiers.multi3net_examples import Examples
     from blender_addon.w2w.core.classifiers.multi3net_network import Network
 
     torch.set_num_threads(1)
     settings = Multi3Net()
-    inputs = torch.as_tensor(windows[: settings.batch, : settings.group]).permute(1, 2, 3, 0).contiguous()
+    some = windows[: settings.batch, : settings.group]
+    rows = np.arange(len(some))
+    inputs = Examples.prepare(some, rows, rows, rows[:0], "cpu", settings.spectrum).windows
     network = Network(
         inputs.shape[1], inputs.shape[2], classes, settings.width, settings.hidden, settings.embedding
     )

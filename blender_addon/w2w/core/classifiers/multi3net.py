@@ -3,26 +3,16 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib.util
-import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from ..files import write_npz
 from ..place_blocks import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
 
-if TYPE_CHECKING:
-    import torch
-
-    from .multi3net_training import State
-
-PROGRAM = 2
-"""Number of the network and of its training; what another one left in checkpoints is not taken up."""
 HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
 
 
@@ -40,26 +30,42 @@ class Multi3Net:
     from nothing. Their published code does not run as it stands; where it leaves a choice,
     this is ours: residual connections around both attentions, ReLU between linear layers,
     no reshape to three vectors and average of these (a linear layer alone can do the same),
-    the head's convolution along the vector in 8 segments, losses that count all activities
-    the same, and the sizes. `Multi3Net.full()` has theirs; the default is smaller, so that
-    512 places are mapped in the time that `docs/utility.md` states.
+    the head's convolution along the vector in 8 segments, and losses that count all activities
+    the same. `Multi3Net.full()` has their sizes and schedule. The default is smaller, so that
+    512 places are mapped in the time that `docs/utility.md` states, and is made for a few
+    clips an activity: its embedding reads a window's spectrum beside its samples, windows are
+    blended in pairs, and none is spent on saying when to stop.
 
-    The windows that say when to stop are those of the next fold, never of the tested one;
-    of an activity that no other fold could teach, they are learnt from instead. All places
-    of a fold start from the same weights and meet the same batches and dropout: they differ
-    by their signals alone, and a place comes out alone as it does among others.
+    Where windows do say when to stop, they are those of the next fold, never of the tested
+    one; of an activity that no other fold could teach, they are learnt from instead. All
+    places of a fold start from the same weights and meet the same batches, blends and dropout:
+    they differ by their signals alone, and a place comes out alone as it does among others.
 
     Parameters
     ----------
     width, hidden, embedding : int
         Numbers a channel is embedded in, units of the layer after the attention, and
         numbers a window is described by; `width` and `embedding` are multiples of 8.
+    spectrum : int
+        Frequencies, from the lowest, whose amplitude in a window is embedded beside its
+        samples, its mean and its deviation; 0 for the samples alone.
     rate : float
-        Learning rate to begin with.
+        Learning rate: the highest, or that to begin with where some windows say when to stop.
     batch : int
         Windows a step.
     epochs : int
-        At most.
+        All of them, or the most where some windows say when to stop.
+    decay : float
+        Share, times the learning rate, by which a step shrinks the weights (AdamW;
+        Loshchilov and Hutter 2019).
+    smoothing : float
+        Share of a window's label that is spread over all activities.
+    mixing : float
+        Both parameters of the beta distribution by which windows and their labels are
+        blended in pairs (mixup; Zhang et al. 2018); 0 for no blending.
+    stopping : bool
+        Whether the windows of the next fold say when to stop and when the learning rate drops.
+        If not, they are learnt from, and the rate falls along half a cosine.
     patience : int
         Epochs without a better F1 after which a place stops.
     plateau : int
@@ -84,15 +90,20 @@ class Multi3Net:
     Raises
     ------
     ValueError
-        If a size is not as it must be.
+        If a size or share is not as it must be.
     """
 
     width: int = 32
     hidden: int = 96
     embedding: int = 32
-    rate: float = 3e-3
+    spectrum: int = 25
+    rate: float = 4e-3
     batch: int = 64
-    epochs: int = 40
+    epochs: int = 80
+    decay: float = 0.1
+    smoothing: float = 0.1
+    mixing: float = 0.3
+    stopping: bool = False
     patience: int = 15
     plateau: int = 8
     drop: float = 0.5
@@ -114,6 +125,9 @@ class Multi3Net:
         for name in ("hidden", "batch", "epochs", "patience", "plateau", "group", "checkpoint_epochs"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
+        for name in ("spectrum", "decay", "smoothing", "mixing"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} must be at least 0, not {getattr(self, name)}")
 
     @classmethod
     def full(cls, **changes: object) -> Multi3Net:
@@ -122,9 +136,14 @@ class Multi3Net:
             "width": 256,
             "hidden": 1536,
             "embedding": 256,
+            "spectrum": 0,
             "rate": 1e-3,
             "batch": 32,
             "epochs": 300,
+            "decay": 0.0,
+            "smoothing": 0.0,
+            "mixing": 0.0,
+            "stopping": True,
             "patience": 30,
             "plateau": 10,
             "group": 4,
@@ -165,6 +184,8 @@ class Multi3Net:
         """
         if problem := self.unavailable():
             raise ValueError(problem)
+        from .multi3net_group import Group
+
         places = as_blocks(windows)
         if len(places.shape) != 4 or places.shape[3] % 6:
             raise ValueError(f"multi3net takes windows of shape (W, N, samples, 6), not {places.shape}")
@@ -180,9 +201,9 @@ class Multi3Net:
                 stop = min(start + self.group, last)
                 group = np.ascontiguousarray(block[:, start - first : stop - first])
                 for done, f in enumerate(folds, start=1):
-                    train, check = rows_to_learn(labels, fold, f)
+                    train, check = rows_to_learn(labels, fold, f, self.stopping)
                     test = np.flatnonzero(is_test & (fold == f))
-                    work = _Group(self, group, labels, train, check, test, int(f))
+                    work = Group(self, group, labels, train, check, test, int(f))
                     predictions[position[test], start:stop] = work.predict()
                     used.add(work.file)
                     if progress is not None:
@@ -193,7 +214,9 @@ class Multi3Net:
         return predictions
 
 
-def rows_to_learn(labels: np.ndarray, fold: np.ndarray, tested: int) -> tuple[np.ndarray, np.ndarray]:
+def rows_to_learn(
+    labels: np.ndarray, fold: np.ndarray, tested: int, stopping: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
     """Windows to learn from and windows that say when to stop, none of the tested fold.
 
     The checking windows are those of the next fold. Of a class that stands in no third fold
@@ -204,100 +227,18 @@ def rows_to_learn(labels: np.ndarray, fold: np.ndarray, tested: int) -> tuple[np
     labels, fold : ndarray of int, shape (W,)
     tested : int
         Fold left out.
+    stopping : bool
+        Whether windows are to say when to stop; else all are learnt from.
 
     Returns
     -------
     train, check : ndarray of int
         Indices of windows; `check` is empty where there are only two folds.
     """
+    if not stopping:
+        return np.flatnonzero(fold != tested), np.empty(0, dtype=np.int64)
     folds = np.unique(fold[fold >= 0])
     following = folds[(np.searchsorted(folds, tested) + 1) % len(folds)]
     elsewhere = np.unique(labels[(fold != tested) & (fold != following)])
     check = (fold == following) & np.isin(labels, elsewhere)
     return np.flatnonzero((fold != tested) & ~check), np.flatnonzero(check)
-
-
-class _Group:
-    """Some places and one fold: trained together, saved together."""
-
-    def __init__(
-        self,
-        settings: Multi3Net,
-        windows: np.ndarray,
-        labels: np.ndarray,
-        train: np.ndarray,
-        check: np.ndarray,
-        test: np.ndarray,
-        fold: int,
-    ) -> None:
-        self.settings, self.windows, self.labels = settings, windows, labels
-        self.train, self.check, self.test, self.fold = train, check, test, fold
-        folder = settings.checkpoints
-        self.file = None if folder is None else folder / f"{self._key()}.npz"
-
-    def predict(self) -> np.ndarray:
-        """Classes (tested windows, places), by networks trained now or taken up."""
-        import torch
-
-        from .multi3net_network import Network
-        from .multi3net_training import Examples, Schedule, State, name_windows, train
-
-        saved = self._saved()
-        if "named" in saved:
-            return saved["named"]
-        settings = self.settings
-        device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
-        network = Network(
-            samples=self.windows.shape[2],
-            channels=self.windows.shape[3],
-            classes=int(self.labels.max()) + 1,
-            width=settings.width,
-            hidden=settings.hidden,
-            embedding=settings.embedding,
-        )
-        examples = Examples.prepare(self.windows, self.labels, self.train, self.check, device)
-        schedule = Schedule(**{field.name: getattr(settings, field.name) for field in fields(Schedule)})
-        state = State.restore(saved, device) if saved else None
-        state = train(network, examples, schedule, self._generator, state, self._save_state)
-        tested = examples.windows[..., torch.as_tensor(self.test, device=device)]
-        named = name_windows(network, state.best, tested).T.cpu().numpy().astype(np.int16)
-        if self.file is not None:
-            write_npz(self.file, {"named": named})
-        return named
-
-    def _generator(self, epoch: int) -> torch.Generator:
-        """Draws of an epoch, on the CPU so that a GPU meets the same."""
-        import torch
-
-        seed = np.random.SeedSequence([self.settings.seed, self.fold, epoch]).generate_state(1, np.uint64)[0]
-        return torch.Generator().manual_seed(int(seed >> np.uint64(1)))
-
-    def _save_state(self, state: State) -> None:
-        if self.file is not None and state.epoch % self.settings.checkpoint_epochs == 0:
-            write_npz(self.file, state.arrays())
-
-    def _saved(self) -> dict[str, np.ndarray]:
-        """What an earlier run left of just this work; nothing if that is damaged."""
-        if self.file is None or not self.file.exists():
-            return {}
-        try:
-            with np.load(self.file, allow_pickle=False) as stored:
-                return dict(stored)
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-            return {}
-
-    def _key(self) -> str:
-        """Hash of all that decides the outcome: signals, labels, splits, settings and the program."""
-        import torch
-
-        settings = self.settings
-        free = ("group", "device", "block_bytes", "checkpoints", "checkpoint_epochs")
-        chosen = {
-            field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in free
-        }
-        told = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
-        digest = hashlib.sha256(repr(told).encode())
-        for rows in (self.labels, self.train, self.check, self.test):
-            digest.update(np.ascontiguousarray(rows, dtype=np.int64).tobytes())
-        digest.update(np.ascontiguousarray(self.windows, dtype=np.float32).tobytes())
-        return digest.hexdigest()[:32]

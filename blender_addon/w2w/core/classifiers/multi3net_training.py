@@ -3,22 +3,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
 from torch import Tensor
-from torch.nn import functional
 
+from .multi3net_examples import Examples
 from .multi3net_network import Network
+from .multi3net_scores import check_score, mean_loss, targets
 
 DECAY, SQUARE_DECAY, FLOOR = 0.9, 0.999, 1e-8
 """Adam's constants (Kingma and Ba 2015)."""
-PREDICTED_AT_ONCE = 256
-"""Windows named in one go."""
-TIE_BREAK = 1e-4
-"""Share of the loss in a score, too little to outweigh a window named rightly."""
+WARM_UP = 20
+"""Steps in which the learning rate rises, where its fall is laid down beforehand."""
 
 
 @dataclass(frozen=True)
@@ -28,49 +28,19 @@ class Schedule:
     rate: float
     batch: int
     epochs: int
+    stopping: bool
     patience: int
     plateau: int
     drop: float
+    decay: float
+    smoothing: float
+    mixing: float
 
-
-@dataclass(frozen=True, eq=False)
-class Examples:
-    """Windows of P places and what they show, ready for the network.
-
-    Parameters
-    ----------
-    windows : Tensor, shape (P, samples, channels, W)
-    labels : Tensor of int, shape (W,)
-    train, check : Tensor of int
-        Indices of the windows to learn from, and of those that say when to stop.
-    """
-
-    windows: Tensor
-    labels: Tensor
-    train: Tensor
-    check: Tensor
-
-    @classmethod
-    def prepare(
-        cls, windows: np.ndarray, labels: np.ndarray, train: np.ndarray, check: np.ndarray, device: str
-    ) -> Examples:
-        """Scale windows (W, P, samples, channels) by the mean and spread of each place's training windows."""
-        signals = torch.as_tensor(windows).to(device).permute(1, 2, 3, 0).contiguous()
-        rows = torch.as_tensor(train, device=device)
-        learnt = signals[..., rows]
-        mean = learnt.mean(dim=(1, 3), keepdim=True)
-        spread = learnt.std(dim=(1, 3), keepdim=True, correction=0)
-        signals.sub_(mean).div_(torch.where(spread > 1e-6, spread, torch.ones_like(spread)))
-        return cls(
-            signals,
-            torch.as_tensor(labels, device=device),
-            rows,
-            torch.as_tensor(check, device=device),
-        )
-
-    def of(self, places: Tensor) -> Examples:
-        """The same windows of some of the places."""
-        return replace(self, windows=self.windows[places])
+    def pace(self, step: int, steps: int) -> float:
+        """Share of the learning rate at one of all steps: a half cosine where nothing else lowers it."""
+        if self.stopping:
+            return 1.0
+        return min(1.0, step / WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
 
 
 @dataclass(eq=False)
@@ -187,67 +157,52 @@ def train(
     state = state or State.start(
         network.initial(generator(0)).to(examples.windows), len(examples.windows), schedule.rate
     )
-    importance = _importance(examples.labels[examples.train], network.classes)
+    wanted = targets(examples.labels[examples.train], network.classes, schedule.smoothing)
+    steps = schedule.epochs * _n_batches(len(examples.train), schedule.batch)
     active = examples.of(state.places)
     while len(state.places) and state.epoch < schedule.epochs:
         draws = generator(state.epoch + 1)
         losses = []
         for rows in _batches(len(examples.train), schedule.batch, draws):
-            chosen = examples.train[rows.to(device)]
-            masks = [mask.to(active.windows) for mask in network.masks(len(chosen), draws)]
-            losses.append(_step(network, state, active, chosen, masks, importance))
+            rows = rows.to(device)
+            shown = active.windows[..., examples.train[rows]], wanted[:, rows]
+            masks = [mask.to(active.windows) for mask in network.masks(len(rows), draws)]
+            if schedule.mixing:
+                shown = _mixed(*shown, schedule.mixing, draws)
+            losses.append(_step(network, state, *shown, masks, schedule, steps))
         state.epoch += 1
-        score = check_score(network, state.weights, active) if len(examples.check) else -sum(losses)
-        if _judge(state, score, schedule):
-            active = examples.of(state.places)
+        if not schedule.stopping:
+            state.best, state.epochs = state.weights, torch.full_like(state.epochs, state.epoch)
+        else:
+            score = check_score(network, state.weights, active) if len(examples.check) else -sum(losses)
+            if _judge(state, score, schedule):
+                active = examples.of(state.places)
         if after_epoch is not None:
             after_epoch(state)
     return state
 
 
-def name_windows(network: Network, weights: Tensor, windows: Tensor) -> Tensor:
-    """Classes (P, W) of windows (P, samples, channels, W)."""
-    with torch.inference_mode():
-        parts = windows.split(PREDICTED_AT_ONCE, dim=-1)
-        return torch.cat([network.forward(weights, part).argmax(dim=1) for part in parts], dim=1)
-
-
-def check_score(network: Network, weights: Tensor, examples: Examples) -> Tensor:
-    """Macro F1 of each place on the checking windows, a lower loss deciding between equals; shape (Q,)."""
-    labels = examples.labels[examples.check]
-    with torch.inference_mode():
-        parts = [
-            network.forward(weights, examples.windows[..., rows])
-            for rows in examples.check.split(PREDICTED_AT_ONCE)
-        ]
-        scores = torch.cat(parts, dim=-1)
-        loss = _losses(scores, labels, _importance(labels, network.classes)).mean(dim=1)
-        return _macro_f1(scores.argmax(dim=1), labels, network.classes) - TIE_BREAK * loss
-
-
-def _macro_f1(named: Tensor, labels: Tensor, classes: int) -> Tensor:
-    """Mean F1 of the classes among `labels` (W,), for each row of `named` (Q, W)."""
-    truth = functional.one_hot(labels, classes).float()
-    said = functional.one_hot(named, classes).float()
-    hits = (said * truth).sum(dim=1)
-    f1 = 2 * hits / (said.sum(dim=1) + truth.sum(dim=0)).clamp(min=1)
-    return f1[:, truth.any(dim=0)].mean(dim=1)
-
-
 def _step(
-    network: Network, state: State, active: Examples, rows: Tensor, masks: list[Tensor], importance: Tensor
+    network: Network,
+    state: State,
+    windows: Tensor,
+    wanted: Tensor,
+    masks: list[Tensor],
+    schedule: Schedule,
+    steps: int,
 ) -> Tensor:
-    """One step of Adam; the loss of each place before it."""
+    """One of all steps of Adam; the loss of each place before it."""
     weights = state.weights.requires_grad_()
-    scores = network.forward(weights, active.windows[..., rows], masks)
-    losses = _losses(scores, active.labels[rows], importance).mean(dim=1)
+    losses = mean_loss(network.forward(weights, windows, masks), wanted)
     (slope,) = torch.autograd.grad(losses.sum(), weights)
     state.weights = weights.detach()
     state.step += 1
     state.momentum.lerp_(slope, 1 - DECAY)
     state.square.mul_(SQUARE_DECAY).addcmul_(slope, slope, value=1 - SQUARE_DECAY)
     spread = (state.square / (1 - SQUARE_DECAY**state.step)).sqrt_().add_(FLOOR)
-    state.weights.addcmul_(state.momentum.div(spread), state.rate, value=-1 / (1 - DECAY**state.step))
+    rate = state.rate * schedule.pace(state.step, steps)
+    state.weights.mul_(1 - rate * schedule.decay)
+    state.weights.addcmul_(state.momentum.div(spread), rate, value=-1 / (1 - DECAY**state.step))
     return losses.detach()
 
 
@@ -269,20 +224,19 @@ def _judge(state: State, score: Tensor, schedule: Schedule) -> bool:
     return True
 
 
-def _losses(scores: Tensor, labels: Tensor, importance: Tensor) -> Tensor:
-    """Cross-entropy (P, B) of scores (P, classes, B), weighed by class."""
-    losses = functional.cross_entropy(scores, labels.expand(len(scores), -1), reduction="none")
-    return losses * importance[labels]
-
-
-def _importance(labels: Tensor, classes: int) -> Tensor:
-    """Weight of a window by its class, so that all classes count the same; 1 on average."""
-    windows = torch.bincount(labels, minlength=classes)
-    present = (windows > 0).sum()
-    return len(labels) / (present * windows.clamp(min=1)).float()
-
-
 def _batches(windows: int, batch: int, draws: torch.Generator) -> Iterator[Tensor]:
     """All windows once, in batches of about equal size."""
     order = torch.randperm(windows, generator=draws)
-    return iter(torch.tensor_split(order, max(1, round(windows / batch))))
+    return iter(torch.tensor_split(order, _n_batches(windows, batch)))
+
+
+def _n_batches(windows: int, batch: int) -> int:
+    return max(1, round(windows / batch))
+
+
+def _mixed(windows: Tensor, wanted: Tensor, mixing: float, draws: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Each window and what it shall say, blended with another's (mixup); the same pairs at all places."""
+    seed = int(torch.randint(2**62, (), generator=draws))
+    share = float(np.random.default_rng(seed).beta(mixing, mixing))
+    others = torch.randperm(windows.shape[-1], generator=draws).to(windows.device)
+    return torch.lerp(windows[..., others], windows, share), torch.lerp(wanted[:, others], wanted, share)
