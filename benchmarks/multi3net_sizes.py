@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -78,8 +78,10 @@ def main() -> None:
     points, samples = {}, {}
     for name, model in sizes.items():
         started = time.process_time()
+        if options.work is not None:
+            model = replace(model, checkpoints=options.work / name)
         some = FirstFolds(model, options.folds)
-        utility = rank_again(study, some, list(places.values()), options.work)
+        utility = rank_again(study, some, list(places.values()), None)
         print(f"{name}: {time.process_time() - started:.0f} processor seconds", flush=True)
         points[name], samples[name] = macro_f1(utility, some.tested)
     print(f"{some.tested.sum()} of {len(some.tested)} test windows")
