@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .matrix_products import multiply
+from .blas import multiply
 
 BAND_EDGES_HZ = np.array([0.3, 0.8, 1.3, 1.8, 2.4, 3.2, 4.2, 5.5, 7.5, 10.0, 15.0, 25.0])
 """Edges of the spectral bands; the bands that a rate and a length cannot resolve stay out."""

@@ -14,10 +14,10 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from .blas import multiply
 from .filtering import count_resampled
 from .finite_difference import difference_signals
 from .gaps import bridge
-from .matrix_products import multiply
 from .recording import ImuRecording
 from .rotations import decompose, double_inverse, into_frame, rate_in_frame
 from .threads import for_each

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .matrix_products import multiply
+from .blas import multiply
 from .skeleton import N_JOINTS, PARENTS
 
 if TYPE_CHECKING:

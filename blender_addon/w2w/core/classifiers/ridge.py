@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from threadpoolctl import threadpool_limits
 
-from ..matrix_products import multiply
+from ..blas import multiply, solve_positive, upper_gram
 from ..place_blocks import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
 
 ALPHAS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -186,7 +185,7 @@ class _Splits:
     ) -> None:
         folds = np.unique(fold)
         self.n_classes = int(labels.max()) + 1
-        self.trained = np.array([~np.isin(folds, out) for out in left_out], dtype=np.float64)
+        self.left_out = [np.flatnonzero(np.isin(folds, out)) for out in left_out]
         self.tested = [np.flatnonzero(is_test & np.isin(fold, test)) for test in tested]
         self.rows = [np.flatnonzero(fold == f) for f in folds]
         self.indicators = [np.eye(self.n_classes)[labels[rows]] for rows in self.rows]
@@ -198,23 +197,29 @@ class _Splits:
         """
         inputs -= inputs.mean(axis=0)
         width = inputs.shape[1]
-        grams = np.empty((len(self.rows), width * width))
+        grams = np.zeros((len(self.rows), width, width))
         sums = np.empty((len(self.rows), self.n_classes, width))
         for number, (rows, indicator) in enumerate(zip(self.rows, self.indicators, strict=True)):
             part = inputs[rows].astype(np.float64)  # of one fold at a time, which bounds memory
-            multiply(part.T, part, out=grams[number].reshape(width, width))
+            upper_gram(part, out=grams[number])
             multiply(indicator.T, part, out=sums[number])
-        windows = self.trained @ np.stack([one.sum(axis=0) for one in self.indicators])
-        return [
-            _Discriminant(
-                (trained @ grams).reshape(width, width), np.tensordot(trained, sums, axes=1), n
-            ).predict(inputs[rows], ridges)
-            for trained, n, rows, ridges in zip(self.trained, windows, self.tested, alphas, strict=True)
-        ]
+        windows = np.stack([one.sum(axis=0) for one in self.indicators])
+        everything = [of_fold.sum(axis=0) for of_fold in (grams, sums, windows)]
+        named = []
+        for left_out, rows, ridges in zip(self.left_out, self.tested, alphas, strict=True):
+            kept = (
+                total - of_fold[left_out].sum(axis=0)
+                for total, of_fold in zip(everything, (grams, sums, windows), strict=True)
+            )
+            named.append(_Discriminant(*kept).predict(inputs[rows], ridges))
+        return named
 
 
 class _Discriminant:
-    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,)."""
+    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,).
+
+    Of symmetric matrices only the upper triangle is made and read.
+    """
 
     def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray) -> None:
         self.seen = windows > 0
@@ -231,9 +236,9 @@ class _Discriminant:
         for ridge in ridges:
             matrix = self.correlation.copy()
             matrix[np.diag_indices_from(matrix)] += ridge
-            slopes = cho_solve(cho_factor(matrix, overwrite_a=True), self.means.T)
-            offset = np.where(self.seen, -0.5 * (self.means * slopes.T).sum(axis=1), -np.inf)
-            named.append((multiply(scaled, slopes) + offset).argmax(axis=1))
+            slopes = solve_positive(matrix, self.means)
+            offset = np.where(self.seen, -0.5 * (self.means * slopes).sum(axis=1), -np.inf)
+            named.append((multiply(scaled, slopes.T) + offset).argmax(axis=1))
         return named
 
 

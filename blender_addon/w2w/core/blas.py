@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Matrix products by SciPy's BLAS, whatever NumPy was built with.
+"""Matrix products and solutions by SciPy's BLAS and LAPACK, whatever NumPy was built with.
 
 NumPy 1.26, which Blender 4 brings, carries an OpenBLAS that takes processors made since for the oldest it
 knows and works at a third of their speed or less; SciPy's is newer. Its Cython interface, unlike the
@@ -11,11 +11,13 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from functools import lru_cache
+from types import ModuleType
 
 import numpy as np
-from scipy.linalg import cython_blas
+from scipy.linalg import cython_blas, cython_lapack
 
-ROUTINES = {np.dtype(np.float32): ("sgemm", ctypes.c_float), np.dtype(np.float64): ("dgemm", ctypes.c_double)}
+PREFIXES = {np.dtype(np.float32): ("s", ctypes.c_float), np.dtype(np.float64): ("d", ctypes.c_double)}
+"""First letter of a routine's name, and the type in C, for each type of number."""
 
 
 def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
@@ -38,7 +40,8 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
     ValueError
         If shapes or types do not go together, or the rows of `out` are not whole.
     """
-    routine, one, nothing = _routine(a.dtype)
+    product = _routine(cython_blas, a.dtype, "gemm", "cciiinpipinpi")
+    one, nothing = _number(a.dtype, 1.0), _number(a.dtype, 0.0)
     shape = (*b.shape[:-2], a.shape[0], b.shape[-1])
     if out is None:
         out = np.empty(shape, dtype=a.dtype)
@@ -57,11 +60,77 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
     stride_a, stride_b, stride_out = _size(stride_a), _size(stride_b), _size(stride_out)
     address_a = a.ctypes.data
     for address_b, address_out in zip(_addresses(b), _addresses(out), strict=True):
-        routine(
+        product(
             turn_b, turn_a, *sizes, one, address_b, stride_b, address_a, stride_a, nothing, address_out,
             stride_out,
         )  # fmt: skip
     return out
+
+
+def upper_gram(a: np.ndarray, out: np.ndarray) -> None:
+    """The upper triangle of a.T @ a, at half the work of the whole.
+
+    Parameters
+    ----------
+    a : ndarray, shape (n, k), float32 or float64
+        In rows.
+    out : ndarray, shape (k, k), of the same type
+        In rows. What stands under its diagonal is left alone.
+
+    Raises
+    ------
+    ValueError
+        If shapes or types do not go together, or an array is not laid out in rows.
+    """
+    n, k = a.shape
+    if out.shape != (k, k) or a.dtype != out.dtype or min(n, k) == 0:
+        raise ValueError(f"cannot write the products of {a.dtype} {a.shape} to {out.dtype} {out.shape}")
+    stride_a, stride_out = _row_stride(a), _row_stride(out)
+    if stride_a is None or stride_out is None:
+        raise ValueError("the matrices must be laid out in rows")
+    rank_update = _routine(cython_blas, a.dtype, "syrk", "cciinpinpi")
+    rank_update(
+        b"L", b"N", _size(k), _size(n), _number(a.dtype, 1.0), a.ctypes.data, _size(stride_a),
+        _number(a.dtype, 0.0), out.ctypes.data, _size(stride_out),
+    )  # fmt: skip
+
+
+def solve_positive(upper: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Solve a system whose matrix is symmetric and positive definite, by Cholesky's factors.
+
+    Parameters
+    ----------
+    upper : ndarray, shape (k, k), float32 or float64
+        In rows; what stands under its diagonal is not read. Its upper triangle is overwritten.
+    rows : ndarray, shape (m, k), of the same type
+        A right-hand side a row.
+
+    Returns
+    -------
+    ndarray, shape (m, k)
+        A solution a row.
+
+    Raises
+    ------
+    ValueError
+        If shapes or types do not go together, or the matrix is not laid out in rows.
+    numpy.linalg.LinAlgError
+        If the matrix is not positive definite.
+    """
+    solutions = np.array(rows, order="C")
+    m, k = solutions.shape
+    stride = _row_stride(upper)
+    if upper.shape != (k, k) or upper.dtype != rows.dtype or stride is None or min(m, k) == 0:
+        raise ValueError(f"cannot solve {upper.dtype} {upper.shape} for {rows.dtype} {rows.shape}")
+    failed_at = ctypes.c_int(0)
+    solve = _routine(cython_lapack, upper.dtype, "posv", "ciipipip")
+    solve(
+        b"L", _size(k), _size(m), upper.ctypes.data, _size(stride), solutions.ctypes.data, _size(k),
+        ctypes.byref(failed_at),
+    )  # fmt: skip
+    if failed_at.value:
+        raise np.linalg.LinAlgError(f"the matrix is not positive definite (row {failed_at.value})")
+    return solutions
 
 
 def _addresses(matrices: np.ndarray) -> list[int]:
@@ -98,17 +167,20 @@ def _row_stride(matrix: np.ndarray) -> int | None:
     return down // matrix.itemsize if down >= row * matrix.itemsize and down % matrix.itemsize == 0 else None
 
 
-@lru_cache(maxsize=2)
-def _routine(dtype: np.dtype) -> tuple[Callable[..., None], object, object]:
-    """BLAS's general product for a type of number, with the factors 1 and 0."""
-    if dtype not in ROUTINES:
+@lru_cache(maxsize=16)
+def _number(dtype: np.dtype, value: float) -> object:
+    """A factor as BLAS takes it, by reference."""
+    return ctypes.byref(PREFIXES[dtype][1](value))
+
+
+@lru_cache(maxsize=16)
+def _routine(library: ModuleType, dtype: np.dtype, name: str, arguments: str) -> Callable[..., None]:
+    """A routine for a type of number; `arguments` has a c for each letter it takes, else a pointer."""
+    if dtype not in PREFIXES:
         raise ValueError(f"matrices must be float32 or float64, not {dtype}")
-    name, number = ROUTINES[dtype]
-    capsule = cython_blas.__pyx_capi__[name]
+    capsule = library.__pyx_capi__[PREFIXES[dtype][0] + name]
     name_of, pointer_of = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
     name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
     pointer_of.restype, pointer_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
-    arguments = [ctypes.c_char_p] * 2 + [ctypes.c_void_p] * 11
-    signature = ctypes.CFUNCTYPE(None, *arguments)
-    routine = signature(pointer_of(capsule, name_of(capsule)))
-    return routine, ctypes.byref(number(1)), ctypes.byref(number(0))
+    types = [ctypes.c_char_p if kind == "c" else ctypes.c_void_p for kind in arguments]
+    return ctypes.CFUNCTYPE(None, *types)(pointer_of(capsule, name_of(capsule)))
