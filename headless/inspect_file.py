@@ -18,6 +18,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from blender_addon.w2w.core.body import Body
@@ -47,18 +48,19 @@ def inspect(
     try:
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
     except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     try:
         source, motion, details = load_alone(clip, body, bone_maps)
     except UnusableMotion as error:
-        console.print(f"[red]{file.name} would be skipped:[/red] {error}.")
+        console.print(f"[red]{escape(file.name)} would be skipped:[/red] {escape(str(error).rstrip('.'))}.")
         raise typer.Exit(NOTHING_TO_DO) from error
-    table = Table(show_header=False, box=None, title=str(file), title_justify="left")
+    table = Table(show_header=False, box=None, title=escape(str(file)), title_justify="left")
     for row in (*_about_source(source, details), *_about_motion(motion, details, body)):
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console.print(table)
-    console.print(f"[green]{file.name} would be used[/green] as '{clip.activity}' (from its file name).")
+    used = f"[green]{escape(file.name)} would be used[/green]"
+    console.print(f"{used} as '{escape(clip.activity)}' (from its file name).")
 
 
 def _about_source(source: SourceMotion | Motion, details: dict) -> list[tuple[str, str]]:
@@ -66,6 +68,8 @@ def _about_source(source: SourceMotion | Motion, details: dict) -> list[tuple[st
     if isinstance(source, SourceMotion):
         rows.append(("take", f"'{source.take}', the one that moves"))
         rows.append(("skeleton", f"{len(source.bones) - 1} bones, named as {details['skeleton']} does"))
+        if source.people > 1:
+            rows.append(("people", f"{source.people}, of whom one is used"))
         height = np.ptp(source.rest[1:, :3, 3], axis=0).max()
         rows.append(
             ("size in the file", f"{height:.4g} units; {details['scale']:.4g} metres of the body in one")

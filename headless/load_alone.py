@@ -47,3 +47,5 @@ def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap]) -> Loaded | str:
             return f"it needs more than {MEMORY / 2**30:g} GiB of memory"
         except (UnusableMotion, ValueError, OSError) as error:
             return str(error)
+        except Exception as error:
+            return f"W2W failed on it, please report this: {type(error).__name__}: {error}"

@@ -51,6 +51,8 @@ def load_clip(
         "duration_s": round(motion.duration, 4),
         "scale": carried.scale,
     }
+    if isinstance(source, SourceMotion) and source.people > 1:
+        details["people"] = source.people
     return source, motion, details
 
 

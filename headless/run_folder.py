@@ -7,17 +7,13 @@ from pathlib import Path
 
 from .clip_files import WORK
 
+FOLDERS = ("motions", "signals", *(f"{WORK}/{name}" for name in ("features", "copies", "clips", "running")))
+"""What a run writes clips into."""
+
 
 def make_folders(out: Path) -> None:
     """Make the output folder."""
-    for folder in (
-        "motions",
-        "signals",
-        f"{WORK}/features",
-        f"{WORK}/copies",
-        f"{WORK}/clips",
-        f"{WORK}/running",
-    ):
+    for folder in FOLDERS:
         (out / folder).mkdir(parents=True, exist_ok=True)
 
 
@@ -36,3 +32,6 @@ def remove_leftovers(out: Path, used: set[str]) -> None:
     for path in (out / WORK / "copies").glob("*.npz"):
         if path.stem.rpartition(".")[0] not in used:
             path.unlink()
+    for folder in (out, *(out / name for name in (*FOLDERS, "heatmaps", WORK))):
+        for path in folder.glob(".*.part"):  # half a file, of a run that was killed while it wrote
+            path.unlink(missing_ok=True)

@@ -29,6 +29,7 @@ def code_sha256() -> str:
     digest = hashlib.sha256()
     files = [*ROOT.glob("blender_addon/w2w/core/**/*.py"), *ROOT.glob("blender_addon/w2w/scene/*.py")]
     files += [*ROOT.glob("assets/templates/bone_maps/*.json"), *ROOT.glob("headless/clip_*.py")]
+    files += [ROOT / "headless" / name for name in ("job.py", "load_clip.py")]
     for path in sorted(files):
         digest.update(path.relative_to(ROOT).as_posix().encode())
         digest.update(path.read_bytes())

@@ -178,6 +178,40 @@ def test_a_folder_that_cannot_be_written_is_said(library, tmp_path):
     assert "Traceback" not in done.stdout + done.stderr
 
 
+def held_to_permissions(arguments):
+    """The command without the superuser's power to write where nobody may."""
+    if os.geteuid() != 0:
+        return arguments
+    setpriv = ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"]
+    if shutil.which("setpriv") is None or subprocess.run([*setpriv, "true"], check=False).returncode:
+        pytest.skip("this is the superuser, who cannot drop the power to write everywhere here")
+    return [*setpriv, *arguments]
+
+
+def test_a_read_only_folder_is_said_and_nothing_in_it_changes(library, undisturbed, tmp_path):
+    out = tmp_path / "out"
+    subprocess.run(command(library, out), cwd=ROOT, check=True, capture_output=True)
+    folders = [out, *(path for path in out.rglob("*") if path.is_dir())]
+    try:
+        for folder in folders:
+            folder.chmod(0o555)
+        for place in (out, out / "new"):
+            done = subprocess.run(
+                held_to_permissions(command(library, place)),
+                cwd=ROOT, capture_output=True, text=True, check=False,
+            )  # fmt: skip
+            assert done.returncode == 1, done.stdout + done.stderr
+            assert "cannot be written" in " ".join(done.stdout.split())
+            assert "Permission denied" in " ".join(done.stdout.split())
+            assert "Traceback" not in done.stdout + done.stderr
+            assert hashes(out) == undisturbed
+    finally:
+        for folder in folders:
+            folder.chmod(0o755)
+    subprocess.run(command(library, out), cwd=ROOT, check=True, capture_output=True)
+    assert hashes(out) == undisturbed
+
+
 @pytest.fixture
 def cluster(tmp_path):
     """A real scheduler and two worker processes over loopback."""

@@ -105,7 +105,13 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     rest = {joint: source.rest[bone, :3, 3] for joint, bone in matched.items()}
     alignment = rest_alignment(body, rest)
     rotations = _world_rotations(source, matched, alignment)
-    scale = _leg_length(body.joints) / _moving_leg_length(source, matched)
+    length = _moving_leg_length(source, matched)
+    if not length > 0:
+        raise UnusableMotion(
+            "its legs have no length in its frames: its joints lie on each other, or its values are so large "
+            "that nothing between them is left"
+        )
+    scale = _leg_length(body.joints) / length
     motion = Motion(
         rotations=relative_to_parents(rotations),
         pelvis=_pelvis_path(source, matched, body, rotations[:, 0], scale),

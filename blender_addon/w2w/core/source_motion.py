@@ -26,6 +26,8 @@ class SourceMotion:
         Frames per second.
     take : str
         Name of the take (action) the frames come from.
+    people : int
+        Whole skeletons in the file, of which this is one.
     """
 
     bones: tuple[str, ...]
@@ -34,6 +36,7 @@ class SourceMotion:
     matrices: np.ndarray
     rate: float
     take: str = ""
+    people: int = 1
 
     @property
     def n_frames(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -15,8 +15,8 @@ from ..core.bone_maps import best_match, missing_joints
 from ..core.library import MOTION_SUFFIXES
 from ..core.source_motion import SourceMotion, UnusableMotion, refuse_too_long
 from ..core.source_repair import repaired
-from .fcurves import OwnCurves, action_curves, basis_matrices
-from .motion_files import check_fbx, check_text_motion
+from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
+from .motion_files import NOT_FINITE, check_bvh, check_fbx
 
 Curves = dict[str, OwnCurves]
 
@@ -112,7 +112,7 @@ def import_file(path: Path) -> None:
             check_fbx(path)
             _import_fbx(path)
         elif kind == ".bvh":
-            check_text_motion(path, b"HIERARCHY", "BVH")
+            check_bvh(path)
             bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
         else:
             raise UnusableMotion(
@@ -131,6 +131,8 @@ def best_take(
 ) -> SourceMotion:
     """Read the take that moves most, the one Mixamo names before any other.
 
+    Of several people in a file, each an armature, the one that moves most is read.
+
     Parameters
     ----------
     objects : list of Object
@@ -146,13 +148,16 @@ def best_take(
     if not armatures:
         kinds = sorted({item.type.lower() for item in objects})
         raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
-    armature = min(armatures, key=lambda item: len(_missing(item)))
-    takes = find_takes(armature, actions)
+    missing = [len(_missing(item)) for item in armatures]
+    people = [item for item, count in zip(armatures, missing, strict=True) if count == min(missing)]
+    actions = list(bpy.data.actions if actions is None else actions)
+    takes = [take for armature in people for take in find_takes(armature, actions)]
     if not takes:
         raise UnusableMotion(
-            f"its armature '{armature.name}' ({len(armature.data.bones)} bones) has no animation"
+            f"its armature '{people[0].name}' ({len(people[0].data.bones)} bones) has no animation"
         )
-    return _most_moving(takes)
+    motion = _most_moving(takes)
+    return replace(motion, people=max(len(people), _whole_trees(motion.parents)))
 
 
 def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] | None = None) -> list[Take]:
@@ -224,18 +229,40 @@ def _import_fbx(path: Path) -> None:
 
 
 def _most_moving(takes: list[Take]) -> SourceMotion:
-    motions = [motion for motion in map(read_take, takes) if np.isfinite(motion.matrices).all()]
+    motions = [motion for motion in map(_read_finite, takes) if motion is not None]
     if not motions:
-        raise UnusableMotion("it holds values that are not finite")
+        raise UnusableMotion(NOT_FINITE)
     moving = [motion for motion in motions if motion.n_frames >= MIN_FRAMES and motion_amount(motion) >= 1]
     if not moving:
         longest = max(motions, key=lambda motion: motion.n_frames)
+        if longest.n_frames < MIN_FRAMES:
+            count = f"{longest.n_frames} frame{'s' if longest.n_frames > 1 else ''}"
+            raise UnusableMotion(f"it holds a pose, not a motion: {count} in '{longest.take}'")
         raise UnusableMotion(
             "it holds a pose, not a motion: "
             f"nothing moves over the {longest.n_frames} frames of '{longest.take}'"
         )
     preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
     return max(preferred or moving, key=motion_amount)
+
+
+def _whole_trees(parents: np.ndarray) -> int:
+    """Trees of bones in one armature that are no mere helpers: half as large as the largest."""
+    tree = np.arange(len(parents))
+    for bone, parent in enumerate(parents):
+        if parent > 0:
+            tree[bone] = tree[parent]
+    sizes = np.bincount(tree[1:], minlength=1)
+    return max(1, int(np.count_nonzero((sizes > 0) & (2 * sizes >= sizes.max()))))
+
+
+def _read_finite(take: Take) -> SourceMotion | None:
+    """A take's motion, or None where it holds values that no body has."""
+    try:
+        motion = read_take(take)
+    except NotFiniteError:
+        return None
+    return motion if np.isfinite(motion.matrices).all() else None
 
 
 def motion_amount(motion: SourceMotion) -> float:

@@ -12,6 +12,15 @@ from scipy.spatial.transform import Rotation
 OwnCurves = dict[tuple[str, int], bpy.types.FCurve]
 """F-curves of one object or bone by property and index."""
 
+
+MOST = 1e10
+"""No place, turn or scale of a body is beyond this in any unit; Blender makes infinity the largest number."""
+
+
+class NotFiniteError(ValueError):
+    """Curves hold NaN, infinite values or such as no body has."""
+
+
 LINEAR = 1
 """Value of the enum ``Keyframe.interpolation`` as `foreach_get` gives it."""
 
@@ -85,6 +94,11 @@ def basis_matrices(
     Returns
     -------
     ndarray, shape (T, B, 4, 4)
+
+    Raises
+    ------
+    NotFiniteError
+        If a value is NaN, infinite or beyond `MOST`.
     """
     matrices = np.zeros((len(frames), len(owners), 4, 4))
     matrices[..., 3, 3] = 1
@@ -132,6 +146,8 @@ def _channels(owners: Sequence, name: str, curves: Sequence[OwnCurves], frames: 
             curve = own.get((name, index))
             if curve is not None:
                 values[:, number, index] = sample(curve, frames)
+    if not (np.abs(values) < MOST).all():
+        raise NotFiniteError(f"{name} is not finite")
     return values
 
 

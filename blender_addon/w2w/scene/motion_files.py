@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import mmap
+import re
 import struct
 from pathlib import Path
 
@@ -11,6 +13,12 @@ from ..core.source_motion import UnusableMotion
 FBX_MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
 GIT_LFS_MAGIC = b"version https://git-lfs"
 FBX_HEADER_SIZE = 27
+NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyond 1e10)"
+_NOT_FINITE = re.compile(rb"nan|inf|#|e\+?0*[1-9]\d", re.IGNORECASE)
+"""As C and Python write such numbers into text."""
+
+BVH_SKELETON_SIZE = 2**20
+"""Bytes within which the skeleton of a BVH file ends: hundreds of times what a body takes."""
 
 
 def check_fbx(path: Path) -> None:
@@ -30,11 +38,31 @@ def check_fbx(path: Path) -> None:
         )
 
 
-def check_text_motion(path: Path, mark: bytes, kind: str) -> None:
-    """Refuse a text motion file that does not start with its mark (``HIERARCHY`` for BVH)."""
-    _, head = _size_and_head(path)
-    if mark not in head[:200]:
-        raise UnusableMotion(f"it is not a {kind} file: it does not begin with {mark.decode()}")
+def check_bvh(path: Path) -> None:
+    """Refuse a file that cannot be a BVH, with a sentence that is true.
+
+    Raises
+    ------
+    UnusableMotion
+        If the file is missing, empty, a Git LFS pointer, no BVH, cut short, of unequal braces, or holds
+        values that are not finite, which Blender's importer would turn into a pose.
+    """
+    size, head = _size_and_head(path)
+    if b"HIERARCHY" not in head[:200]:
+        raise UnusableMotion("it is not a BVH file: it does not begin with HIERARCHY")
+    with path.open("rb") as stream:
+        skeleton, motion, _ = stream.read(BVH_SKELETON_SIZE).partition(b"MOTION")
+    if not motion:
+        if size <= BVH_SKELETON_SIZE:
+            raise UnusableMotion(f"it is cut short at {size} bytes: no MOTION follows its skeleton")
+        return
+    opened, closed = skeleton.count(b"{"), skeleton.count(b"}")
+    if opened != closed:
+        raise UnusableMotion(f"it is damaged: its skeleton opens {opened} braces and closes {closed}")
+    offsets = b" ".join(line for line in skeleton.splitlines() if b"OFFSET" in line)
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as whole:
+        if _NOT_FINITE.search(offsets) or _NOT_FINITE.search(whole, len(skeleton)):
+            raise UnusableMotion(NOT_FINITE)
 
 
 def _size_and_head(path: Path) -> tuple[int, bytes]:
