@@ -12,7 +12,7 @@ make them.
 scikit-learn's ExtraTrees(100), on a sample of places, scaled linearly. Two such loops that differ by their
 seed alone say how well any map can agree with one of them. "networks" times a step of
 multi3net: the places one after another, under `torch.func.vmap`, and as the hand-written batched
-program that is used.
+program that is used; and "training" whole epochs with all that belongs to them, in turn and together.
 
 Processor seconds count all threads: half of them is what two idle cores need. Wall-clock seconds beside them
 tell how busy the machine was.
@@ -25,6 +25,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -188,6 +189,25 @@ def benchmark_networks(windows: np.ndarray, classes: int, repeats: int = 5) -> d
     }
 
 
+def benchmark_training(windows: np.ndarray, classes: int, repeats: int = 3) -> dict[str, Any]:
+    """Seconds of ten whole epochs of multi3net, all that belongs to them: the places in turn and together."""
+    import torch
+
+    torch.set_num_threads(1)
+    labels = np.arange(len(windows)) % classes
+    fold = np.arange(len(windows)) // classes % 5
+    groups = {"one after another": 1, "together": Multi3Net().group}
+    seconds: dict[str, list[float]] = {name: [] for name in groups}
+    for _ in range(repeats + 1):
+        for name, group in groups.items():
+            model = Multi3Net(epochs=10, group=group)
+            work = (windows[:, : Multi3Net().group], labels, fold, fold == 0)
+            seconds[name].append(timed(partial(model.predict_folds, *work))[1]["cpu_s"])
+    best = {name: min(times[1:]) for name, times in seconds.items()}
+    faster = round(best["one after another"] / best["together"], 2)
+    return {"windows": len(windows), "cpu_s": best, "times_faster": faster}
+
+
 def main() -> None:
     """Run what is asked for and print it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -201,6 +221,7 @@ def main() -> None:
     if "networks" in options.only:
         some = np.concatenate([part[:, : Multi3Net().group] for part in windows[:60]])
         report["networks"] = benchmark_networks(some, ACTIVITIES)
+        report["training"] = benchmark_training(some, ACTIVITIES)
     if "map" in options.only:
         report["map"] = benchmark_map(windows, rate, labels, options.sample)
     for part, values in report.items():
