@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.retarget import BY_STRUCTURE, retarget
+from blender_addon.w2w.core.retarget import BY_STRUCTURE, is_crumpled, retarget
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
 from blender_addon.w2w.core.skinning import joint_transforms
 from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
@@ -158,3 +158,20 @@ def test_opposite_directions_have_a_rotation_too():
     np.testing.assert_allclose(
         smallest_rotation(np.array([0, 0, 1.0]), np.array([0, 0, -2.0])) @ [0, 0, 1], [0, 0, -1], atol=1e-12
     )
+
+
+def test_a_rest_pose_whose_shoulders_lie_on_each_other_is_no_body_s():
+    joints = ("left_hip", "right_hip", "left_shoulder", "right_shoulder", "head")
+    rest = dict(
+        zip(
+            (JOINT_INDEX[name] for name in joints),
+            np.array([[1.0, 0, 0], [-1, 0, 0], [2, 0, 5], [-2, 0, 5], [0, 0, 7]]),
+            strict=True,
+        )
+    )
+    assert not is_crumpled(rest)
+    rest[JOINT_INDEX["left_shoulder"]] = rest[JOINT_INDEX["right_shoulder"]] + 1e-4
+    assert is_crumpled(rest)
+    del rest[JOINT_INDEX["left_shoulder"]]
+    assert not is_crumpled(rest)
+    assert not is_crumpled({})

@@ -24,6 +24,9 @@ from .source_motion import SourceMotion, UnusableMotion, unscaled_rotations
 from .structure_match import match_by_structure
 from .swing_twist import frame_of, smallest_rotation
 
+CRUMPLED = 1e-3
+"""Left and right joints of a rest pose closer than this part of its extent show no side."""
+
 SEGMENT_END = {
     JOINT_INDEX[f"{side}_{start}"]: JOINT_INDEX[f"{side}_{end}"]
     for side in ("left", "right")
@@ -103,6 +106,8 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     """
     skeleton, matched = matched_joints(source, maps)
     rest = {joint: source.rest[bone, :3, 3] for joint, bone in matched.items()}
+    if is_crumpled(rest):
+        raise UnusableMotion("its rest pose is no body's: its hips or its shoulders lie on each other")
     alignment = rest_alignment(body, rest)
     rotations = _world_rotations(source, matched, alignment)
     length = _moving_leg_length(source, matched)
@@ -154,6 +159,22 @@ def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[
     if missing_joints(matched):
         raise UnusableMotion(_unmatched(source, missing))
     return BY_STRUCTURE, matched
+
+
+def is_crumpled(rest: dict[int, np.ndarray]) -> bool:
+    """Whether the two hips or the two shoulders of a rest pose lie on each other.
+
+    Parameters
+    ----------
+    rest : dict of int to ndarray, shape (3,)
+        Position of each matched joint; pairs of which one is not matched are passed over.
+    """
+    extent = np.ptp(list(rest.values()), axis=0).max() if rest else 0.0
+    pairs = ([JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in ("hip", "shoulder"))
+    return any(
+        left in rest and right in rest and np.linalg.norm(rest[left] - rest[right]) <= CRUMPLED * extent
+        for left, right in pairs
+    )
 
 
 def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:

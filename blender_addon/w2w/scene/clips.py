@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.bone_maps import best_match, missing_joints
 from ..core.library import MOTION_SUFFIXES
+from ..core.retarget import is_crumpled
 from ..core.source_motion import SourceMotion, UnusableMotion, refuse_too_long
 from ..core.source_repair import repaired
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
@@ -150,6 +151,7 @@ def best_take(
         raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
     missing = [len(_missing(item)) for item in armatures]
     people = [item for item, count in zip(armatures, missing, strict=True) if count == min(missing)]
+    people = [item for item in people if not _rests_crumpled(item)] or people
     actions = list(bpy.data.actions if actions is None else actions)
     takes = [take for armature in people for take in find_takes(armature, actions)]
     if not takes:
@@ -277,8 +279,18 @@ def motion_amount(motion: SourceMotion) -> float:
 
 
 def _missing(armature: bpy.types.Object) -> list[str]:
-    names = [armature.name, *(bone.name for bone in armature.data.bones)]
-    return missing_joints(best_match(names)[1])
+    return missing_joints(_matched(armature))
+
+
+def _matched(armature: bpy.types.Object) -> dict[int, int]:
+    """Joint -> bone by name, the armature itself being bone 0."""
+    return best_match([armature.name, *(bone.name for bone in armature.data.bones)])[1]
+
+
+def _rests_crumpled(armature: bpy.types.Object) -> bool:
+    """Whether an armature has no body's rest pose, as a broken copy beside the true one may."""
+    heads = [np.zeros(3), *(np.array(bone.head_local) for bone in armature.data.bones)]
+    return is_crumpled({joint: heads[bone] for joint, bone in _matched(armature).items()})
 
 
 def _parents_first(armature: bpy.types.Object) -> list[bpy.types.Bone]:
