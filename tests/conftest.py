@@ -47,3 +47,13 @@ def waving() -> Motion:
     rotations = Rotation.from_rotvec((angles[..., None] * axes).reshape(-1, 3)).as_matrix()
     pelvis = np.stack([time, 0.2 * np.sin(time), 1 + 0.1 * np.cos(3 * time)], axis=1)
     return Motion(rotations.reshape(60, N_JOINTS, 3, 3), pelvis, 30.0, "waving", "one", "clip")
+
+
+@pytest.fixture
+def torch():
+    """PyTorch on one thread, where it is installed."""
+    torch = pytest.importorskip("torch")
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield torch
+    torch.set_num_threads(threads)

@@ -16,15 +16,6 @@ STOPPING = replace(SMALL, stopping=True)
 WAYS = pytest.mark.parametrize("settings", [SMALL, STOPPING], ids=["all epochs", "stopping"])
 
 
-@pytest.fixture
-def torch():
-    torch = pytest.importorskip("torch")
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield torch
-    torch.set_num_threads(threads)
-
-
 def library(n_clips=24, n_classes=3, n_places=4, samples=20, seed=0):
     """Swings of a tempo by class, two windows a clip; the noise grows from place to place."""
     rng = np.random.default_rng(seed)

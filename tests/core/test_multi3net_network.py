@@ -11,15 +11,6 @@ from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
 CHANNELS = 6
 
 
-@pytest.fixture
-def torch():
-    torch = pytest.importorskip("torch")
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield torch
-    torch.set_num_threads(threads)
-
-
 def test_equals_torchs_own_modules(torch):
     """The hand-written program against torch.nn's layers with the same weights, and its slopes."""
     from blender_addon.w2w.core.classifiers.multi3net_network import HEADS, SEGMENTS, Network

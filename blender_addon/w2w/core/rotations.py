@@ -133,11 +133,11 @@ def cyclic(v: np.ndarray) -> np.ndarray:
     return out
 
 
-def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Vector product of two `cyclic` arrays, (3, ...)."""
-    out = np.multiply(a[1:4], b[2:5], out=out)
-    out -= a[2:5] * b[1:4]
-    return out
+    product = a[1:4] * b[2:5]
+    product -= a[2:5] * b[1:4]
+    return product
 
 
 def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:

@@ -12,6 +12,8 @@ from numpy.random.bit_generator import ISeedSequence
 from scipy.signal import bilinear, lfilter, lfilter_zi
 from scipy.spatial.transform import Rotation
 
+from .swing_twist import skew_matrix
+
 DRIFT_STEP_S = 0.1
 """Biases drift slowly: they are drawn ten times a second, whatever the rate, and joined by straight lines."""
 
@@ -132,34 +134,15 @@ def mount(
     """
     if shifts.any():
         lever = shifts[:, :, None].astype(gyr.dtype)
-        acc = acc + _skew(lever[..., 0]).transpose(0, 2, 1) @ _rate_of_change(gyr, rate)
-        # w x (w x l) = w (w l) - l w^2
-        centripetal = gyr * (lever.transpose(0, 2, 1) @ gyr)
-        acc += centripetal
+        spin_up = (
+            np.gradient(gyr, 1 / rate, axis=-1, edge_order=2) if gyr.shape[-1] > 2 else np.zeros_like(gyr)
+        )
+        # w' x l + w x (w x l) = -l x w' + w (w l) - l w^2
+        acc = acc - skew_matrix(shifts).astype(gyr.dtype) @ spin_up
+        acc += gyr * (lever.transpose(0, 2, 1) @ gyr)
         acc -= lever * np.einsum("nat,nat->nt", gyr, gyr)[:, None]
     back = Rotation.from_rotvec(turns).inv().as_matrix().astype(acc.dtype)
     return back @ acc, back @ gyr
-
-
-def _rate_of_change(values: np.ndarray, rate: float) -> np.ndarray:
-    """Derivative along the last axis by second-order differences, at the ends too."""
-    change = np.zeros_like(values)
-    if values.shape[-1] < 3:
-        return change
-    np.subtract(values[..., 2:], values[..., :-2], out=change[..., 1:-1])
-    for end, (a, b, c) in ((0, (0, 1, 2)), (-1, (-3, -2, -1))):
-        weights = (-3, 4, -1) if end == 0 else (1, -4, 3)
-        change[..., end] = sum(w * values[..., at] for w, at in zip(weights, (a, b, c), strict=True))
-    change *= values.dtype.type(rate / 2)
-    return change
-
-
-def _skew(vectors: np.ndarray) -> np.ndarray:
-    """Matrices (n, 3, 3) that take u to v x u, for vectors v (n, 3)."""
-    skew = np.zeros((len(vectors), 3, 3), dtype=vectors.dtype)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        skew[:, i, j], skew[:, i, k] = -vectors[:, k], vectors[:, j]
-    return skew
 
 
 def wobble(values: np.ndarray, rate: float, frequency_hz: float, damping: float, gain: float) -> np.ndarray:

@@ -149,9 +149,10 @@ def best_take(
     if not armatures:
         kinds = sorted({item.type.lower() for item in objects})
         raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
-    missing = [len(_missing(item)) for item in armatures]
-    people = [item for item, count in zip(armatures, missing, strict=True) if count == min(missing)]
-    people = [item for item in people if not _rests_crumpled(item)] or people
+    matched = {item: _matched(item) for item in armatures}
+    missing = {item: len(missing_joints(joints)) for item, joints in matched.items()}
+    people = [item for item in armatures if missing[item] == min(missing.values())]
+    people = [item for item in people if not _rests_crumpled(item, matched[item])] or people
     actions = list(bpy.data.actions if actions is None else actions)
     takes = [take for armature in people for take in find_takes(armature, actions)]
     if not takes:
@@ -278,19 +279,15 @@ def motion_amount(motion: SourceMotion) -> float:
     return float(max(travel / MIN_TRAVEL, turn / MIN_TURN))
 
 
-def _missing(armature: bpy.types.Object) -> list[str]:
-    return missing_joints(_matched(armature))
-
-
 def _matched(armature: bpy.types.Object) -> dict[int, int]:
     """Joint -> bone by name, the armature itself being bone 0."""
     return best_match([armature.name, *(bone.name for bone in armature.data.bones)])[1]
 
 
-def _rests_crumpled(armature: bpy.types.Object) -> bool:
+def _rests_crumpled(armature: bpy.types.Object, matched: dict[int, int]) -> bool:
     """Whether an armature has no body's rest pose, as a broken copy beside the true one may."""
     heads = [np.zeros(3), *(np.array(bone.head_local) for bone in armature.data.bones)]
-    return is_crumpled({joint: heads[bone] for joint, bone in _matched(armature).items()})
+    return is_crumpled({joint: heads[bone] for joint, bone in matched.items()})
 
 
 def _parents_first(armature: bpy.types.Object) -> list[bpy.types.Bone]:
