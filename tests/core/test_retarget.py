@@ -149,9 +149,9 @@ vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.l
 @given(vectors, vectors)
 def test_the_smallest_rotation_turns_one_direction_to_the_other(a, b):
     rotation = smallest_rotation(a, b)
-    np.testing.assert_allclose(rotation @ (a / np.linalg.norm(a)), b / np.linalg.norm(b), atol=1e-6)
-    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
-    assert np.linalg.det(rotation) == pytest.approx(1, abs=1e-6)
+    np.testing.assert_allclose(rotation @ (a / np.linalg.norm(a)), b / np.linalg.norm(b), atol=1e-14)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+    assert np.linalg.det(rotation) == pytest.approx(1, abs=1e-14)
 
 
 def test_opposite_directions_have_a_rotation_too():

@@ -5,8 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-OPPOSITE = 1e-9
-"""Directions whose cosine is this near to -1 are opposite: any axis at right angles will do."""
+OBTUSE = -0.5
+"""Cosine below which two reflections make the rotation: they lose no digits near 180 degrees."""
+
+OPPOSITE = 1e-15
+"""Unit vectors whose sum is shorter than rounding are opposite: any axis at right angles will do."""
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
@@ -30,12 +33,25 @@ def smallest_rotation(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     a, b = np.broadcast_arrays(unit(start), unit(end))
     cosine = (a * b).sum(axis=-1)[..., None, None]
     skew = skew_matrix(np.cross(a, b))
-    opposite = cosine < OPPOSITE - 1
-    rotation = np.eye(3) + skew + skew @ skew / np.where(opposite, 1, 1 + cosine)
-    if opposite.any():
-        axis = unit(np.cross(a, np.eye(3)[np.abs(a).argmin(axis=-1)]))
-        rotation = np.where(opposite, 2 * axis[..., :, None] * axis[..., None, :] - np.eye(3), rotation)
-    return rotation
+    obtuse = cosine < OBTUSE
+    rotation = np.eye(3) + skew + skew @ skew / np.where(obtuse, 1, 1 + cosine)
+    return np.where(obtuse, _two_reflections(a, b), rotation) if obtuse.any() else rotation
+
+
+def _two_reflections(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The smallest rotation from a to b, unit vectors far apart: a goes to b in the mirror square to b - a,
+    then a mirror that holds b makes a rotation of it."""
+    total = a + b
+    aside = total - b * (total * b).sum(axis=-1, keepdims=True)
+    opposite = np.linalg.norm(aside, axis=-1, keepdims=True) < OPPOSITE
+    axis = np.cross(a, np.eye(3)[np.abs(a).argmin(axis=-1)])
+    aside = unit(np.where(opposite, np.cross(axis, b), aside))
+    return _mirror(aside) @ _mirror(unit(b - a))
+
+
+def _mirror(normal: np.ndarray) -> np.ndarray:
+    """Reflections in the planes square to unit vectors (..., 3); shape (..., 3, 3)."""
+    return np.eye(3) - 2 * normal[..., :, None] * normal[..., None, :]
 
 
 def turn_about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rotations that lay one direction on another, to the last digits however far apart the two are."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from blender_addon.w2w.core.swing_twist import frame_of, smallest_rotation, turn_about
+
+EPS = np.finfo(float).eps
+
+
+def directions(n, seed=0):
+    """Random unit vectors, and the axes and diagonals where components vanish or tie."""
+    random = np.random.default_rng(seed).normal(size=(n, 3))
+    corners = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], float)
+    every = np.concatenate([random, corners[np.abs(corners).sum(axis=1) > 0]])
+    return every / np.linalg.norm(every, axis=1, keepdims=True)
+
+
+def assert_rotates(rotation, start, end, tolerance):
+    """A proper rotation that takes `start` to `end`."""
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", rotation, start), end, atol=tolerance)
+    np.testing.assert_allclose(
+        rotation @ rotation.swapaxes(1, 2), np.broadcast_to(np.eye(3), rotation.shape), atol=tolerance
+    )
+    np.testing.assert_allclose(np.linalg.det(rotation), 1, atol=tolerance)
+
+
+@pytest.mark.parametrize("short_of_opposite", [0.0, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3, 0.1, 1.0, 2.0, 3.0])
+def test_the_turn_is_exact_however_nearly_opposite_the_directions_are(short_of_opposite):
+    start = directions(200)
+    square = np.cross(start, directions(200, seed=1)[::-1])
+    kept = np.linalg.norm(square, axis=1) > 0.1
+    start, square = start[kept], square[kept] / np.linalg.norm(square[kept], axis=1, keepdims=True)
+    end = -np.cos(short_of_opposite) * start + np.sin(short_of_opposite) * square
+    rotation = smallest_rotation(start, end)
+    assert len(start) > 150
+    assert_rotates(rotation, start, end, 16 * EPS)
+    # the least angle is the angle between the two
+    found = Rotation.from_matrix(rotation).magnitude()
+    np.testing.assert_allclose(found, np.pi - short_of_opposite, atol=64 * EPS)
+
+
+def test_nearly_opposite_directions_that_once_came_out_wrong():
+    start, end = np.array([[0, 1, 0.99999]]), np.array([[0, -1.0, -1]])
+    start, end = (v / np.linalg.norm(v) for v in (start, end))
+    assert_rotates(smallest_rotation(start, end), start, end, 16 * EPS)
+
+
+def test_the_turn_is_about_the_axis_square_to_both():
+    """What lies square to both directions stays, from nearly alike to nearly opposite."""
+    angles = np.pi - np.geomspace(1e-6, 3.1, 60)
+    start = np.array([1.0, 0, 0])
+    end = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    expected = Rotation.from_rotvec(angles[:, None] * [0, 0, 1]).as_matrix()
+    np.testing.assert_allclose(smallest_rotation(start, end), expected, atol=16 * EPS)
+    turned = smallest_rotation(end, np.broadcast_to(start, end.shape))
+    np.testing.assert_allclose(turned, expected.swapaxes(1, 2), atol=16 * EPS)
+
+
+def test_directions_on_both_sides_of_opposite_may_come_together():
+    start = np.array([[0, 0, 3.0], [0, 0, 1], [1, 0, 0]])
+    end = np.array([[0, 0, -1.0], [0, 0, 5], [0, 1, 0]])
+    unit_ends = end / np.linalg.norm(end, axis=1, keepdims=True)
+    unit_starts = start / np.linalg.norm(start, axis=1, keepdims=True)
+    together = smallest_rotation(start, end)
+    assert_rotates(together, unit_starts, unit_ends, 4 * EPS)
+    np.testing.assert_array_equal(together[1], np.eye(3))
+    for one, a, b in zip(together, start, end, strict=True):
+        np.testing.assert_allclose(one, smallest_rotation(a, b), atol=4 * EPS)
+
+
+def test_turns_equal_scipy_and_frames_are_square():
+    axes = directions(50)
+    angles = np.linspace(-7, 7, len(axes))
+    expected = Rotation.from_rotvec(angles[:, None] * axes).as_matrix()
+    np.testing.assert_allclose(turn_about(axes, angles), expected, atol=16 * EPS)
+    left, up = directions(50, seed=2), directions(50, seed=3)
+    kept = np.linalg.norm(np.cross(left, up), axis=1) > 0.1
+    frames = frame_of(left[kept], up[kept])
+    identity = np.broadcast_to(np.eye(3), frames.shape)
+    np.testing.assert_allclose(frames.swapaxes(1, 2) @ frames, identity, atol=64 * EPS)
+    np.testing.assert_allclose(frames[..., 2], up[kept], atol=4 * EPS)
+    np.testing.assert_allclose(np.linalg.det(frames), 1, atol=64 * EPS)
+    assert ((frames[..., 0] * left[kept]).sum(axis=1) > 0).all()
