@@ -15,11 +15,13 @@ from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.skeleton import N_JOINTS
 
+from .made_motions import MadeClip, write_files
+
 settings.register_profile("everywhere", deadline=None)  # a busy machine is no failure
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
 
-SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+SHARED_DATA = Path(os.environ.get("W2W_SHARED_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
 
 
 @pytest.fixture(scope="session")
@@ -34,6 +36,14 @@ def shared_data() -> Path:
 def bundled_body() -> Body:
     """The body that comes with W2W."""
     return Body.bundled()
+
+
+@pytest.fixture(scope="session")
+def made_files(tmp_path_factory) -> tuple[Path, dict[str, MadeClip]]:
+    """FBX and BVH files of known motion, as many kinds of rig hold them; what is in each."""
+    pytest.importorskip("bpy")
+    folder = tmp_path_factory.mktemp("made")
+    return folder, write_files(folder)
 
 
 @pytest.fixture
