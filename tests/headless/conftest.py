@@ -3,20 +3,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from joblib.externals.loky import ProcessPoolExecutor
 
 from blender_addon.w2w.core.advice import advise
 from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import sample_patches
 from blender_addon.w2w.core.study import Recommendation, StudyConfig
 from blender_addon.w2w.core.utility import utility_map
+from headless import load_alone
 from headless.job import Outcome
 from headless.pipeline import Study, write_config
 from headless.results import write_results
 from headless.run_folder import make_folders
+
+
+@pytest.fixture(scope="module")
+def one_reader() -> Iterator[None]:
+    """All files of a module are read by one worker process: a new one for each takes seconds to start."""
+    readers = [ProcessPoolExecutor(1)]
+
+    def run_there(work, *args):
+        try:
+            return readers[-1].submit(work, *args).result()
+        except BrokenExecutor:
+            readers.append(ProcessPoolExecutor(1))
+            return None
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(load_alone, "run_alone", run_there)
+        yield
+    for reader in readers:
+        reader.shutdown(kill_workers=True)
+
 
 HOSTILE = '<script>alert(1)</script> & "walk"</script><!--'
 ACTIVITIES = (HOSTILE, "arm_raise", "sitting")

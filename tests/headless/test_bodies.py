@@ -2,6 +2,7 @@
 """Studies on several bodies: what a person writes is understood, and the maps are compared."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -61,10 +62,12 @@ def test_betas_from_a_motion_shape_a_model(tmp_path, bundled_body):
 def test_a_study_on_two_bodies_says_how_far_they_agree(tmp_path):
     library = tmp_path / "library"
     write_demo_library(library, clips_per_activity=2)
+    for activity in ("stair_climbing", "one_leg_stand"):  # two are enough to compare
+        shutil.rmtree(library / activity)
     result = CliRunner().invoke(
         APP,
         ["run", str(library), "--out", str(tmp_path / "out"), "--bodies", "female, male", "--patches", "12",
-         "--no-pictures"],
+         "--no-pictures", "--no-report", "--workers", "1"],
     )  # fmt: skip
     assert result.exit_code == 0, result.output
     comparison = json.loads((tmp_path / "out/bodies.json").read_text())

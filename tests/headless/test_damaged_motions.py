@@ -12,6 +12,8 @@ from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.source_motion import UnusableMotion
 from headless.load_alone import load_alone
 
+pytestmark = pytest.mark.usefixtures("one_reader")
+
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 BVH = "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh"
 NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyond 1e10)"

@@ -8,6 +8,8 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 
+pytestmark = pytest.mark.usefixtures("one_reader")
+
 SKIPPED = {
     "mixamo/_broken/truncated_50pct_Walking.fbx": "it is cut short: a record should end at byte 355384",
     "mixamo/_broken/truncated_header_only.fbx": "it is cut short: 27 bytes",

@@ -31,7 +31,7 @@ def run(library, out, limit=None):
 
     done = subprocess.run(
         [sys.executable, "-m", "headless", "run", library, "--out", out, "--patches", "32",
-         "--workers", "2", "--no-pictures", "--no-report"],
+         "--workers", "1", "--no-pictures", "--no-report"],
         cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=fill_disk,
     )  # fmt: skip
     assert "Traceback" not in done.stdout + done.stderr, done.stdout + done.stderr

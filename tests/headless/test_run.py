@@ -62,6 +62,14 @@ def finished(library, tmp_path_factory):
     return out, result.output
 
 
+@pytest.fixture(scope="module")
+def finished_by_one(library, tmp_path_factory):
+    """The same study by one worker, without pictures."""
+    out = tmp_path_factory.mktemp("again") / "out"
+    assert study(library, out, "--workers", 1, "--no-pictures").exit_code == 0
+    return out
+
+
 def hashes(out):
     return {
         path.relative_to(out).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
@@ -141,24 +149,26 @@ def test_the_config_names_versions_and_inputs(finished, library):
     assert config["inputs"][file] == hashlib.sha256((library / file).read_bytes()).hexdigest()
 
 
-def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, library, tmp_path):
-    assert study(library, tmp_path / "again", "--workers", 1, "--no-pictures").exit_code == 0
-    assert hashes(tmp_path / "again") == hashes(finished[0])
+def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, finished_by_one):
+    assert hashes(finished_by_one) == hashes(finished[0])
 
 
 def test_another_seed_gives_other_noise(finished, library, tmp_path):
-    assert study(library, tmp_path / "other", "--seed", 1, "--no-pictures").exit_code == 0
+    assert study(library, tmp_path / "other", "--seed", 1, "--no-pictures", "--no-report").exit_code == 0
     first, other = hashes(finished[0]), hashes(tmp_path / "other")
     signals = [name for name in first if name.startswith("signals/")]
+    assert len(signals) == 9
     assert all(first[name] != other[name] for name in signals)
 
 
-def test_a_second_run_takes_up_what_is_finished_and_repairs_what_is_damaged(library, tmp_path):
-    out = tmp_path / "out"
-    assert study(library, out, "--no-pictures", "--workers", 1).exit_code == 0
+def test_a_second_run_takes_up_what_is_finished_and_repairs_what_is_damaged(
+    library, finished_by_one, tmp_path
+):
+    out = shutil.copytree(finished_by_one, tmp_path / "out")
     before = hashes(out)
     signals = sorted((out / "signals").glob("*.npz"))
     times = {path: path.stat().st_mtime_ns for path in signals}
+    assert len(times) == 9
     signals[0].write_bytes(b"damaged")
     signals[1].unlink()
     (out / "summary.json").unlink()
@@ -167,7 +177,9 @@ def test_a_second_run_takes_up_what_is_finished_and_repairs_what_is_damaged(libr
     assert all(path.stat().st_mtime_ns == times[path] for path in signals[2:])
 
 
-def test_strict_fails_when_clips_are_skipped(library, tmp_path):
+def test_strict_fails_when_clips_are_skipped(library, finished_by_one, tmp_path):
+    shutil.copytree(finished_by_one, tmp_path / "out")
+    (tmp_path / "out/summary.json").unlink()
     result = study(library, tmp_path / "out", "--strict", "--no-pictures")
     assert result.exit_code == 3
     assert (tmp_path / "out/summary.json").is_file()
