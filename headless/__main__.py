@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+import io
+import os
+import sys
+
 import typer
 
 from .demo import demo
@@ -55,6 +59,10 @@ APP.add_typer(VALIDATE, name="validate")
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; ends the process with its exit code."""
+    os.environ["PYTHONUTF8"] = "1"  # workers read text as Blender's own Python does, whatever the locale
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name the terminal cannot spell must not end a run
+            stream.reconfigure(errors="backslashreplace")
     APP(args=arguments, prog_name="w2w")
 
 

@@ -16,9 +16,10 @@ from threadpoolctl import threadpool_limits
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.motion_file import readable_size, unreadable
 from blender_addon.w2w.core.motion_signature import motion_signature
 from blender_addon.w2w.core.patches import PatchSet
-from blender_addon.w2w.core.source_motion import UnusableMotion
+from blender_addon.w2w.core.source_motion import UnusableMotion, reason_of
 from blender_addon.w2w.core.study import copies_of, describe, record
 from blender_addon.w2w.core.windows import TooShortError
 
@@ -47,7 +48,8 @@ def work_in_worker(job: Job) -> Outcome:
 
 def record_death(job: Job) -> Outcome:
     """The outcome of a clip that killed its worker, kept so that no later run tries it again."""
-    seconds = time.time() - _started(job)
+    started, source = _marked(job)
+    seconds = time.time() - started
     if seconds >= job.limit_s:
         reason = f"it took longer than the limit of {job.limit_s:g} s (see --clip-limit)"
     else:
@@ -56,9 +58,7 @@ def record_death(job: Job) -> Outcome:
             f"more than {job.memory / 2**30:g} GiB of memory (see --clip-memory)"
         )
     job.marker.unlink(missing_ok=True)
-    try:
-        source = file_sha256(job.clip.path)
-    except OSError:
+    if not source:  # it died while reading the file's bytes: nothing to know it by
         return Outcome(job.clip, reason, {}, "")
     return _conclude(job, source, reason, {}, ())
 
@@ -69,9 +69,13 @@ def do_clip(job: Job) -> Outcome:
     Never raises for what is wrong with a clip: the outcome says it.
     """
     try:
+        readable_size(job.clip.path)  # pipes and devices never end
         source = file_sha256(job.clip.path)
+    except UnusableMotion as error:
+        return Outcome(job.clip, reason_of(error), {}, "")
     except OSError as error:
-        return Outcome(job.clip, f"it cannot be read: {error.strerror}", {}, "")
+        return Outcome(job.clip, unreadable(error), {}, "")
+    _mark_source(job, source)
     done = _finished(job, job.key(source))
     if done is not None:
         return Outcome(job.clip, done["reason"], done["details"], source)
@@ -79,7 +83,7 @@ def do_clip(job: Job) -> Outcome:
         with threadpool_limits(1):  # sums split over threads round otherwise: not the same bytes everywhere
             details, files = _make(job)
     except (UnusableMotion, ValueError) as error:  # core says ValueErrors for people: too short, not finite
-        return _conclude(job, source, str(error), {}, ())
+        return _conclude(job, source, reason_of(error), {}, ())
     except MemoryError:
         reason = f"it needs more than {job.memory / 2**30:g} GiB of memory (see --clip-memory)"
         return _conclude(job, source, reason, {}, ())
@@ -159,11 +163,20 @@ def _conclude(
     return Outcome(job.clip, reason, details, source)
 
 
-def _started(job: Job) -> float:
+def _mark_source(job: Job, source: str) -> None:
+    """Note the hash for `record_death`, which must not read a file that killed a worker."""
+    if job.marker.exists():
+        with job.marker.open("a", encoding="ascii") as stream:
+            stream.write(f"{source}\n")
+
+
+def _marked(job: Job) -> tuple[float, str]:
+    """When the work began, and the hash of the clip's file; empty where the worker did not come so far."""
     try:
-        return float(job.marker.read_text())
+        started, _, source = job.marker.read_text(encoding="ascii").partition("\n")
+        return float(started), source.strip()
     except (OSError, ValueError):
-        return time.time()
+        return time.time(), ""
 
 
 def _finished(job: Job, key: str) -> dict[str, Any] | None:

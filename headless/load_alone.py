@@ -10,7 +10,8 @@ from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
+from blender_addon.w2w.core.motion_file import unreadable
+from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion, reason_of
 
 from .engine import run_alone
 from .load_clip import load_clip
@@ -45,7 +46,9 @@ def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap]) -> Loaded | str:
             return load_clip(clip, body, bone_maps)
         except MemoryError:
             return f"it needs more than {MEMORY / 2**30:g} GiB of memory"
-        except (UnusableMotion, ValueError, OSError) as error:
-            return str(error)
+        except OSError as error:
+            return unreadable(error)
+        except (UnusableMotion, ValueError) as error:
+            return reason_of(error)
         except Exception as error:
             return f"W2W failed on it, please report this: {type(error).__name__}: {error}"

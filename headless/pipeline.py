@@ -182,7 +182,7 @@ def _bake(
     out = out.resolve()
     jobs = [
         Job(
-            replace(clip, path=clip.path.resolve()),
+            replace(clip, path=clip.path.absolute()),  # of a link its own name, which says its kind
             out,
             config,
             inputs,

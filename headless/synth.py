@@ -18,10 +18,12 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.file_names import shown
 from blender_addon.w2w.core.imu import Synthesis
-from blender_addon.w2w.core.library import Clip, activity_of
+from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.placements import resolve
 from blender_addon.w2w.core.recording_formats import write_csv
@@ -75,24 +77,24 @@ def synth(
     except ValueError as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
+    name = shown(clip.name)
     try:
-        _, motion, _ = load_alone(Clip(clip, clip.name, clip.stem, activity_of(clip.name)), body)
+        _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
         if root_band is not None:
             motion = smoothed_root(motion, root_band)
         recording = record(body, _only(patches, chosen), motion, config)
         write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
     except (UnusableMotion, ValueError, OSError) as error:
-        console.print(f"[red]No signal of {clip.name}: {error}[/red]")
+        console.print(f"[red]No signal of {escape(name)}: {escape(str(error))}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
-    name = patches.names[chosen]
-    console.print(
-        f"{recording.n_samples} samples at {recording.rate:g} Hz of a {sensor} at the {name}: {out}"
-    )
+    place = patches.names[chosen]
+    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {sensor} at the {place}"
+    console.print(f"{signal}: {escape(shown(out))}")
     if plot is not None:
         signal_figure(
-            plot, recording, title=f"{clip.stem}: {name}", subtitle=f"{sensor}, {recording.rate:g} Hz"
+            plot, recording, title=f"{shown(clip.stem)}: {place}", subtitle=f"{sensor}, {recording.rate:g} Hz"
         )
-        console.print(f"Picture: {plot}")
+        console.print(f"Picture: {escape(shown(plot))}")
 
 
 def _only(patches: PatchSet, chosen: int) -> PatchSet:

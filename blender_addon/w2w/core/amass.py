@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from .body import Body
 from .motion import SMPL_PELVIS, Motion
+from .motion_file import size_and_head, unreadable
 from .npz_reading import array_names, read_arrays
 from .retarget import on_the_ground
 from .skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
-from .source_motion import UnusableMotion, refuse_too_long
+from .source_motion import UnusableMotion, reason_of, refuse_rate, refuse_too_long
 
 SMPL_SUFFIXES = (".npz", ".smpl")
 """Kinds of files read here, in lower case with the dot."""
@@ -35,6 +36,12 @@ MAX_BYTES = 2 * 2**30
 """No clip unpacks to more; a small npz may claim to."""
 
 MIN_FRAMES = 4
+
+MAX_DISTANCE = 1e7
+"""Metres from the origin: more than any map's coordinates, and little enough for second differences."""
+
+MAX_TURN = 1e4
+"""Radians of one rotation vector: over a thousand whole turns."""
 
 
 def read_amass(path: str | Path, z_up: bool = False) -> Motion:
@@ -69,8 +76,8 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
     trans, rate = _trans(arrays), _rate(arrays)
     if len(poses) != len(trans):
         raise UnusableMotion(f"its 'poses' have {len(poses)} frames but its 'trans' has {len(trans)}")
-    if not (np.isfinite(poses).all() and np.isfinite(trans).all()):
-        raise UnusableMotion("it holds values that are not finite")
+    _refuse_beyond(poses, "poses", MAX_TURN, "rad", "in radians")
+    _refuse_beyond(trans, "trans", MAX_DISTANCE, "m", "in metres")
     rotations = np.tile(np.eye(3), (len(poses), N_JOINTS, 1, 1))
     turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
     rotations[:, 1:BODY_JOINTS] = Y_UP_TO_Z_UP @ turns[:, 1:BODY_JOINTS] @ Y_UP_TO_Z_UP.T
@@ -88,6 +95,7 @@ def to_body(motion: Motion, body: Body) -> Motion:
 
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
+    size_and_head(path)
     try:
         names = set(array_names(path))
         if not ({"poses", SMPL_CONTAINER} & names or any(set(parts) <= names for parts in POSE_PARTS)):
@@ -97,9 +105,9 @@ def _read_arrays(path: Path) -> dict[str, np.ndarray]:
         wanted = ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS)
         return read_arrays(path, wanted, MAX_BYTES)
     except OSError as error:
-        raise UnusableMotion(f"it cannot be read: {error.strerror or error}") from error
+        raise UnusableMotion(unreadable(error)) from error
     except ValueError as error:
-        raise UnusableMotion(str(error)) from error
+        raise UnusableMotion(reason_of(error)) from error
 
 
 def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:
@@ -137,11 +145,22 @@ def _rate(arrays: dict[str, np.ndarray]) -> float:
         if name in arrays and arrays[name].size == 1 and arrays[name].dtype.kind in "fiu":
             rate = float(arrays[name].item())
             if np.isfinite(rate) and rate > 0:
+                refuse_rate(rate)
                 return rate
     raise UnusableMotion(
         f"it does not say its frame rate: none of {', '.join(RATE_KEYS)} holds one; "
         f"save it again with '{RATE_KEYS[0]}'"
     )
+
+
+def _refuse_beyond(values: np.ndarray, name: str, most: float, unit: str, expected: str) -> None:
+    if not np.isfinite(values).all():
+        raise UnusableMotion(f"its '{name}' hold values that are not finite (NaN or infinite)")
+    largest = np.abs(values).max(initial=0.0)
+    if largest > most:
+        raise UnusableMotion(
+            f"its '{name}' reach {largest:.3g} {unit}, which no body does: it is damaged, or not {expected}"
+        )
 
 
 def _stands_along_y(root: np.ndarray) -> bool:

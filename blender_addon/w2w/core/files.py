@@ -73,9 +73,12 @@ def write_json(path: str | Path, content: Any) -> None:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write UTF-8 text atomically, with the line ends as they stand in `text`."""
+    r"""Write UTF-8 text atomically, with the line ends as they stand in `text`.
+
+    What is no Unicode is written as ``\udce9``: one odd file name must not cost a whole result.
+    """
     with atomic_write(path) as stream:
-        stream.write(text.encode("utf-8"))
+        stream.write(text.encode("utf-8", "backslashreplace"))
 
 
 def _umask() -> int:

@@ -12,6 +12,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from .file_names import name_bytes, shown
+
 MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
 """Kinds of motion files, in lower case with the dot."""
 
@@ -35,7 +37,7 @@ class Clip:
     path : Path
         The file.
     file : str
-        Its path inside the library, with forward slashes.
+        Its path inside the library, with forward slashes, as text that can be shown.
     name : str
         A name for files made from it: safe on every file system and unique in the library.
     activity : str
@@ -107,12 +109,13 @@ def read_library(folder: str | Path, labels: str | Path | None = None) -> Librar
     folder = Path(folder)
     if not folder.is_dir():
         raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
-    files = sorted(_motion_files(folder), key=lambda path: path.relative_to(folder).as_posix())
+    files = sorted(_motion_files(folder), key=lambda path: name_bytes(path.relative_to(folder).as_posix()))
     if not files:
         kinds = ", ".join(MOTION_SUFFIXES)
         raise LibraryError(f"{folder} holds no motion files ({kinds}), nor do the folders in it")
     inside = [path.relative_to(folder).as_posix() for path in files]
     names = unique_names(inside)
+    inside = [shown(file) for file in inside]
     if labels is not None:
         rows = _match_rows(Path(labels), inside)
         clips, skipped = [], []
@@ -122,9 +125,9 @@ def read_library(folder: str | Path, labels: str | Path | None = None) -> Librar
                 skipped.append((file, UNLABELLED))
             else:
                 clips.append(Clip(path, file, name, row["activity"], row["subject"], row["motion_key"]))
-        return Library(folder, tuple(clips), f"the file {labels}", tuple(skipped))
+        return Library(folder, tuple(clips), f"the file {shown(labels)}", tuple(skipped))
     clips = [
-        Clip(path, file, name, activity_of(file))
+        Clip(path, file, name, activity_in(folder, path))
         for path, file, name in zip(files, inside, names, strict=True)
     ]
     by_folder = sum("/" in file for file in inside)
@@ -132,6 +135,11 @@ def read_library(folder: str | Path, labels: str | Path | None = None) -> Librar
         text for text, uses in (("folder names", by_folder), ("file names", len(inside) - by_folder)) if uses
     ]
     return Library(folder, tuple(clips), " and ".join(sources))
+
+
+def activity_in(folder: Path, path: Path) -> str:
+    """Label that a motion file gets as part of a library without a csv."""
+    return activity_of(shown(path.relative_to(folder).as_posix()))
 
 
 def activity_of(file: str) -> str:
@@ -167,21 +175,22 @@ def unique_names(files: Iterable[str]) -> list[str]:
     return [
         name
         if name and uses[name.lower()] == 1
-        else f"{name}_{hashlib.sha256(file.encode()).hexdigest()[:8]}".strip("_")
+        else f"{name}_{hashlib.sha256(name_bytes(file)).hexdigest()[:8]}".strip("_")
         for name, file in zip(plain, files, strict=True)
     ]
 
 
 def _motion_files(folder: Path) -> Iterable[Path]:
-    """Motion files of a folder and its subfolders, less what W2W's own runs left in them."""
+    """Whatever a folder and its subfolders name as a motion file, less what W2W's own runs left there.
+
+    Pipes and links that lead nowhere are among them: whoever reads one says why it is skipped.
+    """
     for place, folders, files in os.walk(folder):
         if WORK_FOLDER in folders:
             folders[:] = [name for name in folders if name not in RESULTS]
             files = [name for name in files if name not in RESULTS]
-        for path in (Path(place, name) for name in files):
-            # pipes and devices would be waited on for ever; a link that leads nowhere is said when it is read
-            if path.suffix.lower() in MOTION_SUFFIXES and (path.is_file() or path.is_symlink()):
-                yield path
+        paths = (Path(place, name) for name in files)
+        yield from (path for path in paths if path.suffix.lower() in MOTION_SUFFIXES)
 
 
 def _match_rows(labels: Path, inside: list[str]) -> dict[str, dict[str, str]]:

@@ -10,7 +10,7 @@ from collections.abc import Collection
 from pathlib import Path
 from tokenize import TokenError
 from typing import BinaryIO
-from zipfile import BadZipFile, ZipFile
+from zipfile import BadZipFile, ZipFile, is_zipfile
 
 import numpy as np
 from numpy.lib import format as npy
@@ -52,7 +52,7 @@ def array_names(path: str | Path) -> list[str]:
         with ZipFile(path) as archive:
             return [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
     except DAMAGED as error:
-        raise ValueError(f"it cannot be read as an npz file: {error}") from error
+        raise ValueError(f"it cannot be read as an npz file: {_fault(path, error)}") from error
 
 
 def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> dict[str, np.ndarray]:
@@ -86,18 +86,37 @@ def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> di
                 raise ValueError(f"it would unpack to {size / 2**30:.1f} GiB, more than any motion needs")
             arrays = {}
             for name, member in members.items():
-                with archive.open(member) as stream:
-                    shape, _, dtype = read_header(stream)
-                held = archive.getinfo(member).file_size
-                if dtype.kind not in PLAIN or math.prod(shape) * dtype.itemsize > held:
-                    raise ValueError(f"its '{name}' is damaged or holds neither numbers nor text")
-                with archive.open(member) as stream:
-                    arrays[name] = npy.read_array(stream, allow_pickle=False)
-                if dtype.kind == "U" and not _is_text(arrays[name]):
-                    raise ValueError(f"its '{name}' is no text")
+                try:
+                    arrays[name] = _read_member(archive, member)
+                except ValueError as error:  # numpy's own words quote bytes
+                    raise ValueError(f"its '{name}' is damaged or holds neither numbers nor text") from error
             return arrays
     except DAMAGED as error:
-        raise ValueError(f"it cannot be read as an npz file: {error}") from error
+        raise ValueError(f"it cannot be read as an npz file: {_fault(path, error)}") from error
+
+
+def _read_member(archive: ZipFile, member: str) -> np.ndarray:
+    with archive.open(member) as stream:
+        shape, _, dtype = read_header(stream)
+    held = archive.getinfo(member).file_size
+    if dtype.kind not in PLAIN or math.prod(shape) * dtype.itemsize > held:
+        raise ValueError(member)
+    with archive.open(member) as stream:
+        array = npy.read_array(stream, allow_pickle=False)
+    if dtype.kind == "U" and not _is_text(array):
+        raise ValueError(member)
+    return array
+
+
+def _fault(path: str | Path, error: Exception) -> str:
+    """What is wrong with the archive, without the bytes that zipfile quotes."""
+    if isinstance(error, MemoryError):
+        return "it takes more memory than there is"
+    if isinstance(error, NotImplementedError):
+        return "it is packed in a way that Python does not know; save it again with numpy.savez_compressed"
+    if isinstance(error, RuntimeError):
+        return "it is locked with a password"
+    return "it is damaged" if is_zipfile(path) else "it is no zip archive, which an npz file is"
 
 
 def _is_text(array: np.ndarray) -> bool:

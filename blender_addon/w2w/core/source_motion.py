@@ -53,6 +53,12 @@ MOST_BONE_FRAMES = 2**24
 """Frames times bones that can be held: 2 GiB of matrices, over an hour of 65 bones at 60 frames/s."""
 
 
+LOWEST_RATE, HIGHEST_RATE = 1.0, 2000.0
+"""Frames per second of motions, from sparse key poses to the fastest motion capture."""
+
+NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyond 1e10)"
+
+
 class UnusableMotion(Exception):  # noqa: N818 - named for what it says, it is shown to people
     """A motion file that cannot be used; the message says why, in a sentence for people."""
 
@@ -69,6 +75,29 @@ def refuse_too_long(n_frames: int, n_bones: int) -> None:
         raise UnusableMotion(
             f"it is too long to be read at once ({n_frames} frames of {n_bones} bones): cut it into parts of "
             f"at most {MOST_BONE_FRAMES // n_bones} frames"
+        )
+
+
+def reason_of(error: Exception) -> str:
+    """Why a file cannot be used, from what reading it raised: never empty."""
+    text = str(error).strip()
+    if text and not isinstance(error, KeyError):  # whose text is a bare key
+        return text
+    return f"W2W failed on it, please report this: {type(error).__name__} {text}".rstrip()
+
+
+def refuse_rate(rate: float) -> None:
+    """Refuse a frame rate that no motion has.
+
+    Raises
+    ------
+    UnusableMotion
+        If it is not from LOWEST_RATE to HIGHEST_RATE.
+    """
+    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+        raise UnusableMotion(
+            f"it says {rate:,.4g} frames a second; motions have {LOWEST_RATE:g} to {HIGHEST_RATE:,.0f}: "
+            "correct its frame rate"
         )
 
 

@@ -12,12 +12,13 @@ import bpy
 import numpy as np
 
 from ..core.bone_maps import best_match, missing_joints
+from ..core.bvh_check import check_bvh
 from ..core.library import MOTION_SUFFIXES
 from ..core.retarget import is_crumpled
-from ..core.source_motion import SourceMotion, UnusableMotion, refuse_too_long
+from ..core.source_motion import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
 from ..core.source_repair import repaired
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
-from .motion_files import NOT_FINITE, check_bvh, check_fbx
+from .motion_files import check_fbx, import_fault
 
 Curves = dict[str, OwnCurves]
 
@@ -76,6 +77,7 @@ def read_clip(path: str | Path) -> SourceMotion:
     with imported(path) as objects:
         # actions that were there before may fit the file's armature too: other clips of the same rig
         source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
+    refuse_rate(source.rate)
     return repaired(source) if path.suffix.lower() == ".bvh" else source
 
 
@@ -110,7 +112,7 @@ def import_file(path: Path) -> None:
     kind = path.suffix.lower()
     try:
         if kind == ".fbx":
-            check_fbx(path)
+            check_fbx(path, python_importer=not _has_cpp_importer())
             _import_fbx(path)
         elif kind == ".bvh":
             check_bvh(path)
@@ -122,9 +124,7 @@ def import_file(path: Path) -> None:
     except UnusableMotion:
         raise
     except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError
-        reason = _reason(error)
-        fault = "it unpacks to more than fits" if "memory" in reason.lower() else "it seems damaged"
-        raise UnusableMotion(f"Blender cannot import it ({reason}): {fault}") from error
+        raise UnusableMotion(import_fault(path, error)) from error
 
 
 def best_take(
@@ -225,10 +225,14 @@ def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
 
 def _import_fbx(path: Path) -> None:
     """Blender's C++ importer (4.5 and later), or the Python one it had before."""
-    if "fbx_import" in dir(bpy.ops.wm):
+    if _has_cpp_importer():
         bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
     else:
         bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
+
+
+def _has_cpp_importer() -> bool:
+    return "fbx_import" in dir(bpy.ops.wm)
 
 
 def _most_moving(takes: list[Take]) -> SourceMotion:
@@ -342,10 +346,3 @@ def _all_data() -> Iterator[bpy.types.ID]:
         data.textures, data.cameras, data.lights, data.collections, data.shape_keys, data.curves,
     ):  # fmt: skip
         yield from collection
-
-
-def _reason(error: Exception) -> str:
-    """The importer's own words, without its prefix and the path."""
-    lines = [line for line in str(error).strip().splitlines() if not line.startswith("Location: ")]
-    text = lines[-1] if lines else type(error).__name__
-    return text.split(": ")[-1].strip("'\" ") or type(error).__name__

@@ -1,82 +1,94 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is wrong with a motion file, told from its bytes, before or after Blender refuses it."""
+"""What is wrong with an FBX file, told from its bytes, before or after Blender refuses it."""
 
 from __future__ import annotations
 
-import mmap
 import re
 import struct
 from pathlib import Path
 
+from ..core.motion_file import size_and_head
 from ..core.source_motion import UnusableMotion
 
 FBX_MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
-GIT_LFS_MAGIC = b"version https://git-lfs"
 FBX_HEADER_SIZE = 27
-NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyond 1e10)"
-_NOT_FINITE = re.compile(rb"nan|inf|#|e\+?0*[1-9]\d", re.IGNORECASE)
-"""As C and Python write such numbers into text."""
 
-BVH_SKELETON_SIZE = 2**20
-"""Bytes within which the skeleton of a BVH file ends: hundreds of times what a body takes."""
+OLDEST = 3000
+"""FBX 3.0: the oldest version that Blender's C++ importer (4.5 and later) reads, as text too."""
+
+OLDEST_FOR_PYTHON = 7100
+"""FBX 2011: the oldest version, and binary only, that the Python importer before it reads."""
+
+SAVE_ANEW = "save it as FBX 7.4 (FBX 2014), binary, where it comes from or with Blender 4.5 or later"
+
+FAULTS = {
+    "memory": "it unpacks to more than fits in memory",
+    "truncated": "it is cut short, or a record in it does not add up",
+    "failed to read": "it is cut short, or a record in it does not add up",
+    "deflate": "it is damaged: a packed part of it cannot be unpacked",
+    "ascii parse": "it is damaged: its text cannot be understood",
+}
+"""What Blender's importers say, in lower case, and what it means."""
 
 
-def check_fbx(path: Path) -> None:
+def check_fbx(path: Path, python_importer: bool = False) -> None:
     """Refuse a file that cannot be an FBX, with a sentence that is true.
+
+    Parameters
+    ----------
+    path : Path
+    python_importer : bool
+        Blender has only the importer it had before 4.5.
 
     Raises
     ------
     UnusableMotion
-        If the file is missing, empty, a Git LFS pointer, cut short or no FBX at all.
+        If the file cannot be read, is empty, a Git LFS pointer, cut short, no FBX at all, or of a
+        version that Blender does not read.
     """
-    size, head = _size_and_head(path)
-    if head.startswith(FBX_MAGIC):
+    size, head = size_and_head(path)
+    binary = head.startswith(FBX_MAGIC)
+    if binary:
         _check_binary_fbx(path, size, head)
-    elif b"FBX" not in head and b"FBXHeaderExtension" not in head:
+    elif b"FBX" not in head:
         raise UnusableMotion(
             "it is not an FBX file: it has neither the binary mark nor FBX text at its start"
         )
+    version = _version(head)
+    if version is not None and version < OLDEST:
+        raise UnusableMotion(
+            f"its header says FBX version {_spoken(version)}, and Blender reads 3.0 and later: it is "
+            f"damaged, or very old; {SAVE_ANEW}"
+        )
+    if python_importer and (not binary or (version or 0) < OLDEST_FOR_PYTHON):
+        kind = "" if version is None else f" of version {_spoken(version)}"
+        form = "" if binary else " in text form"
+        raise UnusableMotion(f"it is an FBX{kind}{form}, which Blender reads from 4.5 on: {SAVE_ANEW}")
 
 
-def check_bvh(path: Path) -> None:
-    """Refuse a file that cannot be a BVH, with a sentence that is true.
-
-    Raises
-    ------
-    UnusableMotion
-        If the file is missing, empty, a Git LFS pointer, no BVH, cut short, of unequal braces, or holds
-        values that are not finite, which Blender's importer would turn into a pose.
-    """
-    size, head = _size_and_head(path)
-    if b"HIERARCHY" not in head[:200]:
-        raise UnusableMotion("it is not a BVH file: it does not begin with HIERARCHY")
-    with path.open("rb") as stream:
-        skeleton, motion, _ = stream.read(BVH_SKELETON_SIZE).partition(b"MOTION")
-    if not motion:
-        if size <= BVH_SKELETON_SIZE:
-            raise UnusableMotion(f"it is cut short at {size} bytes: no MOTION follows its skeleton")
-        return
-    opened, closed = skeleton.count(b"{"), skeleton.count(b"}")
-    if opened != closed:
-        raise UnusableMotion(f"it is damaged: its skeleton opens {opened} braces and closes {closed}")
-    offsets = b" ".join(line for line in skeleton.splitlines() if b"OFFSET" in line)
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as whole:
-        if _NOT_FINITE.search(offsets) or _NOT_FINITE.search(whole, len(skeleton)):
-            raise UnusableMotion(NOT_FINITE)
+def import_fault(path: Path, error: Exception) -> str:
+    """Why Blender's importer refused a file that looked whole, in words for people."""
+    said = str(error).replace(str(path), "").lower()
+    fault = next((fault for words, fault in FAULTS.items() if words in said), "")
+    version = _version(size_and_head(path)[1]) if path.suffix.lower() == ".fbx" else None
+    if version is not None and version < OLDEST_FOR_PYTHON and not fault.endswith("memory"):
+        return (
+            f"Blender cannot import it: it is an FBX of version {_spoken(version)}, from before 2011, or it "
+            f"is damaged; if it opens elsewhere, {SAVE_ANEW}"
+        )
+    return f"Blender cannot import it: {fault or 'it is damaged'}"
 
 
-def _size_and_head(path: Path) -> tuple[int, bytes]:
-    try:
-        size = path.stat().st_size
-        with path.open("rb") as stream:
-            head = stream.read(4096)
-    except OSError as error:
-        raise UnusableMotion(f"it cannot be read: {error.strerror}") from error
-    if size == 0:
-        raise UnusableMotion("the file is empty (0 bytes)")
-    if head.startswith(GIT_LFS_MAGIC):
-        raise UnusableMotion("it is a Git LFS pointer, not the motion itself: fetch it with 'git lfs pull'")
-    return size, head
+def _version(head: bytes) -> int | None:
+    """Such as 7400 for FBX 7.4; None where the start of a text file does not say."""
+    if head.startswith(FBX_MAGIC):
+        return struct.unpack_from("<I", head, 23)[0]
+    said = re.search(rb"FBXVersion:\s*(\d{1,5})\b", head)
+    return int(said[1]) if said else None
+
+
+def _spoken(version: int) -> str:
+    return f"{version / 1000:.1f}"
 
 
 def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:

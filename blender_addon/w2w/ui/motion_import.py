@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import bpy
 
+from ..core.file_names import shown
 from ..core.library import MOTION_SUFFIXES, LibraryError, activity_of, read_library, unique_names
-from ..core.source_motion import UnusableMotion
+from ..core.source_motion import UnusableMotion, reason_of
 from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
 from ..scene.motions import Carried, carry, read_motion
@@ -51,7 +52,9 @@ def wanted_files(paths: Iterable[Path]) -> list[Wanted]:
     if not paths:
         raise LibraryError(f"choose motion files ({', '.join(MOTION_SUFFIXES)})")
     names = unique_names([path.name for path in paths])
-    return [Wanted(path, name, activity_of(path.name)) for path, name in zip(paths, names, strict=True)]
+    return [
+        Wanted(path, name, activity_of(shown(path.name))) for path, name in zip(paths, names, strict=True)
+    ]
 
 
 def import_steps(mesh: bpy.types.Object, wanted: list[Wanted]) -> Steps:
@@ -62,13 +65,13 @@ def import_steps(mesh: bpy.types.Object, wanted: list[Wanted]) -> Steps:
     finished = False
     try:
         for number, item in enumerate(wanted):
-            yield Step(number / len(wanted), item.path.name)
+            yield Step(number / len(wanted), shown(item.path.name))
             try:
                 carried = carry(read_motion(item.path), body)
                 add_clip(mesh, armature, carried, item)
             except (UnusableMotion, ValueError) as error:
                 failed += 1
-                _add_failed(mesh, item, str(error))
+                _add_failed(mesh, item, reason_of(error))
         finished = True
     finally:
         if not finished:
@@ -106,7 +109,7 @@ def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
 
 
 def _add_failed(mesh: bpy.types.Object, item: Wanted, reason: str) -> None:
-    name = _free_name(mesh, item.path.name)
+    name = _free_name(mesh, shown(item.path.name))
     clip = mesh.w2w.clips.add()
     clip.name, clip.file, clip.problem = name, str(item.path), reason
 
