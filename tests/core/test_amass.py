@@ -2,6 +2,7 @@
 """SMPL motions under the names and axes that files in the wild use; what is none is refused truly."""
 
 import csv
+import zipfile
 
 import numpy as np
 import pytest
@@ -93,12 +94,53 @@ def test_smpl_containers(tmp_path, arrays, waving, joints):
         ({"poses": np.zeros((60, 70))}, r"shape \(60, 70\); expected axis-angle"),
         ({"poses": np.zeros((1, 72)), "trans": np.zeros((1, 3))}, "a pose, not a motion: 1 frame$"),
         ({"trans": np.zeros((59, 3))}, "60 frames but its 'trans' has 59"),
+        (
+            {"trans": np.full((60, 3), -1e300)},
+            r"^its 'trans' reach 1e\+300 m, which no body does: it is damaged, or not in metres$",
+        ),
+        (
+            {"poses": np.full((60, 72), 1e300)},
+            r"^its 'poses' reach 1e\+300 rad, which no body does: it is damaged, or not in radians$",
+        ),
+        ({"trans": np.full((60, 3), np.nan)}, r"^its 'trans' hold values that are not finite \(NaN or"),
+        ({"poses": np.full((60, 72), np.inf)}, r"^its 'poses' hold values that are not finite \(NaN or"),
+        ({"mocap_framerate": np.array(1e9)}, r"^it says 1e\+09 frames a second; motions have 1 to 2,000"),
+        ({"mocap_framerate": np.array(1e-3)}, r"^it says 0.001 frames a second"),
     ],
 )
 def test_what_is_missing_is_said(tmp_path, arrays, change, reason):
     changed = {key: value for key, value in (arrays | change).items() if value is not None}
     with pytest.raises(UnusableMotion, match=reason):
         read(tmp_path, **changed)
+
+
+@pytest.mark.parametrize(
+    ("damage", "reason"),
+    [
+        (lambda _: b"no zip", "it is no zip archive, which an npz file is"),
+        (lambda data: data[: len(data) // 2], "it is no zip archive, which an npz file is"),
+        (lambda data: data.replace(b"poses.npy", b"pos\x00s.npy", 1), "it is damaged"),
+        (lambda data: data.replace(b"\x93NUMPY", b"\x93NUMPX"), "it is damaged"),
+        (lambda _: b"", "the file is empty (0 bytes)"),
+        (lambda _: b"version https://git-lfs.github.com/spec/v1\n", "it is a Git LFS pointer"),
+    ],
+    ids=["text", "cut", "name", "magic", "empty", "pointer"],
+)
+def test_damage_is_told_without_raw_bytes(tmp_path, waving, damage, reason):
+    waving.save(tmp_path / "clip.npz")
+    (tmp_path / "clip.npz").write_bytes(damage((tmp_path / "clip.npz").read_bytes()))
+    with pytest.raises(UnusableMotion) as said:
+        read_amass(tmp_path / "clip.npz")
+    assert reason in str(said.value)
+    assert "b'" not in str(said.value)
+
+
+def test_an_array_of_another_kind_is_told_without_raw_bytes(tmp_path):
+    stored = tmp_path / "clip.npz"
+    with zipfile.ZipFile(stored, "w") as archive:
+        archive.writestr("poses.npy", b"\x93NUMPX\x01\x00 nonsense")
+    with pytest.raises(UnusableMotion, match=r"^its 'poses' is damaged or holds neither numbers nor text$"):
+        read_amass(stored)
 
 
 REASONS = {

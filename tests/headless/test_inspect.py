@@ -2,18 +2,24 @@
 """`w2w inspect` says what a file holds and whether it would be used."""
 
 import json
+import re
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from blender_addon.w2w.core.library import read_library
 from headless.__main__ import APP
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def inspect(path):
-    result = CliRunner().invoke(APP, ["inspect", str(path)], env={"COLUMNS": "200"})
+def inspect(*arguments):
+    result = CliRunner().invoke(
+        APP, ["inspect", *(str(argument) for argument in arguments)], env={"COLUMNS": "400"}
+    )
     return result.exit_code, " ".join(result.output.split())
 
 
@@ -23,15 +29,15 @@ def test_a_clip_that_would_be_used(shared_data):
     )
     assert code == 0
     assert "would be used" in output
-    assert "67 bones, named as Mixamo does" in output
-    assert "31 at 30 a second" in output
+    assert "67 bones, matched by their names (Mixamo)" in output
+    assert "31 at 30 frames/s" in output
     assert "180 degrees" in output
 
 
 def test_an_amass_clip(shared_data):
     code, output = inspect(shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz")
     assert code == 0
-    assert "601 at 120 a second" in output
+    assert "601 at 120 frames/s" in output
 
 
 @pytest.mark.parametrize(
@@ -59,8 +65,92 @@ def test_a_bone_map_of_the_user_s_own(shared_data, tmp_path):
     mine.write_text(json.dumps({"name": "our own rig", "joints": joints}))
     result = CliRunner().invoke(APP, ["inspect", str(clip), "--bone-map", str(mine)], env={"COLUMNS": "200"})
     assert result.exit_code == 0
-    assert "named as our own rig does" in result.output
+    assert "33 bones, matched by their names (our own rig)" in result.output
     mine.write_text("{}")
     result = CliRunner().invoke(APP, ["inspect", str(clip), "--bone-map", str(mine)], env={"COLUMNS": "200"})
     assert result.exit_code == 2
     assert "is not a bone map" in " ".join(result.output.split())
+
+
+WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
+
+
+def test_plain_english_for_each_kind_of_file(shared_data):
+    """The whole output, as people read it."""
+    expected = {
+        WALKING: "take 'mixamo.com' skeleton 33 bones, matched by their names (Mixamo) scale 1 unit in the "
+        "file is 0.8209 m on W2W's body; the rest pose spans 2.01 units frames 32 at 30 frames/s duration "
+        "1.03 s body turns 0 degrees between the first and last frame body travels 0.00 m between the first "
+        "and last frame hands travel left 0.90 m, right 1.09 m along their paths Walking.fbx would be used.",
+        "smpl_poses/nghorbani__amass/amass_sample.npz": "skeleton SMPL joints frames 601 at 120 frames/s "
+        "duration 5.00 s",
+        "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh": "skeleton 22 bones, matched by their "
+        "names (Bandai-Namco) scale 1 unit in the file is 0.01049 m on W2W's body; the rest pose spans 140 "
+        "units frames 37 at 30 frames/s",
+    }
+    for file, words in expected.items():
+        code, output = inspect(shared_data / file)
+        assert code == 0
+        assert words in output
+
+
+def test_bones_of_unknown_names(shared_data, tmp_path):
+    text = (shared_data / "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh").read_text()
+    names = re.findall(r"(?:ROOT|JOINT)\s+(\S+)", text)
+    for number, name in enumerate(names):
+        text = re.sub(rf"(ROOT|JOINT)\s+{name}\b", rf"\1 qx{number:02d}z", text)
+    (tmp_path / "walk.bvh").write_text(text)
+    code, output = inspect(tmp_path / "walk.bvh")
+    assert code == 0
+    assert "22 bones, matched by structure, as no bone map knows their names" in output
+
+
+def test_a_clip_shorter_than_a_window_would_be_skipped_as_a_run_does(tmp_path, waving):
+    replace(waving, rotations=waving.rotations[:8], pelvis=waving.pelvis[:8]).save(tmp_path / "moment.npz")
+    code, output = inspect(tmp_path / "moment.npz")
+    assert code == 1
+    assert "moment.npz would be skipped: it is shorter than the 0.5 s a window needs." in output
+
+
+@pytest.fixture
+def library(shared_data, tmp_path):
+    """A folder of folders that label, with a file of another word, and a csv of yet another."""
+    for file in ("1_walk/Walking (2).fbx", "flat@Waving.fbx", "b/2. Läufe/clip.fbx", "b/unlisted.fbx"):
+        (tmp_path / "library" / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(shared_data / WALKING, tmp_path / "library" / file)
+    (tmp_path / "labels.csv").write_text(
+        "file,activity\n1_walk/Walking (2).fbx,stroll\nflat@Waving.fbx,wave\nclip.fbx,run\n", encoding="utf-8"
+    )
+    return tmp_path / "library"
+
+
+@pytest.mark.parametrize("labels", [False, True])
+def test_inspect_labels_every_clip_as_a_run_does(library, labels):
+    csv = library.parent / "labels.csv" if labels else None
+    found = read_library(library, csv)
+    assert len(found.clips) == (3 if labels else 4)
+    for clip in found.clips:
+        options = ["--labels", csv] if labels else []
+        code, output = inspect(clip.path, "--library", library, *options)
+        assert code == 0
+        assert f"Its label is '{clip.activity}', " in output
+    if labels:
+        code, output = inspect(library / "b/unlisted.fbx", "--library", library, "--labels", csv)
+        assert "But a run on this library would skip it: labels.csv does not list it." in output
+
+
+def test_without_a_library_both_labels_are_said(library):
+    code, output = inspect(library / "1_walk/Walking (2).fbx")
+    assert code == 0
+    assert (
+        "Its label is '1_walk', its folder's name, or 'walking', its file name, if that folder itself is the "
+        "library (see --library)."
+    ) in output
+    assert read_library(library).clips[0].activity == "1_walk"
+    assert read_library(library / "1_walk").clips[0].activity == "walking"
+
+
+def test_a_file_outside_the_library_is_wrong_use(library, shared_data):
+    code, output = inspect(shared_data / WALKING, "--library", library)
+    assert code == 2
+    assert "is not in the library" in output

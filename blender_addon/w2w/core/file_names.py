@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import PurePath
 
 KEEP = "surrogatepass" if os.name == "nt" else "surrogateescape"
@@ -16,11 +17,12 @@ def name_bytes(name: str | PurePath) -> bytes:
 
 
 def shown(name: str | PurePath) -> str:
-    r"""A name as text that can be printed and written to any file; other bytes as ``\xe9``.
+    r"""A name as text that can be printed and written to any file; bytes that are no text as ``%E9``.
 
     Examples
     --------
     >>> shown("caf\udce9.fbx")
-    'caf\\xe9.fbx'
+    'caf%E9.fbx'
     """
-    return name_bytes(name).decode("utf-8", "backslashreplace")
+    text = name_bytes(name).decode("utf-8", "surrogateescape")
+    return re.sub("[\udc80-\udcff]", lambda found: f"%{ord(found[0]) - 0xDC00:02X}", text)

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""FBX files that Blender's importers refuse: a true sentence for each, old ones not called damaged."""
+
+import struct
+
+import bpy
+import pytest
+
+from blender_addon.w2w.core.source_motion import UnusableMotion
+from blender_addon.w2w.scene.clips import read_clip
+from blender_addon.w2w.scene.motion_files import SAVE_ANEW, check_fbx, import_fault
+
+WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
+TEXT_OF_2010 = "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx"
+"""A real file of FBX 6.1, in text form."""
+
+needs_cpp_importer = pytest.mark.skipif(
+    "fbx_import" not in dir(bpy.ops.wm), reason="this Blender has only the Python importer"
+)
+
+
+@pytest.fixture(autouse=True)
+def empty_scene():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def of_version(source, target, version):
+    data = bytearray(source.read_bytes())
+    struct.pack_into("<I", data, 23, version)
+    target.write_bytes(data)
+    return target
+
+
+def reason(path, **options):
+    with pytest.raises(UnusableMotion) as said:
+        check_fbx(path, **options)
+    return str(said.value)
+
+
+@needs_cpp_importer
+def test_fbx_6_1_is_read_where_blender_reads_it(shared_data):
+    assert read_clip(shared_data / TEXT_OF_2010).n_frames == 73
+
+
+def test_the_python_importer_reads_no_text_and_nothing_before_2011(shared_data, tmp_path):
+    assert reason(shared_data / TEXT_OF_2010, python_importer=True) == (
+        f"it is an FBX of version 6.1 in text form, which Blender reads from 4.5 on: {SAVE_ANEW}"
+    )
+    old = of_version(shared_data / WALKING, tmp_path / "old.fbx", 6100)
+    assert reason(old, python_importer=True) == (
+        f"it is an FBX of version 6.1, which Blender reads from 4.5 on: {SAVE_ANEW}"
+    )
+    check_fbx(shared_data / WALKING, python_importer=True)
+
+
+@needs_cpp_importer
+def test_an_old_file_that_cannot_be_read_is_called_old(shared_data, tmp_path):
+    old = of_version(shared_data / WALKING, tmp_path / "old.fbx", 6100)
+    with pytest.raises(UnusableMotion) as said:
+        read_clip(old)
+    assert str(said.value) == (
+        "Blender cannot import it: it is an FBX of version 6.1, from before 2011, or it is damaged; if it "
+        f"opens elsewhere, {SAVE_ANEW}"
+    )
+
+
+@pytest.mark.parametrize(("version", "spoken"), [(0, "0.0"), (2500, "2.5")])
+def test_a_version_that_no_importer_reads(shared_data, tmp_path, version, spoken):
+    old = of_version(shared_data / WALKING, tmp_path / "old.fbx", version)
+    assert reason(old).startswith(f"its header says FBX version {spoken}, and Blender reads 3.0 and later")
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ("Error: FBX Import: Cannot import file '{}': 'Truncated file'\n", "it is cut short, or a record"),
+        ("Error: FBX Import: Cannot import file '{}': 'Failed to load'\n", "it is damaged"),
+        ("Error: FBX Import: Cannot import file '{}': 'Bad DEFLATE data'\n", "a packed part of it cannot"),
+        ("Error: Couldn't open file '{}' (failed to read complete nested block, expected 9)", "cut short"),
+        ("Error: Python: Traceback ...\nKeyError: b'Vertices'\nLocation: import_fbx.py:1\n", "it is damaged"),
+        ("Error: Out of memory", "it unpacks to more than fits in memory"),
+        ("", "it is damaged"),
+    ],
+)
+def test_what_importers_say_becomes_a_sentence(shared_data, tmp_path, said, told):
+    path = tmp_path / "memory games.fbx"  # a name that says what importers say
+    path.write_bytes((shared_data / WALKING).read_bytes())
+    fault = import_fault(path, RuntimeError(said.format(path)))
+    assert fault.startswith("Blender cannot import it: ")
+    assert told in fault
+    assert "b'" not in fault
