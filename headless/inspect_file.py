@@ -52,7 +52,7 @@ def inspect(
     console = Console(highlight=False)
     body = Body.bundled()
     try:
-        label = _label(file, library, labels)
+        label = label_said(file, library, labels)
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
     except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)
@@ -77,7 +77,7 @@ def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
     return typer.Exit(NOTHING_TO_DO)
 
 
-def _label(file: Path, library: Path | None, labels: Path | None) -> str:
+def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     """How a run labels the file, in a sentence.
 
     Raises

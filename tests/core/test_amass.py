@@ -120,7 +120,7 @@ def test_what_is_missing_is_said(tmp_path, arrays, change, reason):
         (lambda _: b"no zip", "it is no zip archive, which an npz file is"),
         (lambda data: data[: len(data) // 2], "it is no zip archive, which an npz file is"),
         (lambda data: data.replace(b"poses.npy", b"pos\x00s.npy", 1), "it is damaged"),
-        (lambda data: data.replace(b"\x93NUMPY", b"\x93NUMPX"), "it is damaged"),
+        (lambda data: data.replace(b"\x93NUMPY", b"\x93NUMPX"), "its 'poses' is damaged"),
         (lambda _: b"", "the file is empty (0 bytes)"),
         (lambda _: b"version https://git-lfs.github.com/spec/v1\n", "it is a Git LFS pointer"),
     ],

@@ -40,8 +40,11 @@ def test_a_library_of_such_names(tmp_path):
     assert found.activities == {"gehen%e4": 2, "läuft": 1}
     assert all(clip.path.read_bytes() == b"x" for clip in found.clips)
     assert len({clip.name for clip in found.clips}) == 3
-    for clip in found.clips:
-        clip.file.encode("utf-8")
+    labels = tmp_path / "labels.csv"
+    labels.write_text("file,activity\ngehen%E4/a.fbx,stroll\n%FF%FE.fbx,run\n", encoding="utf-8")
+    listed = read_library(tmp_path / "library", labels)
+    assert [clip.activity for clip in listed.clips] == ["stroll", "run"]
+    assert dict(listed.skipped).keys() == {"läuft/é.fbx"}
 
 
 def test_nothing_that_is_no_unicode_stops_a_result(tmp_path):
