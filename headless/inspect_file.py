@@ -89,10 +89,10 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     if library is None and labels is None:
         inside, above = activity_in(file.parent, file), activity_in(file.parent.parent, file)
         if not file.parent.name:
-            return f"Its label is '{inside}', its file name."
+            return f"A run labels it '{inside}' after its file name."
         return (
-            f"Its label is '{above}', its folder's name, or '{inside}', its file name, if that folder itself "
-            "is the library (see --library)."
+            f"A run labels it '{above}' after its folder, or '{inside}' after its file name if that folder "
+            "is itself the library (see --library)."
         )
     library = Path(os.path.abspath(library or file.parent))  # noqa: PTH100
     if not file.is_relative_to(library):
@@ -103,8 +103,10 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
         inside = shown(file.relative_to(library).as_posix())
         reason = dict(found.skipped).get(inside, "it is none of the library's motion files")
         return f"But a run on this library would skip it: {reason}."
-    source = "its folder's name" if "/" in clip.file else "its file name"
-    return f"Its label is '{clip.activity}', {source if labels is None else f'as {found.labelled_by} says'}."
+    source = "its folder" if "/" in clip.file else "its file name"
+    if labels is not None:
+        source = f"its line in {shown(labels)}"
+    return f"A run labels it '{clip.activity}' after {source}."
 
 
 def _about_source(source: SourceMotion | Motion, details: dict) -> list[tuple[str, str]]:

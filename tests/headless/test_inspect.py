@@ -131,7 +131,7 @@ def test_inspect_labels_every_clip_as_a_run_does(library, labels):
     found = read_library(library, csv)
     assert len(found.clips) == (3 if labels else 4)
     for clip in found.clips:
-        assert label_said(clip.path, library, csv).startswith(f"Its label is '{clip.activity}', ")
+        assert label_said(clip.path, library, csv).startswith(f"A run labels it '{clip.activity}' after its ")
     if labels:
         code, output = inspect(library / "b/unlisted.fbx", "--library", library, "--labels", csv)
         assert code == 0
@@ -140,8 +140,8 @@ def test_inspect_labels_every_clip_as_a_run_does(library, labels):
 
 def test_without_a_library_both_labels_are_said(library, monkeypatch):
     said = (
-        "Its label is '1_walk', its folder's name, or 'walking', its file name, if that folder itself is the "
-        "library (see --library)."
+        "A run labels it '1_walk' after its folder, or 'walking' after its file name if that folder is "
+        "itself the library (see --library)."
     )
     monkeypatch.chdir(library / "1_walk")
     code, output = inspect("Walking (2).fbx")

@@ -11,7 +11,7 @@ from headless.__main__ import APP
 pytestmark = pytest.mark.usefixtures("one_reader")
 
 SKIPPED = {
-    "mixamo/_broken/truncated_50pct_Walking.fbx": "it is cut short: a record should end at byte 355384",
+    "mixamo/_broken/truncated_50pct_Walking.fbx": "or damaged: a record should end at byte 355,384",
     "mixamo/_broken/truncated_header_only.fbx": "it is cut short: 27 bytes",
     "mixamo/_broken/zero_bytes.fbx": "the file is empty (0 bytes)",
     "mixamo/_broken/lfs_pointer_Feminine_TPose.fbx": "it is a Git LFS pointer",
@@ -27,13 +27,13 @@ SKIPPED = {
 """What the file lacks, as its sentence must say it."""
 
 USED = {
-    "mixamo/GDDMN__Test_DigitalOxygen/X Bot@Flying Knee Punch Combo.fbx": "81 at 30 a second",
-    "mixamo/W3bbieLabs__bullrun/Fast Run (3).fbx": "17 at 30 a second",
-    "mixamo/keijiro__CMUMocap/135_01.fbx": "1517 at 30 a second",
-    "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx": "73 at 24 a second",
+    "mixamo/GDDMN__Test_DigitalOxygen/X Bot@Flying Knee Punch Combo.fbx": "81 at 30 frames/s",
+    "mixamo/W3bbieLabs__bullrun/Fast Run (3).fbx": "17 at 30 frames/s",
+    "mixamo/keijiro__CMUMocap/135_01.fbx": "1517 at 30 frames/s",
+    "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx": "73 at 24 frames/s",
     "bvh/cmu_JonathanAlderson/pauseTest.bvh": "343 at 120",
     "bvh/pybvh/bvh_test3.bvh": "100 at 120",
-    "smpl_poses/nghorbani__amass/amass_sample.npz": "601 at 120 a second",
+    "smpl_poses/nghorbani__amass/amass_sample.npz": "601 at 120 frames/s",
 }
 """Negatives only for naive readers (text FBX, two armatures, other rigs) or for their activity."""
 

@@ -111,7 +111,8 @@ def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:
                 return
             if end > size:
                 raise UnusableMotion(
-                    f"it is cut short: a record should end at byte {end}, the file at {size}"
+                    f"it is cut short, or damaged: a record should end at byte {end:,}, and the file ends at "
+                    f"{size:,}"
                 )
             if end <= position:
                 raise UnusableMotion(
