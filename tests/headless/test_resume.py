@@ -77,7 +77,7 @@ def test_a_full_disk_damage_and_a_vanished_file(library, tmp_path):
     assert code == 1  # running has one clip left
     assert "running/Run.fbx" in said
     skipped = json.loads((out / "summary.json").read_text())["skipped"]
-    assert [(entry["file"], "cannot be read" in entry["reason"]) for entry in skipped] == [
+    assert [(entry["file"], "does not exist" in entry["reason"]) for entry in skipped] == [
         ("running/Run.fbx", True)
     ]
 
