@@ -12,8 +12,6 @@ if __name__ == "__main__":  # blender --background --python headless/demo_librar
 
     run_command("demo-library")
 
-import csv
-import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -21,6 +19,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.rehab import EXERCISES, generate_clip
 
@@ -100,8 +99,4 @@ def demo_library(
 
 
 def _write_labels(path: Path, rows: list[tuple[str, str, str]]) -> None:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("file", "activity", "subject"))
-    writer.writerows(rows)
-    write_text(path, text.getvalue())
+    write_text(path, csv_text([("file", "activity", "subject"), *rows]))

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_json, write_text
 from blender_addon.w2w.core.library import Library
 
@@ -58,12 +57,10 @@ def utility_table(study: Study) -> str:
     Patches of one `cluster` say the same.
     """
     utility, patches = study.recommendation.utility, study.patches
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES])
+    rows = [["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
         scores = [*utility.f1[patch], utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]]
-        writer.writerow(
+        rows.append(
             [
                 patch,
                 region,
@@ -74,7 +71,7 @@ def utility_table(study: Study) -> str:
                 study.advice.clusters[patch],
             ]
         )
-    return stream.getvalue()
+    return csv_text(rows)
 
 
 def summary(study: Study) -> dict[str, Any]:

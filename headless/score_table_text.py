@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -12,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.score_table import ScoreRow
 
@@ -42,18 +41,16 @@ def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, co
 
 def write_scores(path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], places: Sequence[int]) -> None:
     """Write one line a cell: group, activity, place, patch, F1, its interval, motions and windows."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(
+    lines = [
         ["group", "activity", "placement", "patch", "f1", "low", "high", "same_as_best", "motions", "windows"]
-    )
+    ]
     for row in rows:
         head = (row.group or "all", row.activity or "mean")
         for number, (column, place) in enumerate(zip(columns, places, strict=True)):
             scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
             same = "yes" if row.best[number] else "no"
-            writer.writerow([*head, column, place, *scores, same, row.clips, row.windows])
-    write_text(path, stream.getvalue())
+            lines.append([*head, column, place, *scores, same, row.clips, row.windows])
+    write_text(path, csv_text(lines))
 
 
 def _table(rows: Sequence[ScoreRow], columns: Sequence[str], title: str) -> Table:

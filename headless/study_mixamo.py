@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,6 +15,7 @@ from rich.table import Table
 
 from blender_addon.w2w.core.activity_groups import PER_GROUP, choose_activities
 from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.library import Library, read_library
 from blender_addon.w2w.core.place_comparison import PlaceDifference, compare_places
@@ -61,7 +60,7 @@ def mixamo(
     console = wide_console()
     try:
         found = read_library(library, labels)
-        chosen = choose_activities(found, read_groups(groups or labels), per_group)
+        chosen = choose_activities(found, read_groups(groups or labels, found.activities), per_group)
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
     except (ValueError, OSError) as error:
@@ -150,9 +149,7 @@ def _show_comparison(
 
 
 def _as_csv(compared: Mapping[str, PlaceDifference], unusual: list[str], common: list[str]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["group", "unusual", "f1", "common", "common_f1", "difference", "low", "high", "verdict"])
+    lines = [["group", "unusual", "f1", "common", "common_f1", "difference", "low", "high", "verdict"]]
     for group, found in compared.items():
         verdicts = found.verdicts()
         for row, name in enumerate(unusual):
@@ -160,7 +157,5 @@ def _as_csv(compared: Mapping[str, PlaceDifference], unusual: list[str], common:
                 numbers = (found.difference[row, column], found.low[row, column], found.high[row, column])
                 scores = (f"{found.f1[row]:.6f}", other, f"{found.other_f1[column]:.6f}")
                 verdict = VERDICTS[int(verdicts[row, column])]
-                writer.writerow(
-                    [group or "all", name, *scores, *(f"{value:.6f}" for value in numbers), verdict]
-                )
-    return stream.getvalue()
+                lines.append([group or "all", name, *scores, *(f"{value:.6f}" for value in numbers), verdict])
+    return csv_text(lines)

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +12,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.sensitivity import Shift, other_clips
@@ -98,7 +97,7 @@ def write_sweep(folder: Path, swept: Sequence[SweptCase], patches: PatchSet) -> 
                 "; ".join(patches.names[place] for place in shift.fallen),
             ]
         )
-    write_text(folder / "sweep.csv", _csv(rows))
+    write_text(folder / "sweep.csv", csv_text(rows))
     lines = [["factor", "case", "place", "region", "mean", "low", "high", "rank_low", "rank_high"]]
     for one in swept:
         u = one.utility
@@ -110,7 +109,7 @@ def write_sweep(folder: Path, swept: Sequence[SweptCase], patches: PatchSet) -> 
                     *(int(u.rank_low[place]), int(u.rank_high[place])),
                 ]
             )
-    write_text(folder / "places.csv", _csv(lines))
+    write_text(folder / "places.csv", csv_text(lines))
 
 
 def top_regions(utility: UtilityMap, patches: PatchSet, count: int = TOP) -> list[str]:
@@ -126,9 +125,3 @@ def _regions(places: np.ndarray, patches: PatchSet) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.{DIGITS}f}" if np.isfinite(value) else ""
-
-
-def _csv(rows: Sequence[Sequence[object]]) -> str:
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows(rows)
-    return stream.getvalue()

@@ -12,13 +12,15 @@ if __name__ == "__main__":  # blender --background --python headless/tables.py -
 
     run_command("tables")
 
-import csv
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from blender_addon.w2w.core.csv_tables import read_table
+from blender_addon.w2w.core.labels import by_label
 from blender_addon.w2w.core.placements import placement_patches
 from blender_addon.w2w.core.score_table import score_table
 
@@ -38,7 +40,7 @@ def tables(
         str, typer.Option(help="Side of the placements that exist on both: left or right.")
     ] = "left",
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="csv file; tables.csv in RESULTS unless told.")
+        Path | None, typer.Option("--out", "-o", help="csv file; by default tables.csv in RESULTS.")
     ] = None,
 ) -> None:
     """Print F1 of every activity at the paper's 11 placements, each with its interval, and save it as csv.
@@ -48,7 +50,7 @@ def tables(
     console = wide_console()
     try:
         study = FinishedStudy.load(results)
-        group_of = read_groups(groups) if groups else {}
+        group_of = read_groups(groups, study.utility.activities) if groups else {}
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
     except (ValueError, OSError) as error:
@@ -63,25 +65,16 @@ def tables(
     console.print(f"{study.utility.protocol}, {study.utility.classifier}. Table: {path}")
 
 
-def read_groups(path: Path) -> dict[str, str]:
-    """Group of each activity: the one that most lines of the csv give it.
+def read_groups(path: Path, activities: Iterable[str]) -> dict[str, str]:
+    """Groups of activities that have one: for each, the group that most lines of the csv give it.
 
     Raises
     ------
     ValueError
-        If the file lacks the columns ``activity`` and ``group``.
-    OSError
-        If it cannot be read.
+        If the file cannot be read or lacks the columns ``activity`` and ``group``.
     """
     lines: dict[str, Counter[str]] = {}
-    with path.open(newline="", encoding="utf-8-sig") as stream:
-        reader = csv.DictReader(stream)
-        if not {"activity", "group"} <= set(reader.fieldnames or ()):
-            raise ValueError(
-                f"{path} needs the columns 'activity' and 'group' in its first line, "
-                f"and has: {', '.join(reader.fieldnames or ()) or 'nothing'}"
-            )
-        for row in reader:
-            if row["activity"] and row["group"]:
-                lines.setdefault(row["activity"].strip(), Counter())[row["group"].strip()] += 1
-    return {activity: groups.most_common(1)[0][0] for activity, groups in lines.items()}
+    for _, row in read_table(path, ("activity", "group")).rows:
+        if row["activity"] and row["group"]:
+            lines.setdefault(row["activity"], Counter())[row["group"]] += 1
+    return by_label({name: groups.most_common(1)[0][0] for name, groups in lines.items()}, activities)

@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from blender_addon.w2w.core.agreement import Agreement
+from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_json, write_text
 from blender_addon.w2w.core.site_validation import SiteValidation
 from blender_addon.w2w.core.study import plain
@@ -111,17 +110,15 @@ def _side(utility) -> str:
 
 
 def _f1_table(found: SiteValidation) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["side", "site", "activity", "f1", "low", "high"])
+    lines = [["side", "site", "activity", "f1", "low", "high"]]
     for side, utility in (("real", found.real), ("simulated", found.simulated)):
         for row, site in enumerate(found.sites):
             for column, activity in enumerate(utility.activities):
                 scores = (values[row, column] for values in (utility.f1, utility.f1_low, utility.f1_high))
-                writer.writerow([side, site, activity, *(f"{score:.{DIGITS}f}" for score in scores)])
+                lines.append([side, site, activity, *(f"{score:.{DIGITS}f}" for score in scores)])
             scores = (values[row] for values in (utility.mean, utility.mean_low, utility.mean_high))
-            writer.writerow([side, site, "mean", *(f"{score:.{DIGITS}f}" for score in scores)])
-    return stream.getvalue()
+            lines.append([side, site, "mean", *(f"{score:.{DIGITS}f}" for score in scores)])
+    return csv_text(lines)
 
 
 def _content(

@@ -83,7 +83,7 @@ def test_costs_are_read_from_a_table(tmp_path, patches):
             "needs the columns 'region' and 'cost' in its first line, and has: place, p",
         ),
         ("region,cost\nhead,dear\n", "line 2: 'dear' is no number"),
-        ("region,cost\nhead\n", "line 2: 'None' is no number"),
+        ("region,cost\nhead\n", "line 2: '' is no number"),
         ("", "and has: nothing"),
     ],
 )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.library import UNLABELLED, LibraryError, activity_of, read_library, unique_names
+from blender_addon.w2w.core.library import LibraryError, activity_of, read_library, unique_names
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def test_a_csv_labels_what_it_lists_and_the_rest_is_said(folder, tmp_path):
         ("walking/a.fbx", "stroll, slow", "Ünal"),
         ("walking/b.FBX", "run", ""),
     ]
-    assert {reason for _, reason in library.skipped} == {UNLABELLED}
+    assert {reason for _, reason in library.skipped} == {"labels.csv does not list it"}
 
 
 def test_paths_may_carry_folders_above_the_library(folder, tmp_path):
@@ -106,6 +106,13 @@ def test_names_are_safe_and_distinct_even_without_case(stems):
         name and set(name) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_")
         for name in names
     )
+
+
+@pytest.mark.parametrize("name", ["CON", "nul", "aux", "Prn", "COM1", "lpt9"])
+def test_no_name_is_one_that_windows_keeps_for_devices(name):
+    (safe,) = unique_names([f"{name}.fbx"])
+    assert safe.lower() != name.lower()
+    assert safe.startswith(f"{name}_")
 
 
 def test_path_tricks_stay_inside():

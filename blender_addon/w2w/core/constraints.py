@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .body_parts import find_places
+from .csv_tables import read_table
 from .patches import PatchSet
 
 
@@ -94,21 +94,12 @@ def read_costs(path: str | Path) -> tuple[tuple[str, float], ...]:
     Raises
     ------
     ValueError
-        If the file is not such a table; the message says which line.
-    OSError
-        If it cannot be read.
+        If the file cannot be read or is not such a table; the message says which line.
     """
-    with Path(path).open(newline="", encoding="utf-8-sig") as stream:
-        reader = csv.DictReader(stream)
-        if not {"region", "cost"} <= set(reader.fieldnames or ()):
-            raise ValueError(
-                f"{path} needs the columns 'region' and 'cost' in its first line, "
-                f"and has: {', '.join(reader.fieldnames or ()) or 'nothing'}"
-            )
-        costs = []
-        for row in reader:
-            try:
-                costs.append((row["region"].strip(), float(row["cost"])))
-            except (AttributeError, TypeError, ValueError):
-                raise ValueError(f"{path}, line {reader.line_num}: '{row['cost']}' is no number") from None
+    costs = []
+    for line, row in read_table(path, ("region", "cost")).rows:
+        try:
+            costs.append((row["region"], float(row["cost"])))
+        except ValueError:
+            raise ValueError(f"{path}, line {line}: '{row['cost']}' is no number") from None
     return tuple(costs)

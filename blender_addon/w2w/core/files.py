@@ -18,6 +18,9 @@ import numpy as np
 ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time stamp of every member of an npz, so that equal arrays give equal bytes."""
 
+DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}
+"""Names that Windows keeps for devices, in lower case: no file can bear one, whatever its ending."""
+
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
@@ -79,6 +82,11 @@ def write_text(path: str | Path, text: str) -> None:
     """
     with atomic_write(path) as stream:
         stream.write(text.encode("utf-8", "backslashreplace"))
+
+
+def reserved(name: str) -> bool:
+    """Whether Windows would take a file name for a device, as it does ``aux.npz``."""
+    return name.split(".")[0].strip().lower() in DEVICES
 
 
 def _umask() -> int:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import os
 import re
@@ -13,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from .file_names import name_bytes, shown
+from .files import reserved
+from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 
 MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
 """Kinds of motion files, in lower case with the dot."""
@@ -20,12 +21,6 @@ MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
 WORK_FOLDER = ".w2w"
 RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "utility.npz")
 """What a run writes into its output folder, which may be the library itself or lie in it."""
-
-UNLABELLED = "labels.csv does not list it"
-
-
-class LibraryError(ValueError):
-    """A library or its labels cannot be understood; the message says what to change."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +64,15 @@ class Library:
         Where the labels come from, in words.
     skipped : tuple of (str, str)
         Files left out, each with the reason.
+    check : LabelCheck
+        What stood out in the labels.
     """
 
     folder: Path
     clips: tuple[Clip, ...]
     labelled_by: str
     skipped: tuple[tuple[str, str], ...] = ()
+    check: LabelCheck = NO_LABELS
 
     @property
     def activities(self) -> dict[str, int]:
@@ -82,7 +80,7 @@ class Library:
         return dict(sorted(Counter(clip.activity for clip in self.clips).items()))
 
 
-def read_library(folder: str | Path, labels: str | Path | None = None) -> Library:
+def read_library(folder: str | Path, labels: str | Path | None = None, exact_labels: bool = False) -> Library:
     """Find the motion files of a folder and label them.
 
     A label comes from `labels` where given, else from the clip's folder inside the
@@ -96,6 +94,8 @@ def read_library(folder: str | Path, labels: str | Path | None = None) -> Librar
         A csv file with columns ``file`` and ``activity``, and if wanted ``subject`` and
         ``motion_key``; ``file`` is the path inside the library, or a file name that
         only one clip has.
+    exact_labels : bool
+        Keep activities of the csv apart that differ only in case, spaces or underscores.
 
     Returns
     -------
@@ -117,15 +117,7 @@ def read_library(folder: str | Path, labels: str | Path | None = None) -> Librar
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
     if labels is not None:
-        rows = _match_rows(Path(labels), inside)
-        clips, skipped = [], []
-        for path, file, name in zip(files, inside, names, strict=True):
-            row = rows.get(file)
-            if row is None:
-                skipped.append((file, UNLABELLED))
-            else:
-                clips.append(Clip(path, file, name, row["activity"], row["subject"], row["motion_key"]))
-        return Library(folder, tuple(clips), f"the file {shown(labels)}", tuple(skipped))
+        return _labelled(folder, Path(labels), files, inside, names, exact_labels)
     clips = [
         Clip(path, file, name, activity_in(folder, path))
         for path, file, name in zip(files, inside, names, strict=True)
@@ -159,7 +151,7 @@ def activity_of(file: str) -> str:
 
 
 def unique_names(files: Iterable[str]) -> list[str]:
-    """File-system-safe names, distinct even where case does not count.
+    """Names safe on every file system, distinct even where case does not count.
 
     Parameters
     ----------
@@ -174,10 +166,28 @@ def unique_names(files: Iterable[str]) -> list[str]:
     uses = Counter(name.lower() for name in plain)
     return [
         name
-        if name and uses[name.lower()] == 1
+        if name and uses[name.lower()] == 1 and not reserved(name)
         else f"{name}_{hashlib.sha256(name_bytes(file)).hexdigest()[:8]}".strip("_")
         for name, file in zip(plain, files, strict=True)
     ]
+
+
+def _labelled(
+    folder: Path, labels: Path, files: list[Path], inside: list[str], names: list[str], exact: bool
+) -> Library:
+    """The library as a csv labels it."""
+    found, named = read_labels(labels, inside, exact), shown(labels.name)
+    not_listed = set(found.check.not_listed)
+    clips, skipped = [], []
+    for path, file, name in zip(files, inside, names, strict=True):
+        row = found.rows.get(file)
+        if row is not None:
+            clips.append(Clip(path, file, name, row["activity"], row["subject"], row["motion_key"]))
+        elif file in not_listed:
+            skipped.append((file, f"{named} does not list it"))
+        else:
+            skipped.append((file, f"{named} gives it no activity"))
+    return Library(folder, tuple(clips), f"the file {named}", tuple(skipped), found.check)
 
 
 def _motion_files(folder: Path) -> Iterable[Path]:
@@ -191,53 +201,3 @@ def _motion_files(folder: Path) -> Iterable[Path]:
             files = [name for name in files if name not in RESULTS]
         paths = (Path(place, name) for name in files)
         yield from (path for path in paths if path.suffix.lower() in MOTION_SUFFIXES)
-
-
-def _match_rows(labels: Path, inside: list[str]) -> dict[str, dict[str, str]]:
-    """Rows of the csv by path inside the library."""
-    by_file_name: dict[str, list[str]] = {}
-    for file in inside:
-        by_file_name.setdefault(PurePosixPath(file).name, []).append(file)
-    known = set(inside)
-    rows: dict[str, dict[str, str]] = {}
-    for number, row in _read_rows(labels):
-        file = PurePosixPath(row["file"].replace("\\", "/")).as_posix()
-        if file not in known:
-            same_name = by_file_name.get(PurePosixPath(file).name, [])
-            candidates = [found for found in same_name if file.endswith(f"/{found}")] or same_name
-            if len(candidates) > 1:
-                raise LibraryError(
-                    f"{labels}, line {number}: '{file}' could be any of {', '.join(candidates[:3])}: "
-                    "write the path inside the library"
-                )
-            if not candidates:
-                continue
-            file = candidates[0]
-        if file in rows and rows[file] != row | {"file": file}:
-            raise LibraryError(f"{labels}, line {number}: '{file}' is listed twice with different labels")
-        rows[file] = row | {"file": file}
-    if not rows:
-        raise LibraryError(f"{labels} lists none of the {len(inside)} motion files in the library")
-    return rows
-
-
-def _read_rows(labels: Path) -> Iterable[tuple[int, dict[str, str]]]:
-    try:
-        with labels.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.DictReader(stream)
-            columns = [(name or "").strip().lower() for name in reader.fieldnames or ()]
-            if not {"file", "activity"} <= set(columns):
-                raise LibraryError(
-                    f"{labels} needs the columns 'file' and 'activity' in its first line, "
-                    f"and has: {', '.join(columns) or 'nothing'}"
-                )
-            reader.fieldnames = columns
-            for row in reader:
-                values = {
-                    name: (row.get(name) or "").strip()
-                    for name in ("file", "activity", "subject", "motion_key")
-                }
-                if values["file"] and values["activity"]:
-                    yield reader.line_num, values
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise LibraryError(f"{labels} cannot be read as a csv file: {error}") from error

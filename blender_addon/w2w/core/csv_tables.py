@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables as csv text: read as spreadsheets of any country save them, written so that none runs a formula."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
+
+BYTE_ORDER_MARKS = (
+    (b"\xef\xbb\xbf", "utf-8-sig"),
+    (b"\xff\xfe\x00\x00", "utf-32"),
+    (b"\x00\x00\xfe\xff", "utf-32"),
+    (b"\xff\xfe", "utf-16"),
+    (b"\xfe\xff", "utf-16"),
+)
+WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""First bytes of xlsx, ods and xls files."""
+
+FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
+"""What makes Excel, LibreOffice or Sheets take a cell for a formula."""
+
+
+class CsvError(ValueError):
+    """A csv file cannot be understood; the message says which file and what to change."""
+
+
+class CsvTable(NamedTuple):
+    """Rows of a csv file.
+
+    Attributes
+    ----------
+    rows : list of (int, dict)
+        The line a row ends on and its cells by column, without surrounding spaces.
+    note : str
+        What had to be assumed to read it; empty where nothing was.
+    """
+
+    rows: list[tuple[int, dict[str, str]]]
+    note: str
+
+
+def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> CsvTable:
+    """Read named columns of a csv file.
+
+    The separator is the one of `SEPARATORS` by which the first line holds the required columns; case
+    does not count in their names. Text is UTF-8, UTF-16 or UTF-32, else Windows-1252.
+
+    Parameters
+    ----------
+    path : str or Path
+    required, optional : sequence of str
+        Columns in lower case; an optional one that is missing reads as empty.
+
+    Raises
+    ------
+    CsvError
+        If the file cannot be read as such a table.
+    """
+    text, note = _decoded(Path(path))
+    lines = io.StringIO(text, newline="")
+    first = 0
+    if re.match(r'"?sep=.', text, re.IGNORECASE):  # Excel's own note on the separator
+        lines.readline()
+        first = 1
+    start = lines.tell()
+    header = lines.readline()
+    separator = max(SEPARATORS, key=lambda mark: len(set(required) & set(_columns(header, mark))))
+    columns = _columns(header, separator)
+    if not set(required) <= set(columns):
+        wanted = " and ".join(f"'{name}'" for name in required)
+        raise CsvError(
+            f"{path} needs the columns {wanted} in its first line, and has: "
+            f"{', '.join(filter(None, columns)) or 'nothing'} "
+            f"(columns may be separated by {_listed(SEPARATORS.values())})"
+        )
+    lines.seek(start)
+    reader = csv.reader(lines, delimiter=separator, strict=True)
+    rows = []
+    try:
+        next(reader)
+        for cells in reader:
+            found = dict(zip(columns, (cell.strip() for cell in cells), strict=False))
+            if any(found.values()):
+                names = (*required, *optional)
+                rows.append((first + reader.line_num, {name: found.get(name, "") for name in names}))
+    except csv.Error as error:
+        raise CsvError(f"{path}, line {first + reader.line_num}, cannot be read as csv: {error}") from error
+    return CsvTable(rows, note)
+
+
+def csv_text(rows: Iterable[Sequence[object]]) -> str:
+    """Rows as csv text; text that a spreadsheet would run as a formula gets an apostrophe before it."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([_harmless(cell) for cell in row] for row in rows)
+    return stream.getvalue()
+
+
+def _harmless(cell: object) -> object:
+    if not isinstance(cell, str):
+        return cell
+    cell = cell.replace("\r\n", "\n").replace("\r", "\n")  # csv quotes no bare \r: it would begin a row
+    if not FORMULA.match(cell):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
+
+
+def _decoded(path: Path) -> tuple[str, str]:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise CsvError(f"{path} cannot be read: {error.strerror}") from error
+    if data.startswith(WORKBOOKS):
+        raise CsvError(f"{path} is a spreadsheet's workbook, not a csv file: save it as CSV (UTF-8)")
+    try:
+        for mark, encoding in BYTE_ORDER_MARKS:
+            if data.startswith(mark):
+                return data.decode(encoding), ""
+        if b"\0" in data[:200]:
+            return data.decode("utf-16-be" if data[:1] == b"\0" else "utf-16-le"), ""
+    except UnicodeDecodeError as error:
+        raise CsvError(f"{path} is no text: save it as CSV (UTF-8)") from error
+    try:
+        return data.decode("utf-8"), ""
+    except UnicodeDecodeError:
+        note = f"{path.name} is not UTF-8 text and was read as Windows-1252 (Western European)"
+        return data.decode("cp1252", errors="replace"), f"{note}: save it as UTF-8 if letters look wrong"
+
+
+def _columns(header: str, separator: str) -> list[str]:
+    cells = next(csv.reader([header], delimiter=separator), [])
+    return [cell.strip().lower() for cell in cells]
+
+
+def _listed(words: Iterable[str]) -> str:
+    *others, last = words
+    return f"{', '.join(others)} or {last}"

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables that we write run nothing in a spreadsheet, and come back."""
+
+import csv
+import io
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from blender_addon.w2w.core.csv_tables import csv_text, read_table
+
+
+@pytest.mark.parametrize(
+    "cell", ["=cmd|'/c calc'!A1", "+cmd", "-2+3", "@SUM(1)", "\t=1", "\n=1", " =1", "＝1"]
+)
+def test_formulas_are_defused(cell):
+    ((written, number),) = csv.reader(io.StringIO(csv_text([[cell, 1]]), newline=""))
+    assert (written, number) == (f"'{cell}", "1")
+
+
+def test_no_line_end_begins_a_row():
+    assert csv_text([["a\r=1", "b\r\n=2"]]) == '"a\n=1","b\n=2"\n'
+
+
+@pytest.mark.parametrize(
+    "cell", ["-0.123", "+1", "-1e-05", "walking", "a=b", -0.5, "", "left wrist - dorsal"]
+)
+def test_numbers_and_other_text_stay(cell):
+    assert csv_text([[cell, "x"]]).rstrip("\n").removesuffix(",x") == str(cell)
+
+
+@given(st.lists(st.tuples(st.text(min_size=1), st.text(min_size=1)), max_size=5))
+def test_no_cell_ever_begins_a_formula(rows):
+    for row in csv.reader(io.StringIO(csv_text(rows), newline="")):
+        for cell in row:
+            starts = cell.lstrip()[:1] in set("=+-@") or cell[:1] in set("\t\r\n")
+            assert not starts or float(cell) is not None
+
+
+def test_a_table_comes_back(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(csv_text([["Region", "cost"], ["left wrist, dorsal", 2], [" ", ""]]))
+    assert read_table(path, ("region", "cost")).rows == [(2, {"region": "left wrist, dorsal", "cost": "2"})]
