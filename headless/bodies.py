@@ -13,7 +13,7 @@ import numpy as np
 
 from blender_addon.w2w.core.agreement import rank_agreement
 from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.files import write_json
+from blender_addon.w2w.core.files import reserved, write_json
 from blender_addon.w2w.core.shapes import MORPHOLOGIES
 
 from .load_clip import quiet_output
@@ -104,7 +104,8 @@ def _body(text: str) -> Body:
 def _folder_name(text: str) -> str:
     shaped = BETAS.fullmatch(text)
     file, betas = (shaped["file"], " betas " + Path(shaped["betas"]).name) if shaped else (text, "")
-    return re.sub(r"[^0-9A-Za-z.]+", "_", Path(file).name + betas)
+    name = re.sub(r"[^0-9A-Za-z.]+", "_", Path(file).name + betas).rstrip(".")
+    return f"body_{name}" if reserved(name) or not name else name
 
 
 def _betas(text: str) -> np.ndarray:

@@ -32,7 +32,12 @@ def place(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
     target: Annotated[
         float | None,
-        typer.Option(min=0.01, max=1, help="F1 that the sensors shall reach; the run's own unless told."),
+        typer.Option(
+            min=0.01,
+            max=1,
+            help="F1 the set of sensors should reach.  [default: the run's]",
+            show_default=False,
+        ),
     ] = None,
     only: Only = "",
     forbid: Forbid = "",

@@ -24,11 +24,11 @@ from rich.console import Console
 from blender_addon.w2w.core.augmentation import SWITCHES, parse_augmentation
 from blender_addon.w2w.core.bone_maps import BoneMap
 from blender_addon.w2w.core.imu import Synthesis
+from blender_addon.w2w.core.labels import same_label
 from blender_addon.w2w.core.library import Library, read_library
 from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.utility import unavailable
-from blender_addon.w2w.core.windows import WindowSpec
 
 from .bodies import parse_bodies, write_comparison
 from .engine import Engine
@@ -36,6 +36,7 @@ from .event_log import SILENT, EventLog
 from .execute import ended, execute
 from .exit_codes import SKIPPED, USAGE
 from .run_tables import show_comparison, show_labels
+from .window_options import Stride, Window, window_spec
 from .wishes import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
 from .worker_guard import LIMIT_S, MEMORY
 
@@ -44,37 +45,44 @@ def run(
     library: Annotated[
         Path,
         typer.Argument(
-            metavar="LIBRARY", help="Folder of motion files (FBX, BVH, npz), with its subfolders."
+            metavar="LIBRARY", help="Folder of motion files (FBX, BVH, npz), searched with its subfolders."
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
     labels: Annotated[
         Path | None,
         typer.Option(
-            help="csv with columns file, activity[, subject]. Else folder names, else file names label."
+            help="csv with columns file, activity[, subject].  [default: labels from folder or file names]",
+            show_default=False,
         ),
     ] = None,
+    exact_labels: Annotated[
+        bool,
+        typer.Option(help="Keep labels apart that differ only in case, spaces or underscores."),
+    ] = False,
     bodies: Annotated[
         str,
         typer.Option(
-            help="Body or bodies, by commas: neutral, female, male, with height=1.6 (m) weight=55 (kg) "
-            "muscle= age= arms= legs=, or an SMPL file (a model, if you like with betas=1.2:0:-0.5 or "
-            "betas=MOTION.npz). Several give a study each, and how far they agree."
+            help="One or more bodies, comma-separated: neutral, female, male, with height=1.6 (m) "
+            "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with betas=1.2:0:-0.5 or "
+            "betas=MOTION.npz). Each body gets its own study; a comparison says how far they agree."
         ),
     ] = "neutral",
-    patches: Annotated[int, typer.Option(min=2, max=6890, help="Places on the body.")] = 512,
+    patches: Annotated[int, typer.Option(min=2, max=6890, help="Number of places on the body.")] = 512,
     rate: Annotated[float, typer.Option(min=5, max=1000, help="Sensor rate, Hz.")] = 50.0,
-    sensor: Annotated[str, typer.Option(help="Sensor preset, or 'ideal' for no errors.")] = DEFAULT_SENSOR,
-    window: Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")] = 2.0,
-    stride: Annotated[float, typer.Option(min=0.05, help="Stride of training windows, seconds.")] = 1.0,
+    sensor: Annotated[
+        str, typer.Option(help="Sensor preset (see `w2w sensors`), or 'ideal' for no sensor errors.")
+    ] = DEFAULT_SENSOR,
+    window: Window = 2.0,
+    stride: Stride = None,
     classifier: Annotated[
         str,
         typer.Option(
-            help="What learns at each place: ridge (seconds), trees (minutes), multi3net (PyTorch)."
+            help="Classifier for each place: ridge (seconds), trees (minutes), multi3net (needs PyTorch)."
         ),
     ] = "ridge",
     target: Annotated[
-        float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
+        float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")
     ] = 0.90,
     only: Only = "",
     forbid: Forbid = "",
@@ -82,54 +90,49 @@ def run(
     max_places: MaxPlaces = None,
     costs: Costs = None,
     leave_out: Annotated[
-        str, typer.Option(help="Activities to leave out, by commas, such as 'other,unknown'.")
+        str, typer.Option(help="Activities to leave out, comma-separated, e.g. 'other,unknown'.")
     ] = "",
     augment: Annotated[
         str,
         typer.Option(
-            help=f"Copies of every clip to train on, never to test: {', '.join(SWITCHES)}, by commas, or all."
+            help=f"Train on altered copies of every clip (never test on them): {', '.join(SWITCHES)}, "
+            "comma-separated, or all."
         ),
     ] = "",
-    copies: Annotated[int, typer.Option(min=1, help="Copies a clip, with --augment.")] = 4,
+    copies: Annotated[int, typer.Option(min=1, help="Copies per clip, with --augment.")] = 4,
     folds: Annotated[
-        int, typer.Option(min=2, help="Folds of the cross-validation; clips never straddle one.")
+        int, typer.Option(min=2, help="Cross-validation folds; a clip is never split between them.")
     ] = 5,
     by_subject: Annotated[
-        bool, typer.Option(help="Leave one subject out at a time instead of folds.")
+        bool, typer.Option(help="Leave-one-subject-out cross-validation instead of folds.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of every random draw.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
-    or 1,
-    pictures: Annotated[bool, typer.Option(help="Draw heatmaps and save study.blend.")] = True,
-    report: Annotated[bool, typer.Option(help="Write report.html, a page with everything in it.")] = True,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Clips processed in parallel.")] = os.cpu_count() or 1,
+    pictures: Annotated[bool, typer.Option(help="Render heatmaps and save study.blend.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
     bone_map: Annotated[
         list[Path] | None,
-        typer.Option(
-            help="Bone map of your own rig (JSON, as in assets/templates/bone_maps); may be repeated."
-        ),
+        typer.Option(help="Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable."),
     ] = None,
-    clip_limit: Annotated[
-        float, typer.Option(min=1, help="Seconds after which a clip is given up.")
-    ] = LIMIT_S,
-    clip_memory: Annotated[
-        float, typer.Option(min=0.5, help="Memory a worker may take for a clip, GiB.")
-    ] = MEMORY / 2**30,
+    clip_limit: Annotated[float, typer.Option(min=1, help="Time limit per clip, seconds.")] = LIMIT_S,
+    clip_memory: Annotated[float, typer.Option(min=0.5, help="Memory limit per clip, GiB.")] = MEMORY / 2**30,
     scheduler: Annotated[
-        str, typer.Option(help="Dask scheduler (tcp://host:port or a scheduler file) to work on a cluster.")
+        str, typer.Option(help="Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.")
     ] = "",
     strict: Annotated[bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.")] = False,
     log_json: Annotated[
-        bool, typer.Option("--log-json", help="Print events for machines instead: one JSON object a line.")
+        bool,
+        typer.Option("--log-json", help="Print machine-readable events instead: one JSON object per line."),
     ] = False,
 ) -> None:
     """Find the best places for a sensor from a folder of motion files.
 
     OUT then holds `report.html`, `summary.json`, `utility.csv`, `heatmaps/*.png`, `study.blend`,
-    `motions/*.npz`, `signals/*.npz` and `config.json`. Run again with the same OUT to go on where a run
+    `motions/*.npz`, `signals/*.npz` and `config.json`. Run the same command again to resume a run that
     was stopped.
 
-    Exit codes: 0 all well, 1 no result (what is wrong is said), 2 wrong use, 3 clips were skipped with
-    --strict, 4 another run works in OUT, 130 stopped by Ctrl-C.
+    Exit codes: 0 success, 1 no result (the message says why), 2 wrong arguments, 3 clips were skipped
+    and --strict was given, 4 another run is using OUT, 130 stopped by Ctrl-C.
     """
     console = Console(highlight=False, quiet=log_json)
     log = EventLog(sys.stdout) if log_json else SILENT
@@ -138,7 +141,7 @@ def run(
             patches=patches,
             synthesis=Synthesis(rate_hz=rate),
             sensor=sensor,
-            windows=WindowSpec(length_s=window, stride_s=stride),
+            windows=window_spec(window, stride),
             classifier=classifier,
             augmentation=parse_augmentation(augment, copies),
             folds=folds,
@@ -150,7 +153,7 @@ def run(
         )
         if problem := unavailable(config.classifier):
             raise ValueError(problem)
-        found = without(read_library(library, labels), leave_out)
+        found = without(read_library(library, labels, exact_labels), leave_out)
         chosen = parse_bodies(bodies)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
     except (ValueError, OSError) as error:
@@ -164,7 +167,7 @@ def run(
     if len(chosen) > 1:
         show_comparison(write_comparison(studies, out), console)
     if strict and any(len(study.used) < len(study.outcomes) + len(found.skipped) for _, study in studies):
-        raise ended("Clips were skipped and --strict was asked for.", SKIPPED, console, log)
+        raise ended("Clips were skipped, and --strict was given.", SKIPPED, console, log)
     log("finished", exit_code=0)
 
 
@@ -176,10 +179,13 @@ def without(library: Library, activities: str) -> Library:
     ValueError
         If no clip shows one of them, or none is left.
     """
-    names = {name.strip() for name in activities.split(",") if name.strip()}
-    unknown = names - set(library.activities)
+    given = {same_label(name): name.strip() for name in activities.split(",") if name.strip()}
+    names = {name for name in library.activities if same_label(name) in given}
+    unknown = set(given) - {same_label(name) for name in names}
     if unknown:
-        raise ValueError(f"--leave-out: no clip is labelled {', '.join(sorted(unknown))}")
+        raise ValueError(
+            f"--leave-out: no clip is labelled {', '.join(sorted(given[key] for key in unknown))}"
+        )
     kept = tuple(clip for clip in library.clips if clip.activity not in names)
     if not kept:
         raise ValueError("--leave-out leaves no clip")

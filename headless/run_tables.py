@@ -14,6 +14,7 @@ from blender_addon.w2w.core.library import Library
 
 from .advice_text import show_advice
 from .job import Outcome
+from .label_notes import label_notes
 from .left_out import show_left_out
 from .pipeline import Study
 from .report import REPORT
@@ -32,6 +33,8 @@ def show_labels(library: Library, console: Console) -> None:
         example = next(clip.file for clip in library.clips if clip.activity == activity)
         table.add_row(escape(activity), str(count), escape(example))
     console.print(table)
+    for note in label_notes(library.check):
+        console.print(f"Labels: {note}", style="yellow", markup=False)
 
 
 def show_outcome(study: Study, pictures: bool, console: Console, report: bool = True) -> None:

@@ -25,7 +25,7 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR, PRESETS
 def sensors() -> None:
     """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope."""
     table = Table(
-        title=f"Sensor presets ('{DEFAULT_SENSOR}' unless told)",
+        title=f"Sensor presets ('{DEFAULT_SENSOR}' by default)",
         title_justify="left",
         caption="Bandwidth in Hz, or in per cent of the sample rate where the part's filter follows it.",
         caption_justify="left",

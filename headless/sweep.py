@@ -40,7 +40,7 @@ def sweep(
     ] = USUAL_FACTORS,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Folder to write to; RESULTS/sweep unless told."),
+        typer.Option("--out", "-o", help="Output folder.  [default: RESULTS/sweep]", show_default=False),
     ] = None,
     places: Annotated[
         int, typer.Option(min=8, help="Places compared, spread evenly; at most those of the run.")

@@ -40,7 +40,8 @@ def tables(
         str, typer.Option(help="Side of the placements that exist on both: left or right.")
     ] = "left",
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="csv file; by default tables.csv in RESULTS.")
+        Path | None,
+        typer.Option("--out", "-o", help="csv file.  [default: tables.csv in RESULTS]", show_default=False),
     ] = None,
 ) -> None:
     """Print F1 of every activity at the paper's 11 placements, each with its interval, and save it as csv.

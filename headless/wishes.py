@@ -10,22 +10,27 @@ import typer
 
 from blender_addon.w2w.core.constraints import Constraints, read_costs
 
-PANEL = "What the designer may do"
+PANEL = "Design constraints"
 
 Only = Annotated[
     str,
     typer.Option(
-        help="Take places from these alone, by commas: 'left', 'left,middle', 'arm,torso', 'left wrist'.",
+        help="Use only these regions, comma-separated: 'left', 'left,middle', 'arm,torso', 'left wrist'.",
         rich_help_panel=PANEL,
     ),
 ]
 Forbid = Annotated[
-    str, typer.Option(help="Take no place from these: 'head,hand,foot'.", rich_help_panel=PANEL)
+    str, typer.Option(help="Never use these regions: 'head,hand,foot'.", rich_help_panel=PANEL)
 ]
 Must = Annotated[
-    str, typer.Option(help="Take a place from each of these: 'left wrist'.", rich_help_panel=PANEL)
+    str,
+    typer.Option(
+        help="Use at least one place in each of these regions: 'left wrist'.", rich_help_panel=PANEL
+    ),
 ]
-MaxPlaces = Annotated[int | None, typer.Option("--max", min=1, help="Most sensors.", rich_help_panel=PANEL)]
+MaxPlaces = Annotated[
+    int | None, typer.Option("--max", min=1, help="Maximum number of sensors.", rich_help_panel=PANEL)
+]
 Costs = Annotated[
     Path | None,
     typer.Option(

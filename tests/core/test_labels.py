@@ -58,7 +58,10 @@ def test_excels_own_line_on_the_separator_is_no_header(labelled):
         (b"PK\x03\x04 and so on", "workbook, not a csv file: save it as CSV"),
         (b"\xd0\xcf\x11\xe0", "workbook"),
         (b"\xff\xfea", "no text"),
-        ("name;label\na;b\n", r"columns 'file' and 'activity' .* has: name;label .* semicolons, tabs or bars"),
+        (
+            "name;label\na;b\n",
+            r"columns 'file' and 'activity' .* has: name;label .* semicolons, tabs or bars",
+        ),
         ('file,activity\na.fbx,"walking\nb.fbx,running\n', "line 3, cannot be read as csv"),
         ("file,activity\nother.fbx,run\n", r"none of the 4 .* lists 'other.fbx', say, .* holds 'a.fbx'"),
         ("file,activity\na.fbx,\n", "1 rows have no file or no activity"),

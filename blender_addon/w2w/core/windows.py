@@ -12,6 +12,9 @@ from .recording import ImuRecording
 
 ShortClips = Literal["reflect", "cycle", "refuse"]
 
+STRIDE = 0.5
+"""Training windows start every so many window lengths by default."""
+
 
 class TooShortError(ValueError):
     """A recording, or every stretch of it without long gaps, is too short to give one window."""
@@ -80,6 +83,11 @@ class WindowSpec:
             raise ValueError(f"shortest_s must be a positive number of seconds, not {self.shortest_s}")
         if not self.longest_gap_s >= 0:
             raise ValueError(f"longest_gap_s must be 0 or more seconds, not {self.longest_gap_s}")
+
+    @classmethod
+    def of_length(cls, length_s: float, stride_s: float | None = None) -> WindowSpec:
+        """Windows whose stride follows their length where none is given."""
+        return cls(length_s, STRIDE * length_s if stride_s is None else stride_s)
 
     def samples(self, rate: float) -> int:
         """Samples in a window at `rate` Hz."""

@@ -17,9 +17,6 @@ from ..core.windows import WindowSpec
 from ..scene.patches import PATCH
 from .packing import unpack
 
-STRIDE = 0.5
-"""Training windows start every so many window lengths."""
-
 BAKED, STALE, IMPORTED, FAILED = "baked", "stale", "imported", "failed"
 """States of a clip."""
 
@@ -57,7 +54,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         patch_mode=study.patch_method,
         synthesis=Synthesis(rate_hz=study.rate),
         sensor=study.sensor,
-        windows=WindowSpec(length_s=study.window_s, stride_s=STRIDE * study.window_s),
+        windows=WindowSpec.of_length(study.window_s),
         classifier=study.classifier,
         folds=study.folds,
         by_subject=study.by_subject,

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Options for windows: their length, their stride, and a warning when clips are too short for them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from blender_addon.w2w.core.windows import WindowSpec
+
+from .job import Outcome
+
+Window = Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")]
+Stride = Annotated[
+    float | None,
+    typer.Option(
+        min=0.05,
+        help="Stride of the training windows, seconds.  [default: half the window]",
+        show_default=False,
+    ),
+]
+
+
+def window_spec(window: float, stride: float | None) -> WindowSpec:
+    """The options as `WindowSpec`.
+
+    Raises
+    ------
+    ValueError
+        If they cannot be; the message names the options.
+    """
+    if not math.isfinite(window):
+        raise ValueError(f"--window must be a number of seconds, not {window:g}")
+    if stride is not None and not 0 < stride <= window:
+        raise ValueError(
+            f"--stride must be above 0 and at most the window (--window {window:g}), not {stride:g}"
+        )
+    return WindowSpec.of_length(window, stride)
+
+
+def window_content(outcomes: Sequence[Outcome], spec: WindowSpec) -> dict[str, Any]:
+    """How many used clips are shorter than a window, and the longest window that half of them fill."""
+    durations = np.array([outcome.details["duration_s"] for outcome in outcomes if outcome.used])
+    median = float(np.median(durations)) if len(durations) else 0.0
+    return {
+        "length_s": spec.length_s,
+        "stride_s": spec.stride_s,
+        "clips_shorter": int((durations < spec.length_s).sum()),
+        "longest_useful_s": math.floor(10 * median) / 10,
+    }
+
+
+def window_warning(content: dict[str, Any], used: int) -> str:
+    """A sentence where most clips are shorter than a window; empty where they are not."""
+    shorter = content["clips_shorter"]
+    if 2 * shorter <= used:
+        return ""
+    return (
+        f"{shorter} of {used} clips are shorter than the window of {content['length_s']:g} s and are "
+        f"repeated to fill it. Half of the clips last {content['longest_useful_s']:g} s or more: use a --window of at "
+        "most that"
+    )
