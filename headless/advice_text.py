@@ -16,6 +16,9 @@ from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.placement import Subset
 from blender_addon.w2w.core.utility import UtilityMap
 
+from .counts import interval_caution
+from .joint import joint_content
+
 AT_MOST = 12
 """Sensors listed on the screen; the files have them all."""
 
@@ -36,36 +39,45 @@ def show_advice(
     console.print(
         f"Best single spot: [bold]{names[best]}[/bold], mean F1 {utility.mean[best]:.3f} "
         f"(95 % interval {utility.mean_low[best]:.3f} to {utility.mean_high[best]:.3f}); "
-        + (f"{same} of the other places cannot be told from it." if same else "no other place is as good.")
+        + (f"{same} other places cannot be told apart from it." if same else "no other place is as good.")
     )
-    table = Table(title="Sensors, one after another", title_justify="left")
+    if caution := interval_caution(utility):
+        console.print(f"Caution: {caution}.", style="yellow")
+    table = Table(title="The set, sensor by sensor", title_justify="left")
     table.add_column("")
     table.add_column("place", overflow="fold")
-    table.add_column("mean-max F1", justify="right")
     if together:
-        table.add_column("together", justify="right")
+        table.add_column("F1 together", justify="right")
         table.add_column("95 % interval", justify="right")
-    table.add_column("as good, and saying the same", overflow="fold")
+    table.add_column("best-of proxy", justify="right")
+    table.add_column("interchangeable places", overflow="fold")
     order = advice.subset.order
     for number, (place, score) in enumerate(
         zip(order[:AT_MOST], advice.subset.mean_max_after_each, strict=False)
     ):
-        row = [str(number + 1), names[place], f"{score:.3f}"]
+        row = [str(number + 1), names[place]]
         if together:
             row += _tested(together[number]) if number < len(together) else ["", ""]
-        table.add_row(*row, _regions(advice.alternatives[number], patches))
+        table.add_row(*row, f"{score:.3f}", _regions(advice.alternatives[number], patches))
     if len(order) > AT_MOST:
         table.add_row("", f"and {len(order) - AT_MOST} more")
     console.print(table)
-    console.print(f"{advice.subset.sentence()}; {advice.gap_sentence()}.")
+    joint = _joint(advice, together)
+    if joint is not None:
+        console.print(f"[bold]{_capital(joint['sentence'])}.[/bold]")
+    else:
+        console.print("The sensors were not tested together.")
+    console.print(f"By the best-of proxy: {advice.subset.sentence()}; {advice.gap_sentence()}.")
     if advice.next_place >= 0:
-        console.print(f"One more sensor ({names[advice.next_place]}) would add {advice.next_gain:.3f}.")
-    if together:
         console.print(
-            "'mean-max F1' takes for each activity the sensor that is best at it, the usual proxy; "
-            "'together' is one classifier on all sensors up to that line, tested like the map.",
-            style="dim",
+            f"By the proxy, one more sensor ({names[advice.next_place]}) would add {advice.next_gain:.3f}."
         )
+    console.print(
+        "'F1 together': one classifier on all sensors up to that line, tested as the map is. 'Best-of "
+        "proxy' (mean-max F1): for each activity the F1 of the sensor that is best at it; it never falls "
+        "when sensors are added, which a real classifier's F1 can.",
+        style="dim",
+    )
 
 
 def advice_content(
@@ -77,6 +89,8 @@ def advice_content(
             **place_content(advice.best, utility, patches),
             "indistinguishable_patches": int(utility.same_as(advice.best).sum()) - 1,
         },
+        "interval_caution": interval_caution(utility),
+        "joint": _joint(advice, together),
         "subset": {
             **subset_content(advice.subset, utility, patches),
             "alternatives": [[patches.names[p] for p in places] for places in advice.alternatives],
@@ -140,6 +154,15 @@ def together_content(together: Sequence[UtilityMap]) -> list[dict[str, Any]]:
         }
         for number, tested in enumerate(together, start=1)
     ]
+
+
+def _joint(advice: Advice, together: Sequence[UtilityMap]) -> dict[str, Any] | None:
+    subset = advice.subset
+    return joint_content(together_content(together), subset.target, len(subset.order), advice.least)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _tested(tested: UtilityMap) -> list[str]:

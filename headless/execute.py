@@ -24,7 +24,7 @@ from .progress import Progress
 from .report import write_report
 from .results import write_failure, write_results
 from .run_folder import make_folders
-from .run_tables import show_outcome, show_skipped, skipped_files
+from .run_tables import show_outcome, show_skipped, show_window_warning, skipped_files
 from .together import sensors_together
 from .views import write_blend, write_pictures
 from .watch import Watch
@@ -104,6 +104,7 @@ def _execute(
         if isinstance(error, StudyError):
             write_failure(out, library, error)
             show_skipped(skipped_files(error.outcomes, library), console)
+            show_window_warning(error.outcomes, config.windows, console)
         raise ended(f"No result: {error}", NOTHING_TO_DO, console, watch.log) from error
     except KeyboardInterrupt as error:
         text = "\nStopped. What is finished is kept: the same command goes on from here."

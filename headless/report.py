@@ -16,7 +16,6 @@ import json
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
@@ -26,21 +25,27 @@ from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.utility import UtilityMap
 
+from .best_regions import best_regions
+from .counts import clip_counts, counts_sentence, few_clips, interval_caution
 from .exit_codes import USAGE
 from .finished import FinishedStudy
+from .joint import joint_content
 from .report_data import MEAN_TITLE, as_script_json, title, view_data
+from .window_options import window_warning
 
 REPORT = "report.html"
 
 PAGE = Path(__file__).resolve().parent / "report_page"
 
-MAX_REGIONS = 15
 MAX_CONFUSED = 12
 """A table of mistakes wider than this cannot be read."""
 
 
 def report(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    project: Annotated[
+        str | None, typer.Option("--title", help="Project name on the page.  [default: the run's]")
+    ] = None,
 ) -> None:
     """Write `report.html` into a finished results folder: the heatmaps in 3D, the choice, the tables.
 
@@ -50,15 +55,15 @@ def report(
     """
     console = Console(highlight=False)
     try:
-        path = write_report(results)
+        path = write_report(results, project)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     console.print(f"Report: {path}")
 
 
-def write_report(out: Path) -> Path:
-    """Write a finished study's `report.html` into its folder.
+def write_report(out: Path, project: str | None = None) -> Path:
+    """Write a finished study's `report.html` into its folder, under the run's title or another.
 
     Raises
     ------
@@ -69,11 +74,14 @@ def write_report(out: Path) -> Path:
     summary, config = (
         json.loads((out / name).read_text(encoding="utf-8")) for name in ("summary.json", "config.json")
     )
-    write_text(out / REPORT, page(study, study.body(), summary, config))
+    project = config["parameters"].get("title", "") if project is None else project.strip()
+    write_text(out / REPORT, page(study, study.body(), summary, config, project))
     return out / REPORT
 
 
-def page(study: FinishedStudy, body: Body, summary: dict[str, Any], config: dict[str, Any]) -> str:
+def page(
+    study: FinishedStudy, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
+) -> str:
     """The page's HTML.
 
     Parameters
@@ -83,19 +91,29 @@ def page(study: FinishedStudy, body: Body, summary: dict[str, Any], config: dict
         The study's.
     summary, config : dict
         What stands in its `summary.json` and `config.json`.
+    project : str
+        The project's name.
     """
     utility, best = study.utility, summary["best_single_patch"]["patch"]
     chosen = [place["patch"] for place in summary["subset"]["places"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
-    environment.filters |= {"f1": "{:.2f}".format, "title": title}
+    environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": _capital}
+    clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
+    subset, together = summary["subset"], summary["together"]
     return environment.get_template("page.html").render(
+        project=project,
         summary=summary,
         config=config,
+        clips=clips,
+        counts=counts_sentence(clips, utility),
+        caution=interval_caution(utility),
+        notes=_notes(summary),
+        joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
         body=body,
         utility=utility,
         n_places=len(study.patches),
         mean_title=MEAN_TITLE,
-        regions=_best_of_regions(study)[:MAX_REGIONS],
+        regions=best_regions(utility, study.patches),
         activities=_activities(study, summary, best),
         mistakes=_mistakes(utility, best),
         skipped=sorted(summary["skipped"], key=lambda entry: entry["file"]),
@@ -105,27 +123,9 @@ def page(study: FinishedStudy, body: Body, summary: dict[str, Any], config: dict
     )
 
 
-def _best_of_regions(study: FinishedStudy) -> list[dict[str, Any]]:
-    """The best patch of each region by mean F1, best region first."""
-    utility, best = study.utility, {}
-    for patch in np.argsort(-utility.mean, kind="stable").tolist():
-        best.setdefault(study.patches.regions[patch], patch)
-    return [
-        {
-            "region": region,
-            "patch": patch,
-            "f1": float(utility.mean[patch]),
-            "low": float(utility.mean_low[patch]),
-            "high": float(utility.mean_high[patch]),
-            "rank": (int(utility.rank_low[patch]), int(utility.rank_high[patch])),
-        }
-        for region, patch in best.items()
-    ]
-
-
 def _activities(study: FinishedStudy, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
     """Each tested activity: its clips, its own best spot, and how the best single spot does."""
-    utility, rows = study.utility, []
+    utility, tested, rows = study.utility, study.utility.tested_clips(), []
     for number, name in enumerate(utility.activities):
         own = int(utility.f1[:, number].argmax())
         rows.append(
@@ -137,10 +137,22 @@ def _activities(study: FinishedStudy, summary: dict[str, Any], best: int) -> lis
                 "f1": float(utility.f1[own, number]),
                 "low": float(utility.f1_low[own, number]),
                 "high": float(utility.f1_high[own, number]),
+                "caution": few_clips(tested[number]),
                 "at_best": float(utility.f1[best, number]),
             }
         )
     return rows
+
+
+def _notes(summary: dict[str, Any]) -> list[str]:
+    """What stood out in the labels and the windows."""
+    notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
+    windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
+    return notes + ([f"{windows}."] if windows else [])
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _mistakes(utility: UtilityMap, place: int) -> list[dict[str, Any]]:

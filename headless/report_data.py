@@ -14,6 +14,9 @@ from blender_addon.w2w.core.colours import colour_table
 from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.utility import UtilityMap
 
+from .best_regions import AT_MOST
+from .counts import few_clips
+
 MEAN_TITLE = "All activities (mean)"
 
 COLOURS = 256
@@ -57,6 +60,8 @@ def view_data(
     return {
         "titles": [MEAN_TITLE, *(title(name) for name in utility.activities)],
         "level": utility.level,
+        "cautions": ["", *(few_clips(count) for count in utility.tested_clips())],
+        "regions_listed": AT_MOST,
         "corner": corner.round(6).tolist(),
         "step": step,
         "positions": packed(np.rint((body.vertices - corner) / step)),

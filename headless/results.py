@@ -15,12 +15,14 @@ from blender_addon.w2w.core.files import write_json, write_text
 from blender_addon.w2w.core.library import Library
 
 from .advice_text import DIGITS, advice_content, place_content
+from .counts import clip_counts, few_clips
 from .finished import UTILITY
 from .job import Outcome
+from .label_notes import label_content
 from .pipeline import Study, StudyError
+from .window_options import window_content
 
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "cluster")
-TOP_REGIONS = 10
 
 
 def write_results(study: Study) -> None:
@@ -39,6 +41,7 @@ def write_failure(out: Path, library: Library, error: StudyError) -> None:
         "problem": str(error),
         "clips": {"found": found, "used": len(used), "skipped": len(skipped)},
         "labelled_by": library.labelled_by,
+        "labels": label_content(library.check),
         "used": used,
         "skipped": skipped,
     }
@@ -77,14 +80,12 @@ def utility_table(study: Study) -> str:
 def summary(study: Study) -> dict[str, Any]:
     """What the study found, for people and programs."""
     utility = study.recommendation.utility
-    skipped = _skipped(study.outcomes, study.library)
     return {
-        "clips": {
-            "found": len(study.outcomes) + len(study.library.skipped),
-            "used": len(study.used),
-            "skipped": len(skipped),
-        },
+        "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
+        "labels": label_content(study.library.check),
+        "windows": window_content(study.outcomes, study.config.windows),
+        "ranked_activities": list(utility.activities),
         "activities": _activities(study),
         "left_out": utility.left_out,
         "protocol": utility.protocol,
@@ -93,8 +94,15 @@ def summary(study: Study) -> dict[str, Any]:
         **advice_content(study.advice, utility, study.patches, study.together),
         "regions": _regions(study),
         "used": [_used(study, number) for number in range(len(study.used))],
-        "skipped": skipped,
+        "skipped": _skipped(study.outcomes, study.library),
     }
+
+
+def study_counts(study: Study) -> dict[str, int]:
+    """Clips found, used, ranked and skipped."""
+    found = len(study.outcomes) + len(study.library.skipped)
+    used = [outcome.clip.activity for outcome in study.used]
+    return clip_counts(found, used, study.recommendation.utility)
 
 
 def place(study: Study, patch: int) -> dict[str, Any]:
@@ -102,15 +110,7 @@ def place(study: Study, patch: int) -> dict[str, Any]:
     return place_content(patch, study.recommendation.utility, study.patches)
 
 
-def top_regions(study: Study, count: int = TOP_REGIONS) -> list[tuple[str, float]]:
-    """Regions by the mean F1 of their best patch, best first."""
-    best: dict[str, float] = {}
-    for region, mean in zip(study.patches.regions, study.recommendation.utility.mean, strict=True):
-        best[region] = max(best.get(region, 0.0), float(mean))
-    return sorted(best.items(), key=lambda item: (-item[1], item[0]))[:count]
-
-
-def _activities(study: Study) -> dict[str, dict[str, int]]:
+def _activities(study: Study) -> dict[str, dict[str, Any]]:
     clips = Counter(outcome.clip.activity for outcome in study.used)
     windows: Counter[str] = Counter()
     motions: dict[str, set[int]] = {}
@@ -118,7 +118,13 @@ def _activities(study: Study) -> dict[str, dict[str, int]]:
         windows[outcome.clip.activity] += outcome.details["windows"]
         motions.setdefault(outcome.clip.activity, set()).add(group)
     return {
-        name: {"clips": clips[name], "distinct_motions": len(motions[name]), "windows": windows[name]}
+        name: {
+            "clips": clips[name],
+            "distinct_motions": len(motions[name]),
+            "windows": windows[name],
+            "ranked": name in study.recommendation.utility.activities,
+            "interval_caution": few_clips(len(motions[name])),
+        }
         for name in sorted(clips)
     }
 

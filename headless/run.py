@@ -64,8 +64,8 @@ def run(
         str,
         typer.Option(
             help="One or more bodies, comma-separated: neutral, female, male, with height=1.6 (m) "
-            "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with betas=1.2:0:-0.5 or "
-            "betas=MOTION.npz). Each body gets its own study; a comparison says how far they agree."
+            "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with "
+            "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end."
         ),
     ] = "neutral",
     patches: Annotated[int, typer.Option(min=2, max=6890, help="Number of places on the body.")] = 512,
@@ -110,6 +110,7 @@ def run(
     workers: Annotated[int, typer.Option(min=1, help="Clips processed in parallel.")] = os.cpu_count() or 1,
     pictures: Annotated[bool, typer.Option(help="Render heatmaps and save study.blend.")] = True,
     report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
+    title: Annotated[str, typer.Option(help="Project name for the report.")] = "",
     bone_map: Annotated[
         list[Path] | None,
         typer.Option(help="Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable."),
@@ -150,6 +151,7 @@ def run(
             max_places=max_places,
             constraints=parse_wishes(only, forbid, must, costs),
             seed=seed,
+            title=title.strip(),
         )
         if problem := unavailable(config.classifier):
             raise ValueError(problem)

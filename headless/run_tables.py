@@ -11,14 +11,18 @@ from rich.markup import escape
 from rich.table import Table
 
 from blender_addon.w2w.core.library import Library
+from blender_addon.w2w.core.windows import WindowSpec
 
 from .advice_text import show_advice
+from .best_regions import best_regions
+from .counts import counts_sentence
 from .job import Outcome
 from .label_notes import label_notes
 from .left_out import show_left_out
 from .pipeline import Study
 from .report import REPORT
-from .results import top_regions
+from .results import study_counts
+from .window_options import window_content, window_warning
 
 
 def show_labels(library: Library, console: Console) -> None:
@@ -43,19 +47,34 @@ def show_outcome(study: Study, pictures: bool, console: Console, report: bool = 
     skipped = skipped_files(study.outcomes, study.library)
     show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
-    table = Table(title="Best regions (F1 of their best spot, mean over activities)", title_justify="left")
-    table.add_column("region")
-    table.add_column("mean F1", justify="right")
-    for region, mean in top_regions(study):
-        table.add_row(region, f"{mean:.3f}")
-    console.print(table)
+    show_window_warning(study.outcomes, study.config.windows, console)
+    _show_regions(study, console)
     show_advice(study.advice, utility, study.patches, study.together, console)
-    console.print(f"{len(study.used)} clips used, {len(skipped)} skipped.")
+    console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
     if pictures:
         console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")
     if report:
         console.print(f"Report:   {study.out / REPORT}")
+
+
+def show_window_warning(outcomes: Sequence[Outcome], spec: WindowSpec, console: Console) -> None:
+    """Say so where most clips are shorter than a window."""
+    used = sum(outcome.used for outcome in outcomes)
+    if warning := window_warning(window_content(outcomes, spec), used):
+        console.print(f"{warning}.", style="yellow", markup=False)
+
+
+def _show_regions(study: Study, console: Console) -> None:
+    table = Table(title="Best regions (each by its best place, mean over activities)", title_justify="left")
+    table.add_column("place")
+    for heading in ("mean F1", "95 % interval", "rank"):
+        table.add_column(heading, justify="right")
+    for row in best_regions(study.recommendation.utility, study.patches):
+        low, high = row["rank"]
+        interval = f"{row['low']:.3f} to {row['high']:.3f}"
+        table.add_row(row["place"], f"{row['f1']:.3f}", interval, f"{low} to {high}")
+    console.print(table)
 
 
 def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:

@@ -61,6 +61,6 @@ def window_warning(content: dict[str, Any], used: int) -> str:
         return ""
     return (
         f"{shorter} of {used} clips are shorter than the window of {content['length_s']:g} s and are "
-        f"repeated to fill it. Half of the clips last {content['longest_useful_s']:g} s or more: use a --window of at "
-        "most that"
+        f"repeated to fill it. Half of the clips last {content['longest_useful_s']:g} s or more: use a "
+        "--window of at most that"
     )

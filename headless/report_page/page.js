@@ -14,7 +14,10 @@
 
   const score = (place, map = shown.map) => f1[map * places + place];
   const number = (value) => value.toFixed(2);
-  const interval = (place, map = shown.map) => `${number(low[map * places + place])}–${number(high[map * places + place])}`;
+  const interval = (place, map = shown.map) =>
+    data.cautions[map] || `${number(low[map * places + place])}–${number(high[map * places + place])}`;
+  const confidence = (place) =>
+    data.cautions[shown.map] || `${Math.round(100 * data.level)} % interval ${interval(place)}`;
 
   function range() {
     const values = shown.range === "own" ? f1.subarray(shown.map * places, (shown.map + 1) * places) : f1;
@@ -49,7 +52,7 @@
   function describe(target, place) {
     target.replaceChildren(
       make("b", data.names[place]),
-      make("span", `F1 ${number(score(place))} (${Math.round(100 * data.level)} % interval ${interval(place)}), ${data.titles[shown.map]}`),
+      make("span", `F1 ${number(score(place))} (${confidence(place)}), ${data.titles[shown.map]}`),
     );
     if (shown.map === 0) target.append(make("br"), make("span", `rank ${rank[2 * place]}–${rank[2 * place + 1]} of ${places}`));
     else target.append(make("br"), make("span", `mean over activities ${number(score(place, 0))} (${interval(place, 0)})`));
@@ -69,11 +72,13 @@
   // The best place of each region in the map shown, best first.
   function rankRegions() {
     const order = [...Array(places).keys()].sort((a, b) => score(b) - score(a) || a - b), seen = new Set();
-    shown.listed = order.filter((place) => !seen.has(region[place]) && seen.add(region[place])).slice(0, 8);
+    shown.listed = order.filter((place) => !seen.has(region[place]) && seen.add(region[place])).slice(0, data.regions_listed);
     find("ranked").tBodies[0].replaceChildren(...shown.listed.map((place) => {
       const row = make("tr"), cell = make("td"), button = make("button", data.names[place], { type: "button", class: "go", "data-patch": place });
       cell.append(button);
-      row.append(cell, make("td", number(score(place)), { class: "n" }), make("td", interval(place), { class: "n" }));
+      row.append(cell, make("td", number(score(place)), { class: "n" }),
+        make("td", interval(place), { class: data.cautions[shown.map] ? "n few" : "n" }),
+        make("td", `${rank[2 * place]}–${rank[2 * place + 1]}`, { class: "n" }));
       return row;
     }));
     text(find("ranked-title"), data.titles[shown.map]);
@@ -188,11 +193,13 @@
       if (!action || event.altKey || event.ctrlKey || event.metaKey) return;
       event.preventDefault();
       action();
+      if (event.key.startsWith("Arrow") || event.key === "Home") say();
     });
     document.querySelectorAll("[data-turn]").forEach((button) => button.addEventListener("click", () => {
       viewer.yaw = (Number(button.dataset.turn) * Math.PI) / 180;
       viewer.pitch = 0.06;
       viewer.redraw();
+      say();
     }));
     // paper has another width, and nothing is drawn anew while a page is printed
     const stage = canvas.parentElement;
@@ -200,6 +207,18 @@
     window.addEventListener("afterprint", () => { stage.style.cssText = ""; viewer.redraw(); });
     find("closer").addEventListener("click", () => viewer.closer(1.25));
     find("farther").addEventListener("click", () => viewer.closer(0.8));
+  }
+
+  // Tells those who do not see it from where the body is seen now, once it has stopped turning.
+  let saying = 0;
+  function say() {
+    clearTimeout(saying);
+    saying = setTimeout(() => {
+      const sides = ["the front", "the front left", "the left", "the back left", "the back", "the back right", "the right", "the front right"];
+      const side = sides[((Math.round(viewer.yaw / (Math.PI / 4)) % 8) + 8) % 8];
+      const height = viewer.pitch > 0.4 ? ", from above" : viewer.pitch < -0.4 ? ", from below" : "";
+      text(find("seen"), `Seen from ${side}${height}`);
+    }, 250);
   }
 
   function next(step) {

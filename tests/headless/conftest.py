@@ -14,6 +14,7 @@ from joblib.externals.loky import ProcessPoolExecutor
 from blender_addon.w2w.core.advice import advise
 from blender_addon.w2w.core.library import Clip, Library
 from blender_addon.w2w.core.patches import sample_patches
+from blender_addon.w2w.core.placement import multi_sensor_check
 from blender_addon.w2w.core.study import Recommendation, StudyConfig
 from blender_addon.w2w.core.utility import utility_map
 from headless import load_alone
@@ -50,47 +51,52 @@ CLIPS, WINDOWS, PLACES = 6, 4, 48
 @pytest.fixture(scope="session")
 def drawn_results(bundled_body, tmp_path_factory) -> Path:
     """Results of a study whose 'arm_raise' is told best on the left arm; one label would break a page."""
-    out = tmp_path_factory.mktemp("drawn") / "out"
+    return _drawn(bundled_body, tmp_path_factory.mktemp("drawn") / "out", dict.fromkeys(ACTIVITIES, CLIPS))
+
+
+@pytest.fixture(scope="session")
+def sparse_results(bundled_body, tmp_path_factory) -> Path:
+    """Results of a study with a title, an activity of two clips and two that cannot be ranked."""
+    clips = {"arm_raise": 6, "sitting": 6, "jump": 2, "bow": 1, "kneel": 1}
+    return _drawn(bundled_body, tmp_path_factory.mktemp("sparse") / "out", clips, "Smart <b>shirt</b>")
+
+
+def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path:
     make_folders(out)
-    config = StudyConfig(patches=PLACES, patch_mode="fast", seed=3)
-    patches = sample_patches(bundled_body, PLACES, seed=3, mode="fast")
-    bundled_body.save(out / ".w2w" / "body.npz")
+    config = StudyConfig(patches=PLACES, patch_mode="fast", seed=3, title=project)
+    patches = sample_patches(body, PLACES, seed=3, mode="fast")
+    body.save(out / ".w2w" / "body.npz")
     patches.save(out / ".w2w" / "patches.npz")
+    labels = [activity for activity, count in clips_of.items() for _ in range(count)]
     clips = tuple(
         Clip(Path(f"/{number}.fbx"), f"{activity[:4]}/{number}.fbx", f"clip_{number}", activity)
-        for number, activity in enumerate(np.repeat(ACTIVITIES, CLIPS).tolist())
+        for number, activity in enumerate(labels)
     )
-    reason = "empty <b>file</b>"
-    library = Library(
-        Path("/library"), clips, "folder names", (("<img src=x onerror=alert(2)>.fbx", reason),)
-    )
+    skipped = (("<img src=x onerror=alert(2)>.fbx", "empty <b>file</b>"),)
+    library = Library(Path("/library"), clips, "folder names", skipped)
     activity = np.repeat([clip.activity for clip in clips], WINDOWS)
-    strength = 0.4 + 0.6 * np.exp(-((bundled_body.vertices[patches.vertices, 0] - 0.5) ** 2) / 0.05)
-    rng = np.random.default_rng(5)
-    features = rng.normal(size=(len(activity), PLACES, 6)).astype(np.float32)
-    for number, name in enumerate(ACTIVITIES):
+    clip = np.repeat([clip.name for clip in clips], WINDOWS)
+    is_test = np.ones(len(activity), bool)
+    strength = 0.4 + 0.6 * np.exp(-((body.vertices[patches.vertices, 0] - 0.5) ** 2) / 0.05)
+    features = np.random.default_rng(5).normal(size=(len(activity), PLACES, 6)).astype(np.float32)
+    for number, name in enumerate(clips_of):
         features[activity == name, :, number] += 3 * (strength if name == "arm_raise" else 0.5)
-    utility = utility_map(
-        features,
-        activity,
-        np.repeat([clip.name for clip in clips], WINDOWS),
-        None,
-        np.ones(len(activity), bool),
-        sorted(ACTIVITIES),
-        seed=3,
-    )
+    utility = utility_map(features, activity, clip, None, is_test, sorted(clips_of), seed=3)
     advice = advise(utility, patches, config.target, 5)
-    outcomes = tuple(Outcome(clip, "", {"windows": WINDOWS, "frames": 120}, "0" * 64) for clip in clips)
+    protocol = {"clip": clip, "subject": None, "is_test": is_test, "activities": sorted(clips_of), "seed": 3}
+    together = multi_sensor_check(advice.subset.order, features, activity, **protocol)
+    details = {"windows": WINDOWS, "frames": 120, "duration_s": 4.0}
     study = Study(
         library,
         config,
-        bundled_body,
+        body,
         patches,
-        outcomes,
+        tuple(Outcome(clip, "", details, "0" * 64) for clip in clips),
         np.arange(len(clips)),
         Recommendation(utility, advice.best, advice.subset),
         advice,
         out,
+        tuple(together),
     )
     write_config(study)
     write_results(study)

@@ -4,6 +4,7 @@
 import base64
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 
 import numpy as np
@@ -123,12 +124,101 @@ def test_tables_tell_what_the_summary_tells(page, drawn_results):
     assert summary["best_single_patch"]["name"] in text
     assert summary["subset"]["sentence"] in text
     assert summary["protocol"] in text
-    for place in summary["subset"]["places"]:
-        assert f"{place['name']} {place['mean_f1']:.2f} {place['mean_max_f1_so_far']:.2f}" in text.replace(
-            " –", ""
-        )
+    for place, tested in zip(summary["subset"]["places"], summary["together"], strict=True):
+        low, high = tested["mean_f1_interval"]
+        joint = f"{tested['mean_f1']:.2f} {low:.2f}–{high:.2f}"
+        assert f"{place['name']} {place['mean_f1']:.2f} {joint} {place['mean_max_f1_so_far']:.2f}" in text
     assert "empty <b>file</b>" in text
     assert "bootstrap intervals over clips" in text
+
+
+def read(results):
+    text = write_report(results).read_text(encoding="utf-8")
+    return text, " ".join(" ".join(Reader(text).texts).split())
+
+
+def test_what_is_counted_is_what_was_ranked(sparse_results):
+    """16 of 17 files became signals; 14 of them show the three activities that could be ranked."""
+    summary = json.loads((sparse_results / "summary.json").read_text())
+    assert summary["clips"] == {"found": 17, "used": 16, "ranked": 14, "skipped": 1}
+    assert summary["ranked_activities"] == ["arm_raise", "jump", "sitting"]
+    assert set(summary["left_out"]) == {"bow", "kneel"}
+    assert {name for name, entry in summary["activities"].items() if entry["ranked"]} == {
+        "arm_raise",
+        "jump",
+        "sitting",
+    }
+    _, text = read(sparse_results)
+    assert (
+        "tells 3 activities apart, at each of 48 places on the body, simulated from 14 motion clips" in text
+    )
+    assert "14 clips, 3 activities" in text
+    assert (
+        "14 of 17 clips ranked, in 3 activities; 2 clips could be used but belong to 2 activities that could "
+        "not be ranked; 1 skipped." in text
+    )
+
+
+def test_the_joint_figure_stands_first_and_the_proxy_is_named(sparse_results):
+    summary = json.loads((sparse_results / "summary.json").read_text())
+    joint, together = summary["joint"], summary["together"]
+    reaching = [entry for entry in together if entry["mean_f1"] >= joint["target"]]
+    best = reaching[0] if reaching else max(together, key=lambda entry: entry["mean_f1"])
+    assert (joint["sensors"], joint["mean_f1"]) == (best["sensors"], best["mean_f1"])
+    assert joint["reached"] == bool(reaching)
+    _, text = read(sparse_results)
+    low, high = joint["mean_f1_interval"]
+    first = text.index(f"joint F1 {joint['mean_f1']:.2f} {low:.2f}–{high:.2f}")
+    proxy = text.index("By the best-of proxy, which takes each activity from the sensor that is best at it")
+    assert first < proxy < text.index(summary["subset"]["sentence"])
+    assert text.count(summary["subset"]["sentence"]) == 1
+
+
+def test_intervals_of_too_few_clips_carry_a_caution(sparse_results, drawn_results):
+    summary = json.loads((sparse_results / "summary.json").read_text())
+    caution = "from 2 clips only: too few for an interval"
+    assert summary["activities"]["jump"]["interval_caution"] == caution
+    assert summary["activities"]["sitting"]["interval_caution"] == ""
+    assert summary["interval_caution"].startswith("1 of 3 ranked activities have fewer than 5 clips")
+    page, text = read(sparse_results)
+    assert re.search(rf"Jump 2 2 8 .*? [01]\.\d\d {caution} [01]\.\d\d ", text)
+    assert re.search(r"Sitting 6 6 24 .*? [01]\.\d\d [01]\.\d\d–[01]\.\d\d ", text)
+    assert "1 of 3 ranked activities have fewer than 5 clips" in text
+    view = json.loads(re.search(r'id="w2w-data">(.*?)</script>', page, re.DOTALL)[1])
+    assert view["cautions"] == ["", "", caution, ""]
+    assert "too few for an interval" not in read(drawn_results)[1]
+
+
+def test_there_is_one_table_of_best_regions(page):
+    assert len(re.findall(r"<h2>Best regions", page)) == 1
+    rows = re.search(r'<table id="ranked">.*?<tbody>(.*?)</tbody>', page, re.DOTALL)[1].count("<tr>")
+    assert rows == 10  # without a script, too
+
+
+def test_the_project_s_name_stands_on_the_page(sparse_results, page):
+    written, _ = read(sparse_results)
+    assert "<h1>Smart &lt;b&gt;shirt&lt;/b&gt;</h1>" in written
+    assert "<title>Smart &lt;b&gt;shirt&lt;/b&gt; – where to wear" in written
+    assert "<h1>Where to wear</h1>" in page
+    again = CliRunner().invoke(APP, ["report", str(sparse_results), "--title", "Glove & <i>sock</i>"])
+    assert again.exit_code == 0, again.output
+    assert "<h1>Glove &amp; &lt;i&gt;sock&lt;/i&gt;</h1>" in (sparse_results / "report.html").read_text(
+        "utf-8"
+    )
+
+
+def test_results_of_an_earlier_version_still_make_a_page(sparse_results, tmp_path):
+    out = tmp_path / "old"
+    shutil.copytree(sparse_results, out)
+    summary = json.loads((out / "summary.json").read_text())
+    for name in ("joint", "labels", "windows", "ranked_activities", "interval_caution"):
+        del summary[name]
+    del summary["clips"]["ranked"]
+    (out / "summary.json").write_text(json.dumps(summary))
+    config = json.loads((out / "config.json").read_text())
+    del config["parameters"]["title"]
+    (out / "config.json").write_text(json.dumps(config))
+    assert "14 of 17 clips ranked, in 3 activities" in read(out)[1]
 
 
 def test_the_same_results_give_the_same_page(page, drawn_results):

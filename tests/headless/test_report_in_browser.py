@@ -201,9 +201,53 @@ def test_it_turns_by_mouse_keyboard_and_buttons(page):
     # from behind, the outline is the front's mirrored, about
     outline = (front[..., 3] > 0.5)[:, ::-1] != (back[..., 3] > 0.5)
     assert outline.mean() < 0.02
+    names = [button.text for button in page.find_elements("css selector", "#ranked tbody button")]
+    pointed_at = text(page, "#readout b")
     canvas.send_keys("n")
     settle(page)
-    assert text(page, "#readout b") == find(page, "#ranked tbody button").text
+    following = names.index(pointed_at) + 1 if pointed_at in names else 0
+    assert text(page, "#readout b") == names[following % len(names)]
+
+
+def test_the_body_is_named_and_worked_without_a_mouse(page):
+    from selenium.webdriver import ActionChains, Keys
+
+    canvas = find(page, "#view")
+    for _ in range(4):  # the link to the tables, then perhaps buttons of the cards, then the body
+        ActionChains(page).send_keys(Keys.TAB).perform()
+        if page.switch_to.active_element == canvas:
+            break
+    assert page.switch_to.active_element == canvas
+    assert canvas.aria_role == "application"
+    assert canvas.accessible_name.startswith("The body in 3D, coloured by F1 of All activities (mean)")
+    assert canvas.get_attribute("aria-roledescription") == "3D view"
+    keys = find(page, f"#{canvas.get_attribute('aria-describedby')}").text
+    assert "arrow keys" in keys
+    assert "stands in the tables too" in " ".join(keys.split())
+    assert "The tables below hold all results" in " ".join(canvas.get_attribute("textContent").split())
+    front = picture(page)
+    for _ in range(7):
+        ActionChains(page).send_keys(Keys.ARROW_LEFT).perform()
+    settle(page)
+    assert np.abs(picture(page) - front).mean() > 0.01
+    page.execute_async_script("setTimeout(arguments[0], 350)")
+    assert text(page, "#seen") == "Seen from the front left"
+    assert find(page, "#seen").aria_role == "status"
+    find(page, "[data-turn='180']").click()
+    page.execute_async_script("setTimeout(arguments[0], 350)")
+    assert text(page, "#seen") == "Seen from the back"
+
+
+def test_an_activity_of_two_clips_shows_a_caution_for_its_interval(browser, sparse_results):
+    browser.get(write_report(sparse_results).as_uri())
+    settle(browser)
+    caution = "from 2 clips only: too few for an interval"
+    assert caution not in text(browser, "#ranked")
+    titles = [label.text for label in browser.find_elements("css selector", "#maps label")]
+    choose(browser, "map", titles.index("Jump"))
+    assert caution in text(browser, "#ranked tbody tr")
+    assert caution in text(browser, "#readout")
+    assert text(browser, "h1") == "Smart <b>shirt</b>"
 
 
 def test_a_place_in_a_table_turns_the_body_to_it(page):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,8 @@ class Advice:
     alternatives : tuple of ndarray of int
         For each place of the greedy set, the other allowed places of its cluster whose F1
         cannot be told from its own.
+    least : int
+        How many of the greedy set's first places it takes to have one wherever one must be.
     """
 
     best: int
@@ -50,6 +53,7 @@ class Advice:
     next_gain: float
     clusters: np.ndarray
     alternatives: tuple[np.ndarray, ...]
+    least: int = 1
 
     def gap_sentence(self) -> str:
         """Say how far the greedy set is from the optimum."""
@@ -122,7 +126,14 @@ def advise(
             )
             for place in subset.order
         ),
+        least=_least(subset, terms["required"]),
     )
+
+
+def _least(subset: Subset, required: Sequence[np.ndarray]) -> int:
+    order = np.array(subset.order)
+    first = [int(np.flatnonzero(np.isin(order, places))[0]) + 1 for places in required]
+    return max(first, default=1)
 
 
 def _sensors(subset: Subset) -> str:

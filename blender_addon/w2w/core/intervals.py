@@ -10,6 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import rankdata
 
+FEWEST_CLIPS = 5
+"""Of fewer clips the bootstrap draws hardly anything but the same ones: its interval says nothing then."""
+
 PLACES_AT_ONCE = 64
 """Places whose counts are held at a time: of 5,000 clips and 30 activities they take 40 MB."""
 

@@ -65,6 +65,8 @@ class StudyConfig:
         Where sensors may and must go, and what they cost there.
     seed : int
         Every random draw comes from it.
+    title : str
+        The project's name, for people.
 
     Raises
     ------
@@ -85,6 +87,7 @@ class StudyConfig:
     max_places: int | None = None
     constraints: Constraints = field(default_factory=Constraints)
     seed: int = 0
+    title: str = ""
 
     def __post_init__(self) -> None:
         if not 0 < self.target <= 1:

@@ -86,6 +86,10 @@ class UtilityMap:
         low, high = np.quantile(difference, [tail, 1 - tail], axis=0)
         return (low <= 0) & (high >= 0)
 
+    def tested_clips(self) -> tuple[int, ...]:
+        """Distinct clips that each activity was tested on."""
+        return tuple(len(np.unique(self.clip[self.truth == a])) for a in range(len(self.activities)))
+
     def save(self, path: str | Path) -> None:
         """Write an npz that `load` reads."""
         arrays = {field.name: getattr(self, field.name) for field in fields(self)}
