@@ -16,7 +16,7 @@ from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.placement import Subset
 from blender_addon.w2w.core.utility import UtilityMap
 
-from .counts import interval_caution
+from .counts import interval_caution, interval_text, mean_caution
 from .joint import joint_content
 
 AT_MOST = 12
@@ -36,13 +36,17 @@ def show_advice(
     """Print the best spot, the chosen set sensor by sensor, and what the choice rests on."""
     best, names = advice.best, patches.names
     same = int(utility.same_as(best).sum()) - 1
+    caution = mean_caution(utility)
+    interval = (
+        caution or f"95 % interval {interval_text(utility.mean_low[best], utility.mean_high[best], '')}"
+    )
     console.print(
         f"Best single spot: [bold]{names[best]}[/bold], mean F1 {utility.mean[best]:.3f} "
-        f"(95 % interval {utility.mean_low[best]:.3f} to {utility.mean_high[best]:.3f}); "
+        f"({interval}); "
         + (f"{same} other places cannot be told apart from it." if same else "no other place is as good.")
     )
-    if caution := interval_caution(utility):
-        console.print(f"Caution: {caution}.", style="yellow")
+    if warning := interval_caution(utility):
+        console.print(f"Caution: {warning}.", style="yellow")
     table = Table(title="The set, sensor by sensor", title_justify="left")
     table.add_column("")
     table.add_column("place", overflow="fold")
@@ -57,7 +61,7 @@ def show_advice(
     ):
         row = [str(number + 1), names[place]]
         if together:
-            row += _tested(together[number]) if number < len(together) else ["", ""]
+            row += _tested(together[number], caution) if number < len(together) else ["", ""]
         table.add_row(*row, f"{score:.3f}", _regions(advice.alternatives[number], patches))
     if len(order) > AT_MOST:
         table.add_row("", f"and {len(order) - AT_MOST} more")
@@ -165,8 +169,8 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _tested(tested: UtilityMap) -> list[str]:
-    return [f"{tested.mean[0]:.3f}", f"{tested.mean_low[0]:.3f} to {tested.mean_high[0]:.3f}"]
+def _tested(tested: UtilityMap, caution: str) -> list[str]:
+    return [f"{tested.mean[0]:.3f}", interval_text(tested.mean_low[0], tested.mean_high[0], caution)]
 
 
 def _regions(places: np.ndarray, patches: PatchSet) -> str:

@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from blender_addon.w2w.core.intervals import FEWEST_CLIPS
 from blender_addon.w2w.core.utility import UtilityMap
 
+TOO_FEW = "too few clips"
+"""Stands in a table's cell where an interval would."""
+
 
 def clip_counts(found: int, used: Sequence[str], utility: UtilityMap) -> dict[str, int]:
     """Clips found, used, ranked and skipped.
@@ -30,10 +33,10 @@ def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
     names, left_out = len(utility.activities), len(utility.left_out)
     text = f"{clips['ranked']} of {clips['found']} clips ranked, in {names} activities"
     if left_out:
-        one = left_out == 1
+        others = clips["used"] - clips["ranked"]
         text += (
-            f"; {clips['used'] - clips['ranked']} clips could be used but belong to {left_out} "
-            f"{'activity that' if one else 'activities that'} could not be ranked"
+            f"; {others} clip{'' if others == 1 else 's'} could be used but belong{'s' * (others == 1)} to "
+            f"{left_out} {'activity' if left_out == 1 else 'activities'} that could not be ranked"
         )
     return f"{text}; {clips['skipped']} skipped"
 
@@ -52,6 +55,18 @@ def interval_caution(utility: UtilityMap) -> str:
     if not few:
         return ""
     return (
-        f"{few} of {len(counts)} ranked activities have fewer than {FEWEST_CLIPS} clips (the fewest: "
-        f"{min(counts)}), too few for an interval: the intervals of the mean are narrower than they should be"
+        f"{few} of {len(counts)} ranked activities {'has' if few == 1 else 'have'} fewer than {FEWEST_CLIPS} "
+        f"clips (the fewest: {min(counts)}), too few for an interval: intervals of the mean are narrower "
+        "than they should be"
     )
+
+
+def mean_caution(utility: UtilityMap) -> str:
+    """A caution to stand in place of the mean's interval where no activity has clips enough for one."""
+    most = max(utility.tested_clips())
+    return f"from at most {most} clips per activity: too few for an interval" if most < FEWEST_CLIPS else ""
+
+
+def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str:
+    """An interval, or in its place that there are too few clips for one."""
+    return TOO_FEW if caution else f"{low:.{digits}f} to {high:.{digits}f}"

@@ -26,7 +26,7 @@ from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.utility import UtilityMap
 
 from .best_regions import best_regions
-from .counts import clip_counts, counts_sentence, few_clips, interval_caution
+from .counts import clip_counts, counts_sentence, few_clips, interval_caution, mean_caution
 from .exit_codes import USAGE
 from .finished import FinishedStudy
 from .joint import joint_content
@@ -107,6 +107,7 @@ def page(
         clips=clips,
         counts=counts_sentence(clips, utility),
         caution=interval_caution(utility),
+        mean_caution=mean_caution(utility),
         notes=_notes(summary),
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
         body=body,

@@ -15,7 +15,7 @@ from blender_addon.w2w.core.patches import PatchSet
 from blender_addon.w2w.core.utility import UtilityMap
 
 from .best_regions import AT_MOST
-from .counts import few_clips
+from .counts import few_clips, mean_caution
 
 MEAN_TITLE = "All activities (mean)"
 
@@ -60,7 +60,7 @@ def view_data(
     return {
         "titles": [MEAN_TITLE, *(title(name) for name in utility.activities)],
         "level": utility.level,
-        "cautions": ["", *(few_clips(count) for count in utility.tested_clips())],
+        "cautions": [mean_caution(utility), *(few_clips(count) for count in utility.tested_clips())],
         "regions_listed": AT_MOST,
         "corner": corner.round(6).tolist(),
         "step": step,

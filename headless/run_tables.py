@@ -15,7 +15,7 @@ from blender_addon.w2w.core.windows import WindowSpec
 
 from .advice_text import show_advice
 from .best_regions import best_regions
-from .counts import counts_sentence
+from .counts import counts_sentence, interval_text, mean_caution
 from .job import Outcome
 from .label_notes import label_notes
 from .left_out import show_left_out
@@ -70,9 +70,10 @@ def _show_regions(study: Study, console: Console) -> None:
     table.add_column("place")
     for heading in ("mean F1", "95 % interval", "rank"):
         table.add_column(heading, justify="right")
-    for row in best_regions(study.recommendation.utility, study.patches):
+    utility = study.recommendation.utility
+    for row in best_regions(utility, study.patches):
         low, high = row["rank"]
-        interval = f"{row['low']:.3f} to {row['high']:.3f}"
+        interval = interval_text(row["low"], row["high"], mean_caution(utility))
         table.add_row(row["place"], f"{row['f1']:.3f}", interval, f"{low} to {high}")
     console.print(table)
 

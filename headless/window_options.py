@@ -37,7 +37,7 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
         raise ValueError(f"--window must be a number of seconds, not {window:g}")
     if stride is not None and not 0 < stride <= window:
         raise ValueError(
-            f"--stride must be above 0 and at most the window (--window {window:g}), not {stride:g}"
+            f"--stride must be at most the window's length (--window {window:g}), not {stride:g}"
         )
     return WindowSpec.of_length(window, stride)
 

@@ -77,7 +77,7 @@
       const row = make("tr"), cell = make("td"), button = make("button", data.names[place], { type: "button", class: "go", "data-patch": place });
       cell.append(button);
       row.append(cell, make("td", number(score(place)), { class: "n" }),
-        make("td", interval(place), { class: data.cautions[shown.map] ? "n few" : "n" }),
+        data.cautions[shown.map] ? make("td", "too few clips", { class: "n few" }) : make("td", interval(place), { class: "n" }),
         make("td", `${rank[2 * place]}–${rank[2 * place + 1]}`, { class: "n" }));
       return row;
     }));

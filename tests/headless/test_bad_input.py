@@ -156,7 +156,8 @@ def test_labels_of_any_kind_are_kept_and_never_become_paths(library, tmp_path):
     with (library / "labels.csv").open("w", newline="", encoding="utf-8") as stream:
         csv.writer(stream).writerows([("file", "activity", "motion_key"), *rows])
     out = tmp_path / "results" / "out"
-    code, output = run(library, out, "--labels", library / "labels.csv", "--patches", 4)
+    labels = ("--labels", library / "labels.csv", "--exact-labels")
+    code, output = run(library, out, *labels, "--patches", 4)
     assert code in (0, 1), output
     content = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert {entry["file"] for entry in content["skipped"]} == set(files)

@@ -179,11 +179,11 @@ def test_intervals_of_too_few_clips_carry_a_caution(sparse_results, drawn_result
     caution = "from 2 clips only: too few for an interval"
     assert summary["activities"]["jump"]["interval_caution"] == caution
     assert summary["activities"]["sitting"]["interval_caution"] == ""
-    assert summary["interval_caution"].startswith("1 of 3 ranked activities have fewer than 5 clips")
+    assert summary["interval_caution"].startswith("1 of 3 ranked activities has fewer than 5 clips")
     page, text = read(sparse_results)
     assert re.search(rf"Jump 2 2 8 .*? [01]\.\d\d {caution} [01]\.\d\d ", text)
     assert re.search(r"Sitting 6 6 24 .*? [01]\.\d\d [01]\.\d\d–[01]\.\d\d ", text)
-    assert "1 of 3 ranked activities have fewer than 5 clips" in text
+    assert "1 of 3 ranked activities has fewer than 5 clips" in text
     view = json.loads(re.search(r'id="w2w-data">(.*?)</script>', page, re.DOTALL)[1])
     assert view["cautions"] == ["", "", caution, ""]
     assert "too few for an interval" not in read(drawn_results)[1]

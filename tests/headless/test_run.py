@@ -81,7 +81,7 @@ def hashes(out):
 def test_the_summary_explains_every_clip(finished):
     out, output = finished
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["clips"] == {"found": 12, "used": 9, "skipped": 3}
+    assert summary["clips"] == {"found": 12, "used": 9, "ranked": 8, "skipped": 3}
     reasons = {entry["file"]: entry["reason"] for entry in summary["skipped"]}
     assert "empty" in reasons["_broken/zero_bytes.fbx"]
     assert "cut short" in reasons["_broken/truncated_50pct_Walking.fbx"]

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run on labels with mistakes in them and windows too long: what it says, and the same wherever it lies."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from blender_addon.w2w.core.files import write_npz
+from headless.__main__ import APP
+from headless.bodies import _folder_name
+from headless.views import picture_names
+
+LABELS = """sep=;
+file;activity;subject
+walk/0.npz;Walking;A
+walk/1.npz;walking;B
+run/0.npz;=cmd|'/c calc'!A1;A
+run/1.npz;=cmd|'/c calc'!A1;B
+bow/0.npz;AUX;A
+bow/1.npz;aux ;B
+lean.npz;lean;A
+gone.npz;walking;A
+also/gone.npz;walking;B
+nothing.npz;;A
+"""
+KINDS = ("walk", "run", "bow")
+CAUTION = "from 2 clips only: too few for an interval"
+
+
+def w2w(*arguments):
+    return CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
+
+
+def write_library(folder: Path) -> None:
+    """Seven clips of 3 s, one without a label and one that no row lists."""
+    names = [f"{kind}/{number}" for kind in KINDS for number in range(2)] + ["lean", "nothing", "unlisted"]
+    for number, name in enumerate(names):
+        path = folder / f"{name}.npz"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        kind = KINDS.index(path.parent.name) if path.parent.name in KINDS else 3
+        phase = np.random.default_rng(number).uniform(0, 6, 72)
+        poses = (0.2 + 0.15 * kind) * np.sin(2 * np.pi * (1 + kind) * np.arange(90)[:, None] / 30 + phase)
+        arrays = {"poses": poses, "trans": np.zeros((90, 3)), "mocap_framerate": np.array(30.0)}
+        write_npz(path, arrays, compress=True)
+    (folder / "labels.csv").write_text(LABELS)
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory):
+    """The same run twice: in another place, called another way, by other workers."""
+    here, there = tmp_path_factory.mktemp("here"), tmp_path_factory.mktemp("there")
+    one, other = here / "library", there / "deep" / "the same clips"
+    before = Path.cwd()
+    found = []
+    for folder, library, out, workers in (
+        (here, "library", "out", 1),
+        (there, str(other), str(there / "results of mine" / "out"), 2),
+    ):
+        write_library(one if folder == here else other)
+        os.chdir(folder)
+        options = ["--out", out, "--labels", f"{library}/labels.csv", "--patches", 8, "--no-pictures"]
+        done = w2w("run", library, *options, "--workers", workers, "--window", 60, "--title", "My <shirt>")
+        os.chdir(before)
+        assert done.exit_code == 0, done.output
+        found.append((folder / out, " ".join(done.output.split())))
+    return found
+
+
+def test_the_same_input_gives_the_same_bytes_wherever_it_lies(places):
+    """Every file but `state.json`, which tells the time; `study.blend` is not written here."""
+    one, other = (
+        {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+        for out, _ in places
+    )
+    assert set(one) == set(other)
+    assert {"summary.json", "config.json", "utility.csv", "utility.npz", "report.html"} < set(one)
+    assert {name for name in one if one[name] != other[name]} <= {".w2w/state.json"}
+    for name, content in one.items():
+        assert b"the same clips" not in content + other[name], name
+        assert str(places[0][0].parent).encode() not in content, name
+
+
+def test_labels_that_match_nothing_are_counted_and_named(places):
+    out, output = places[0]
+    assert "2 rows match no file: gone.npz and also/gone.npz." in output
+    assert "1 row has no activity or no file name: nothing.npz." in output
+    assert "1 file is not listed: unlisted.npz." in output
+    assert (
+        "'walking' and 'Walking' count as one activity, 'walking' (--exact-labels keeps them apart)" in output
+    )
+    summary = json.loads((out / "summary.json").read_text())
+    labels = summary["labels"]
+    assert labels["rows_without_file"] == ["gone.npz", "also/gone.npz"]
+    assert labels["rows_without_activity"] == ["nothing.npz"]
+    assert labels["files_not_listed"] == ["unlisted.npz"]
+    assert labels["spellings"] == {"aux": ["aux", "AUX"], "walking": ["walking", "Walking"]}
+    assert summary["labelled_by"] == "the file labels.csv"
+    assert {entry["file"]: entry["reason"] for entry in summary["skipped"]} == {
+        "nothing.npz": "labels.csv gives it no activity",
+        "unlisted.npz": "labels.csv does not list it",
+    }
+    assert "2 rows match no file" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_counts_agree_wherever_they_stand(places):
+    out, output = places[0]
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["clips"] == {"found": 9, "used": 7, "ranked": 6, "skipped": 2}
+    sentence = (
+        "6 of 9 clips ranked, in 3 activities; 1 clip could be used but belongs to 1 activity that could not "
+        "be ranked; 2 skipped."
+    )
+    assert sentence in output
+    assert sentence in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_windows_longer_than_the_clips_are_warned_of(places):
+    out, output = places[0]
+    warning = "7 of 7 clips are shorter than the window of 60 s and are repeated to fill it. "
+    assert warning + "Half of the clips last 2.9 s or more: use a --window of at most that." in output
+    assert warning in (out / "report.html").read_text(encoding="utf-8")
+    windows = json.loads((out / "summary.json").read_text())["windows"]
+    assert windows == {"length_s": 60.0, "stride_s": 30.0, "clips_shorter": 7, "longest_useful_s": 2.9}
+
+
+def test_an_interval_of_two_clips_carries_its_caution(places):
+    out, output = places[0]
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["activities"]["walking"]["interval_caution"] == CAUTION
+    assert "(from at most 2 clips per activity: too few for an interval)" in output
+    assert "1.000 to 1.000" not in output
+    assert "1.00–1.00" not in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_console_says_first_what_the_sensors_reach_together(places):
+    out, output = places[0]
+    joint = json.loads((out / "summary.json").read_text())["joint"]["sentence"]
+    assert output.index(joint[1:]) < output.index("By the best-of proxy:")
+    assert output.count("Best regions") == 1
+
+
+def test_the_table_runs_nothing_in_a_spreadsheet(places):
+    header = (places[0][0] / "utility.csv").read_text().splitlines()[0]
+    assert header.startswith("patch,region,vertex,'=cmd|'/c calc'!A1,aux,walking,mean")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ["--window", "0.5", "--stride", "1"],
+            "--stride must be at most the window's length (--window 0.5), not 1",
+        ),
+        (["--window", "nan"], "--window"),
+        (["--stride", "0.01"], "--stride"),
+        (["--leave-out", "dancing"], "--leave-out: no clip is labelled dancing"),
+    ],
+)
+def test_messages_name_the_options(tmp_path, options, message):
+    (tmp_path / "walk.npz").write_bytes(b"")
+    done = w2w("run", tmp_path, "--out", tmp_path / "out", *options)
+    assert done.exit_code == 2
+    assert message in " ".join(done.output.split())
+    assert "stride_s" not in done.output
+
+
+def test_the_stride_follows_the_window():
+    from blender_addon.w2w.core.windows import WindowSpec
+    from headless.window_options import window_spec
+
+    assert window_spec(0.5, None) == WindowSpec(0.5, 0.25)
+    assert window_spec(2.0, None) == WindowSpec()
+    assert window_spec(2.0, 2.0) == WindowSpec(2.0, 2.0)
+
+
+def test_pictures_and_bodies_have_names_that_every_system_takes():
+    names = picture_names(("aux", "CON", "walking", "mean"))
+    assert names[2] == "walking"
+    assert not {name.lower() for name in names} & {"aux", "con", "mean"}
+    assert _folder_name("some/CON.npz") == "body_CON.npz"
+    assert _folder_name("male height=1.") == "male_height_1"
+    assert _folder_name("nul.npz betas=1.2:0") == "body_nul.npz_betas_1.2_0"
