@@ -54,7 +54,7 @@ def show_advice(
         table.add_column("F1 together", justify="right")
         table.add_column("95 % interval", justify="right")
     table.add_column("best-of proxy", justify="right")
-    table.add_column("interchangeable places", overflow="fold")
+    table.add_column("would do as well", overflow="fold")
     order = advice.subset.order
     for number, (place, score) in enumerate(
         zip(order[:AT_MOST], advice.subset.mean_max_after_each, strict=False)

@@ -22,7 +22,7 @@ from .folder_lock import FolderBusyError, only_run
 from .pipeline import Study, StudyError, run_study, write_config
 from .progress import Progress
 from .report import write_report
-from .results import write_failure, write_results
+from .results import study_counts, write_failure, write_results
 from .run_folder import make_folders
 from .run_tables import show_outcome, show_skipped, show_window_warning, skipped_files
 from .together import sensors_together
@@ -69,7 +69,8 @@ def execute(
         text = f"No result: {out} cannot be written: {error}. What is finished is kept."
         raise ended(text, NOTHING_TO_DO, console, log) from error
     show_outcome(study, pictures, console, report)
-    log("result", out=str(out), used=len(study.used), skipped=len(skipped_files(study.outcomes, library)))
+    clips = study_counts(study)
+    log("result", out=str(out), used=clips["used"], ranked=clips["ranked"], skipped=clips["skipped"])
     return study
 
 

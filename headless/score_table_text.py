@@ -12,6 +12,7 @@ from rich.table import Table
 
 from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_text
+from blender_addon.w2w.core.intervals import FEWEST_CLIPS
 from blender_addon.w2w.core.score_table import ScoreRow
 
 DIGITS = 6
@@ -33,8 +34,8 @@ def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, co
     overall = _table([rows[-1]], columns, "All activities")
     console.print(overall)
     console.print(
-        "F1 with its 95 % interval below, by a bootstrap over clips. Bold: cannot be told from the best of "
-        "the row. 'n': clips tested.",
+        "F1 with its 95 % interval below, by a bootstrap over clips. Bold: cannot be told apart from the "
+        f"best of the row. 'n': clips tested; 'few clips': under {FEWEST_CLIPS}, too few for an interval.",
         style="dim",
     )
 
@@ -68,7 +69,9 @@ def _table(rows: Sequence[ScoreRow], columns: Sequence[str], title: str) -> Tabl
 def _cell(row: ScoreRow, number: int) -> str:
     score = f"{row.f1[number]:.2f}"
     score = f"[bold]{score}[/bold]" if row.best[number] and row.f1.any() else score
-    return f"{score}\n[dim]{_short(row.low[number])}-{_short(row.high[number])}[/dim]"
+    few = row.activity and row.clips < FEWEST_CLIPS
+    interval = "few clips" if few else f"{_short(row.low[number])}-{_short(row.high[number])}"
+    return f"{score}\n[dim]{interval}[/dim]"
 
 
 def _short(value: float) -> str:

@@ -36,7 +36,7 @@ USUAL_FACTORS = "tempo,asymmetry,body,sensor,window"
 def sweep(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
     by: Annotated[
-        str, typer.Option(help=f"What to change, one at a time, by commas: {', '.join(FACTORS)}.")
+        str, typer.Option(help=f"What to change, one at a time, comma-separated: {', '.join(FACTORS)}.")
     ] = USUAL_FACTORS,
     out: Annotated[
         Path | None,

@@ -10,8 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from blender_addon.w2w.core.files import write_npz
+from blender_addon.w2w.core.score_table import ScoreRow
 from headless.__main__ import APP
 from headless.bodies import _folder_name
+from headless.score_table_text import _cell
 from headless.views import picture_names
 
 LABELS = """sep=;
@@ -146,6 +148,13 @@ def test_the_console_says_first_what_the_sensors_reach_together(places):
 def test_the_table_runs_nothing_in_a_spreadsheet(places):
     header = (places[0][0] / "utility.csv").read_text().splitlines()[0]
     assert header.startswith("patch,region,vertex,'=cmd|'/c calc'!A1,aux,walking,mean")
+
+
+@pytest.mark.parametrize(("clips", "shown"), [(2, "few clips"), (4, "few clips"), (5, ".70-1")])
+def test_a_table_shows_no_interval_of_few_clips(clips, shown):
+    score, low, high = np.array([0.9]), np.array([0.7]), np.array([1.0])
+    row = ScoreRow("", "walking", score, low, high, np.array([True]), clips, 8)
+    assert shown in _cell(row, 0)
 
 
 @pytest.mark.parametrize(
