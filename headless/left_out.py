@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Activities that could not be ranked, a line for all that share a reason."""
+"""Activities that could not be ranked, a sentence for all that share a reason."""
 
 from __future__ import annotations
 
@@ -8,10 +8,28 @@ from collections.abc import Mapping
 from rich.console import Console
 
 
-def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
-    """Print which activities were left out and why."""
+def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
+    """Which activities were left out and why, one sentence for each reason.
+
+    Examples
+    --------
+    >>> left_out_sentences({"bow": "bow has no clip", "jump": "jump has no clip"})
+    ['bow, jump: each has no clip']
+    """
     names: dict[str, list[str]] = {}
     for name, reason in left_out.items():
-        names.setdefault(reason.removeprefix(name).strip(), []).append(name)
-    for reason, group in names.items():
-        console.print(f"Left out of the ranking: {', '.join(group)}, since each {reason}.", style="yellow")
+        shared = reason.removeprefix(f"{name} ")
+        names.setdefault(shared, []).append(name if shared != reason else "")
+    return [_sentence(reason, group) for reason, group in names.items()]
+
+
+def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
+    """Print which activities were left out and why."""
+    for sentence in left_out_sentences(left_out):
+        console.print(f"Not ranked: {sentence}.", style="yellow", markup=False)
+
+
+def _sentence(reason: str, group: list[str]) -> str:
+    if not group[0]:
+        return reason
+    return f"{group[0]} {reason}" if len(group) == 1 else f"{', '.join(group)}: each {reason}"

@@ -30,6 +30,7 @@ from .counts import clip_counts, counts_sentence, few_clips, interval_caution, m
 from .exit_codes import USAGE
 from .finished import FinishedStudy
 from .joint import joint_content
+from .left_out import left_out_sentences
 from .report_data import MEAN_TITLE, as_script_json, title, view_data
 from .window_options import window_warning
 
@@ -109,6 +110,7 @@ def page(
         caution=interval_caution(utility),
         mean_caution=mean_caution(utility),
         notes=_notes(summary),
+        left_out=left_out_sentences(utility.left_out),
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
         body=body,
         utility=utility,

@@ -153,6 +153,7 @@ def test_what_is_counted_is_what_was_ranked(sparse_results):
         "tells 3 activities apart, at each of 48 places on the body, simulated from 14 motion clips" in text
     )
     assert "14 clips, 3 activities" in text
+    assert "Not ranked: bow, kneel: each has only one clip; testing on a clip other than" in text
     assert (
         "14 of 17 clips ranked, in 3 activities; 2 clips could be used but belong to 2 activities that could "
         "not be ranked; 1 skipped." in text
