@@ -54,6 +54,6 @@ def _sentence(best: dict[str, Any], last: dict[str, Any], target: float, chosen:
     if reached:
         return f"tested together, one classifier reaches {score} (target {target:g})"
     text = f"tested together, up to {sensors(last['sensors'])} do not reach {target:g}: {score} at best"
-    if last is not best:
+    if last["mean_f1"] < best["mean_f1"] - ROUNDING:
         text += f", {last['mean_f1']:.3f} with {last['sensors']}"
     return text + (f"; more than {last['sensors']} were not tested" if chosen > last["sensors"] else "")

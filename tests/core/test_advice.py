@@ -79,3 +79,14 @@ def test_the_gap_is_said_in_words(utility, patches):
         f"the exact optimum reaches {score:.3f} with 2 sensors at a cost of 8, "
         f"greedy needs {len(advice.subset.order)} sensors at a cost of {advice.subset.cost:g}"
     )
+
+
+def test_how_many_places_it_takes_to_have_one_wherever_one_must_be(utility, patches):
+    must = Constraints(must=("left arm", "right leg"))
+    advice = advise(utility, patches, 0.99, None, must)
+    required = must.terms(patches)["required"]
+    order = list(advice.subset.order)
+    for places in required:
+        assert set(order[: advice.least]) & set(places.tolist())
+    assert not all(set(order[: advice.least - 1]) & set(places.tolist()) for places in required)
+    assert advise(utility, patches, 0.99).least == 1

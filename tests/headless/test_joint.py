@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the sensors reach together is the headline, whatever the proxy promises."""
+
+from headless.joint import joint_content
+
+
+def scores_of(*scores):
+    return [
+        {"sensors": number, "mean_f1": score, "mean_f1_interval": [score - 0.1, score + 0.1]}
+        for number, score in enumerate(scores, start=1)
+    ]
+
+
+def test_a_set_that_gets_worse_with_each_sensor_is_headed_by_its_best():
+    joint = joint_content(scores_of(0.56, 0.50, 0.42, 0.40, 0.36, 0.33), 0.9, chosen=10)
+    assert (joint["sensors"], joint["mean_f1"], joint["reached"]) == (1, 0.56, False)
+    assert joint["sentence"] == (
+        "tested together, up to 6 sensors do not reach 0.9: F1 0.560 with 1 sensor at best, 0.330 with 6; "
+        "more than 6 were not tested"
+    )
+
+
+def test_the_smallest_set_that_reaches_the_target_counts():
+    joint = joint_content(scores_of(0.7, 0.91, 0.95), 0.9, chosen=3)
+    assert (joint["sensors"], joint["reached"]) == (2, True)
+    assert joint["sentence"] == "tested together, one classifier reaches F1 0.910 with 2 sensors (target 0.9)"
+
+
+def test_a_set_without_a_place_that_must_be_is_none():
+    joint = joint_content(scores_of(0.95, 0.85, 0.92), 0.9, chosen=3, least=2)
+    assert (joint["sensors"], joint["reached"]) == (3, True)
+
+
+def test_nothing_is_said_of_sensors_that_were_not_tested_together():
+    assert joint_content([], 0.9, chosen=3) is None
