@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Labels from csv files as people's programs save them, and what in them is of no use."""
 
+import csv
+
 import pytest
 
 from blender_addon.w2w.core.labels import LibraryError, by_label, same_label
@@ -120,3 +122,17 @@ def test_labels_are_found_whatever_their_spelling():
 
 def test_where_the_labels_lie_is_not_told(labelled):
     assert labelled("file,activity\na.fbx,walking\n").labelled_by == "the file labels.csv"
+
+
+@pytest.mark.parametrize(("separator", "encoding"), [(";", "utf-16"), ("\t", "utf-8-sig"), (";", "cp1252")])
+def test_real_labels_say_the_same_however_they_are_saved(shared_data, tmp_path, separator, encoding):
+    with (shared_data / "motions.csv").open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.reader(stream))
+    saved = tmp_path / "motions.csv"
+    with saved.open("w", newline="", encoding=encoding, errors="replace") as stream:
+        csv.writer(stream, delimiter=separator).writerows(rows)
+    expected, found = (read_library(shared_data, labels) for labels in (shared_data / "motions.csv", saved))
+    assert len(found.clips) > 100
+    assert found.activities == expected.activities
+    assert [clip.file for clip in found.clips] == [clip.file for clip in expected.clips]
+    assert found.check.not_listed == expected.check.not_listed
