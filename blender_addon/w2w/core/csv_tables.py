@@ -10,6 +10,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from .file_names import shown
+
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 
 BYTE_ORDER_MARKS = (
@@ -75,7 +77,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     if not set(required) <= set(columns):
         wanted = " and ".join(f"'{name}'" for name in required)
         raise CsvError(
-            f"{path} needs the columns {wanted} in its first line, and has: "
+            f"{shown(path)} needs the columns {wanted} in its first line, and has: "
             f"{', '.join(filter(None, columns)) or 'nothing'} "
             f"(columns may be separated by {_listed(SEPARATORS.values())})"
         )
@@ -90,7 +92,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                 names = (*required, *optional)
                 rows.append((first + reader.line_num, {name: found.get(name, "") for name in names}))
     except csv.Error as error:
-        raise CsvError(f"{path}, line {first + reader.line_num}, cannot be read as csv: {error}") from error
+        raise CsvError(
+            f"{shown(path)}, line {first + reader.line_num}, cannot be read as csv: {error}"
+        ) from error
     return CsvTable(rows, note)
 
 
@@ -118,9 +122,9 @@ def _decoded(path: Path) -> tuple[str, str]:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise CsvError(f"{path} cannot be read: {error.strerror}") from error
+        raise CsvError(f"{shown(path)} cannot be read: {error.strerror}") from error
     if data.startswith(WORKBOOKS):
-        raise CsvError(f"{path} is a spreadsheet's workbook, not a csv file: save it as CSV (UTF-8)")
+        raise CsvError(f"{shown(path)} is a spreadsheet's workbook, not a csv file: save it as CSV (UTF-8)")
     try:
         for mark, encoding in BYTE_ORDER_MARKS:
             if data.startswith(mark):
@@ -128,11 +132,11 @@ def _decoded(path: Path) -> tuple[str, str]:
         if b"\0" in data[:200]:
             return data.decode("utf-16-be" if data[:1] == b"\0" else "utf-16-le"), ""
     except UnicodeDecodeError as error:
-        raise CsvError(f"{path} is no text: save it as CSV (UTF-8)") from error
+        raise CsvError(f"{shown(path)} is no text: save it as CSV (UTF-8)") from error
     try:
         return data.decode("utf-8"), ""
     except UnicodeDecodeError:
-        note = f"{path.name} is not UTF-8 text and was read as Windows-1252 (Western European)"
+        note = f"{shown(path.name)} is not UTF-8 text and was read as Windows-1252 (Western European)"
         return data.decode("cp1252", errors="replace"), f"{note}: save it as UTF-8 if letters look wrong"
 
 

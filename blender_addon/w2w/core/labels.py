@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from .csv_tables import CsvError, read_table
+from .file_names import shown
 
 
 class LibraryError(ValueError):
@@ -91,7 +92,9 @@ def read_labels(path: Path, inside: Sequence[str], exact: bool = False) -> Label
             strangers.append(row["file"])
             continue
         if rows.get(file, row | {"file": file}) != row | {"file": file}:
-            raise LibraryError(f"{path}, line {number}: '{file}' is listed twice with different labels")
+            raise LibraryError(
+                f"{shown(path)}, line {number}: '{file}' is listed twice with different labels"
+            )
         rows[file] = row | {"file": file}
     if not rows:
         raise LibraryError(_useless(path, inside, strangers, empty))
@@ -155,14 +158,14 @@ class _Finder:
         found = self.candidates(text)
         if len(found) > 1:
             raise LibraryError(
-                f"{self.labels}, line {number}: '{text}' could be any of {', '.join(found[:3])}: "
+                f"{shown(self.labels)}, line {number}: '{text}' could be any of {', '.join(found[:3])}: "
                 "write the path inside the library"
             )
         return found[0] if found else None
 
 
 def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: list[str]) -> str:
-    text = f"{path} lists none of the {len(inside)} motion files in the library with an activity"
+    text = f"{shown(path)} lists none of the {len(inside)} motion files in the library with an activity"
     if strangers:
         text += f"; it lists '{strangers[0]}', say, and the library holds '{inside[0]}'"
     elif empty:
