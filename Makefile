@@ -10,7 +10,7 @@ demo: setup
 	@.venv/bin/w2w demo --out demo_output
 
 test: setup lint
-	.venv/bin/python -m pytest -n 2
+	.venv/bin/python -m pytest -n 2 --dist worksteal
 
 lint: setup
 	.venv/bin/ruff check .
@@ -20,7 +20,7 @@ lint: setup
 # What reads, plays and writes through Blender, again with its next series.
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
-	.venv-blender-5/bin/python -m pytest -n 2 tests/scene tests/ui \
+	.venv-blender-5/bin/python -m pytest -n 2 --dist worksteal tests/scene tests/ui \
 		$(addprefix tests/headless/test_,run.py inspect.py bad_input.py engine.py synth.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.

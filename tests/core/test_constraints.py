@@ -30,6 +30,7 @@ def test_only_forbid_must_and_costs(patches):
             region, terms["cost"][place]
         )
     (group,) = terms["required"]
+    assert len(group)
     assert all(patches.regions[place].startswith("left wrist") for place in group)
     assert wishes
 

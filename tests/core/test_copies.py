@@ -23,7 +23,9 @@ def patches(bundled_body):
 
 def copies(body, patches, motion, *switches, sensor=IDEAL, number=2, seed=0):
     plan = Augmentation.only(switches, copies=number)
-    return list(record_copies(body, patches, motion, plan, SETTINGS, sensor, seed))
+    made = list(record_copies(body, patches, motion, plan, SETTINGS, sensor, seed))
+    assert len(made) == number
+    return made
 
 
 def test_without_a_switch_a_copy_is_the_clip(bundled_body, patches, waving):

@@ -232,7 +232,11 @@ def test_windows_agree_with_one_spline_through_the_whole_clip():
     rng = np.random.default_rng(1)
     frames = rng.standard_normal((400, 5))
     spline = make_interp_spline(np.arange(400) / 60, frames, k=5)
-    for window in spline_windows(400, 60, 100):
+    windows = list(spline_windows(400, 60, 100))
+    assert len(windows) > 1
+    covered = [np.arange(window.samples.start, window.samples.stop) for window in windows]
+    np.testing.assert_array_equal(np.concatenate(covered), np.arange(666))
+    for window in windows:
         for order, operator in enumerate(window.operators):
             at = np.arange(window.samples.start, window.samples.stop) / 100
             whole = BSpline(spline.t, spline.c, 5)(at, nu=order)

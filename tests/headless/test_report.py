@@ -59,6 +59,7 @@ def test_it_is_one_small_file_that_asks_nothing_of_the_network(page):
     assert len(page.encode()) < 5_000_000
     reader = Reader(page)
     links = [value for name, value in reader.attributes if name in ("src", "href", "action", "poster")]
+    assert links
     assert all(value.startswith(("#", "data:")) for value in links), links
     assert "default-src 'none'" in dict(reader.attributes)["content"] or "default-src 'none'" in page
     assert not re.search(r"https?://(?!www\.w3\.org)|@import|\bfetch\(|XMLHttpRequest", page)

@@ -90,6 +90,7 @@ def _measure(source, result, body):
 
 
 def by_name(clips):
+    assert len({file.rsplit("/", 1)[1] for file in clips}) == len(clips)
     return {file.rsplit("/", 1)[1].removesuffix(".bvh"): clip for file, clip in clips.items()}
 
 
@@ -158,6 +159,8 @@ def test_feet_that_stand_are_flat(carried):
 
 def test_knees_bend_about_their_hinge(carried):
     """Twist is right where bending a knee turns it about the body's left-right axis."""
+    bending = [file for file, clip in carried[0].items() if len(clip["knee_hinges"]) and "pybvh" not in file]
+    assert len(bending) > 30
     for file, clip in carried[0].items():
         if "bandai" in file or "cmu" in file:
             assert len(clip["knee_hinges"]) == 0 or np.median(clip["knee_hinges"]) > 0.75, file
