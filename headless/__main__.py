@@ -12,7 +12,9 @@ import typer
 from .demo import demo
 from .demo_library import demo_library
 from .dsads import dsads
+from .exit_codes import NOTHING_TO_DO
 from .inspect_file import inspect
+from .needs_blender import NoBlenderError
 from .place import place
 from .report import report
 from .run import run
@@ -63,7 +65,11 @@ def main(arguments: list[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name the terminal cannot spell must not end a run
             stream.reconfigure(errors="backslashreplace")
-    APP(args=arguments, prog_name="w2w")
+    try:
+        APP(args=arguments, prog_name="w2w")
+    except NoBlenderError as error:
+        print(error, file=sys.stderr)
+        raise SystemExit(NOTHING_TO_DO) from None
 
 
 if __name__ == "__main__":

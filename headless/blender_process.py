@@ -9,7 +9,7 @@ from pathlib import Path
 
 def inside_blender() -> bool:
     """Whether this is the Blender program, whose Python cannot start workers with `bpy`."""
-    return "bpy" in sys.modules and bool(sys.modules["bpy"].app.binary_path)
+    return bool(sys.modules.get("bpy")) and bool(sys.modules["bpy"].app.binary_path)
 
 
 def forget_scripts_path() -> None:

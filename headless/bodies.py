@@ -17,6 +17,7 @@ from blender_addon.w2w.core.files import reserved, write_json
 from blender_addon.w2w.core.shapes import MORPHOLOGIES
 
 from .load_clip import quiet_output
+from .needs_blender import needs_blender
 from .pipeline import Study
 from .results import DIGITS, place
 
@@ -92,7 +93,8 @@ def _body(text: str) -> Body:
     shaped = BETAS.fullmatch(text)
     file, betas = (shaped["file"], _betas(shaped["betas"])) if shaped else (text, None)
     if Path(file).suffix:
-        from blender_addon.w2w.scene.adopt import adopt_file
+        with needs_blender():
+            from blender_addon.w2w.scene.adopt import adopt_file
 
         with quiet_output():
             return adopt_file(file, betas)

@@ -26,6 +26,7 @@ from blender_addon.w2w.core.windows import TooShortError
 from .clip_files import WORK, copy_file, write_features
 from .job import Job, Outcome
 from .load_clip import load_clip
+from .needs_blender import NoBlenderError
 from .worker_guard import guarded
 
 SAMPLE_BYTES = 24
@@ -67,6 +68,11 @@ def do_clip(job: Job) -> Outcome:
     """Do a clip's work, or take up what an earlier run finished.
 
     Never raises for what is wrong with a clip: the outcome says it.
+
+    Raises
+    ------
+    NoBlenderError
+        If Blender's module cannot be imported here, so that no clip could be read.
     """
     try:
         readable_size(job.clip.path)  # pipes and devices never end
@@ -91,6 +97,8 @@ def do_clip(job: Job) -> Outcome:
         if job.clip.path.exists():
             raise  # the output folder's fault: the disk is full or gone
         return Outcome(job.clip, "it went away while it was being read", {}, source)
+    except NoBlenderError:
+        raise  # no fault of the clip's, so no record of it
     except Exception as error:  # a fault of ours costs this clip, not the night
         reason = f"W2W failed on it, please report this: {type(error).__name__}: {error}"
         return _conclude(job, source, reason, {}, ())

@@ -23,6 +23,7 @@ from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.rehab import EXERCISES, generate_clip
 
+from .needs_blender import needs_blender
 from .progress import Progress
 
 ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
@@ -63,7 +64,8 @@ def write_demo_library(
     ValueError
         If the number of clips is not positive or the seed is negative.
     """
-    from blender_addon.w2w.scene.mixamo_export import write_mixamo_fbx
+    with needs_blender():
+        from blender_addon.w2w.scene.mixamo_export import write_mixamo_fbx
 
     if clips_per_activity < 1:
         raise ValueError(f"a library needs at least one clip an activity, not {clips_per_activity}")

@@ -177,7 +177,7 @@ def _on_cluster(jobs: Sequence[Job], scheduler: str, told: Callable[[Outcome], N
         from distributed import Client, KilledWorker
         from distributed import as_completed as finished
     except ModuleNotFoundError as error:
-        raise EngineError("--scheduler needs Dask: pip install 'w2w[cluster]'") from error
+        raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
     where = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
     try:
         client = Client(**where, timeout="20s")

@@ -14,11 +14,13 @@ from blender_addon.w2w.core.library import Library
 from blender_addon.w2w.core.study import StudyConfig
 
 from .clip_files import WORK
+from .draw import draw_study
 from .engine import Engine, EngineError
 from .event_log import SILENT, EventLog
 from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO
 from .finished import FinishedStudy
 from .folder_lock import FolderBusyError, only_run
+from .needs_blender import NoBlenderError
 from .pipeline import Study, StudyError, run_study, write_config
 from .progress import Progress
 from .report import write_report
@@ -26,7 +28,6 @@ from .results import study_counts, write_failure, write_results
 from .run_folder import make_folders
 from .run_tables import show_outcome, show_skipped, show_window_warning, skipped_files
 from .together import sensors_together
-from .views import write_blend, write_pictures
 from .watch import Watch
 
 
@@ -62,13 +63,15 @@ def execute(
             log("clip", file=file, used=False, reason=reason)
         watch = Watch(out, len(library.clips), log)
         with only_run(out / WORK):
-            study = _execute(library, body, config, out, engine, pictures, console, watch, report)
+            study, failed = _execute(library, body, config, out, engine, pictures, console, watch, report)
     except FolderBusyError as error:
         raise ended(str(error), BUSY, console, log) from error
     except OSError as error:
         text = f"No result: {out} cannot be written: {error}. What is finished is kept."
         raise ended(text, NOTHING_TO_DO, console, log) from error
-    show_outcome(study, pictures, console, report)
+    show_outcome(study, pictures, console, report, failed)
+    for name, why in failed.items():
+        log("not_drawn", what=name, reason=why)
     clips = study_counts(study)
     log("result", out=str(out), used=clips["used"], ranked=clips["ranked"], skipped=clips["skipped"])
     return study
@@ -84,8 +87,8 @@ def _execute(
     console: Console,
     watch: Watch,
     report: bool,
-) -> Study:
-    progress = Progress(console)
+) -> tuple[Study, dict[str, str]]:
+    progress, failed = Progress(console), {}
     try:
         study = run_study(library, body, config, out, engine, progress, watch)
         watch.step("testing the sensors together")
@@ -95,12 +98,12 @@ def _execute(
         watch.step("writing results")
         write_config(study)
         write_results(study)
-        if pictures:
-            write_pictures(study, progress)
-            write_blend(study, progress)
         if report:
             write_report(out)
-    except (StudyError, EngineError) as error:
+        if pictures:  # last, for Blender may fail to draw where all else is well
+            watch.step("drawing")
+            failed = draw_study(study, progress)
+    except (StudyError, EngineError, NoBlenderError) as error:
         watch.step("failed", str(error))
         if isinstance(error, StudyError):
             write_failure(out, library, error)
@@ -110,5 +113,5 @@ def _execute(
     except KeyboardInterrupt as error:
         text = "\nStopped. What is finished is kept: the same command goes on from here."
         raise ended(text, INTERRUPTED, console, watch.log) from error
-    watch.step("finished")
-    return study
+    watch.step("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
+    return study, failed

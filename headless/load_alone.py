@@ -15,6 +15,7 @@ from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion, r
 
 from .engine import run_alone
 from .load_clip import load_clip
+from .needs_blender import NoBlenderError
 from .worker_guard import LIMIT_S, MEMORY, guarded
 
 Loaded = tuple[SourceMotion | Motion, Motion, dict[str, Any]]
@@ -27,6 +28,8 @@ def load_alone(clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()) -> Loa
     ------
     UnusableMotion
         If it cannot be used; the message says why.
+    NoBlenderError
+        If it needs Blender, and Blender's module cannot be imported.
     """
     found = run_alone(_load, clip, body, tuple(bone_maps))
     if found is None:
@@ -44,6 +47,8 @@ def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap]) -> Loaded | str:
     with guarded():
         try:
             return load_clip(clip, body, bone_maps)
+        except NoBlenderError:
+            raise
         except MemoryError:
             return f"it needs more than {MEMORY / 2**30:g} GiB of memory"
         except OSError as error:

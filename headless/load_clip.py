@@ -16,6 +16,7 @@ from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.source_motion import SourceMotion
 
 from .blender_process import forget_scripts_path
+from .needs_blender import needs_blender
 
 
 def load_clip(
@@ -35,11 +36,13 @@ def load_clip(
     ------
     UnusableMotion
         If it cannot be used; the message says why.
+    NoBlenderError
+        If it needs Blender, and Blender's module cannot be imported.
     """
     forget_scripts_path()
     from blender_addon.w2w.scene.motions import carry, read_motion
 
-    with quiet_output():
+    with needs_blender(), quiet_output():
         source = read_motion(clip.path)
     carried = carry(source, body, bone_maps)
     motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
@@ -59,11 +62,18 @@ def load_clip(
 @contextlib.contextmanager
 def quiet_output() -> Iterator[None]:
     """Keep what Blender's importers print from the user's screen."""
-    with Path(os.devnull).open("w") as nowhere:
+    with output_to(Path(os.devnull)):
+        yield
+
+
+@contextlib.contextmanager
+def output_to(path: Path) -> Iterator[None]:
+    """Let a file have what the process prints, C++ included, even when it dies."""
+    with path.open("w") as file:
         saved = [os.dup(1), os.dup(2)]
         try:
-            os.dup2(nowhere.fileno(), 1)
-            os.dup2(nowhere.fileno(), 2)
+            os.dup2(file.fileno(), 1)
+            os.dup2(file.fileno(), 2)
             yield
         finally:
             for number, handle in enumerate(saved, start=1):

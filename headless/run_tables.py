@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from rich.console import Console
@@ -22,6 +23,7 @@ from .left_out import show_left_out
 from .pipeline import Study
 from .report import REPORT
 from .results import study_counts
+from .views import BLEND, HEATMAPS
 from .window_options import window_content, window_warning
 
 
@@ -41,8 +43,14 @@ def show_labels(library: Library, console: Console) -> None:
         console.print(f"Labels: {note}", style="yellow", markup=False)
 
 
-def show_outcome(study: Study, pictures: bool, console: Console, report: bool = True) -> None:
-    """Print what was found and where it stands."""
+def show_outcome(
+    study: Study,
+    pictures: bool,
+    console: Console,
+    report: bool = True,
+    failed: Mapping[str, str] = MappingProxyType({}),
+) -> None:
+    """Print what was found and where it stands, and what could not be drawn."""
     utility = study.recommendation.utility
     skipped = skipped_files(study.outcomes, study.library)
     show_skipped(skipped, console)
@@ -53,9 +61,15 @@ def show_outcome(study: Study, pictures: bool, console: Console, report: bool = 
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
     if pictures:
-        console.print(f"Heatmaps: {study.out / 'heatmaps'}\nBlender:  {study.out / 'study.blend'}")
+        for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", BLEND)):
+            if name not in failed:
+                console.print(f"{title} {study.out / name}")
     if report:
         console.print(f"Report:   {study.out / REPORT}")
+    for name, why in failed.items():
+        console.print(f"\nNo {name}: {why}.", style="red", markup=False)
+    if failed:
+        console.print("Everything else is there; the same command goes on from here.")
 
 
 def show_window_warning(outcomes: Sequence[Outcome], spec: WindowSpec, console: Console) -> None:

@@ -11,13 +11,15 @@ import numpy as np
 import typer
 
 from blender_addon.w2w.core.colours import patch_colours, score_range
+from blender_addon.w2w.core.placement import Subset
 from blender_addon.w2w.core.study import StudyConfig
 
 from .demo import rehabilitation_study
+from .draw import draw_alone
 from .engine import Engine
-from .load_clip import quiet_output
+from .finished import FinishedStudy
+from .needs_blender import needs_blender
 from .panel_figure import Map, panel_figure
-from .pipeline import Study
 from .report_data import title
 from .score_table_text import wide_console
 from .views import MAX_LISTED
@@ -50,19 +52,24 @@ def rehab(
     config = StudyConfig(patches=patches, target=target, seed=seed)
     study = rehabilitation_study(out, clips, config, Engine(workers), pictures, console)
     with console.status("Drawing the figure"):
-        draw_figure(study, study.out / FIGURE)
-    console.print(f"Figure:   {study.out / FIGURE}")
+        failed = draw_alone(draw_figure, study.out, study.recommendation.subset)
+    if failed:
+        console.print(f"No figure: {failed}.", style="red", markup=False)
+    else:
+        console.print(f"Figure:   {study.out / FIGURE}")
 
 
-def draw_figure(study: Study, path: Path) -> None:
-    """Draw a study's maps by activity, its mean map and its set on one page, all in the same colours."""
-    from blender_addon.w2w.scene.render import BodyRenderer
+def draw_figure(out: Path, subset: Subset) -> None:
+    """Draw a finished study's maps by activity, mean map and set on one page, all in the same colours."""
+    with needs_blender():
+        from blender_addon.w2w.scene.render import BodyRenderer
 
-    utility, subset, patches = study.recommendation.utility, study.recommendation.subset, study.patches
+    study = FinishedStudy.load(out)
+    utility, patches, body = study.utility, study.patches, study.body()
     scale = score_range(utility.f1)
     order = list(subset.order[:MAX_LISTED])
 
-    with BodyRenderer(study.body) as renderer, quiet_output():
+    with BodyRenderer(body) as renderer:
 
         def drawn(scores: np.ndarray, heading: str) -> Map:
             best = int(np.argmax(scores))
@@ -73,12 +80,12 @@ def draw_figure(study: Study, path: Path) -> None:
             drawn(scores, title(name)) for name, scores in zip(utility.activities, utility.f1.T, strict=True)
         ]
         mean = drawn(utility.mean, "Mean F1")
-        corners = study.body.vertices[patches.triangles[order]]
-        normals = study.body.vertex_normals[patches.triangles[order]].mean(axis=1)
+        corners = body.vertices[patches.triangles[order]]
+        normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
         places = renderer.locate(corners.mean(axis=1), normals)
     count = f"{len(subset.order)} sensor{'' if len(subset.order) == 1 else 's'}"
     panel_figure(
-        path,
+        out / FIGURE,
         activities,
         mean,
         Map(mean.views, count, subset.sentence()),

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def versions() -> dict[str, str]:
     """Version of W2W, of Python, of Blender and of each library that results depend on."""
-    found = {"w2w": _version("w2w"), "python": platform.python_version()}
+    found = {"w2w": _version("where-to-wear"), "python": platform.python_version()}
     for name in LIBRARIES:
         version = _version(name)
         if version:

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a finished study looks like: a picture for each heatmap, and the study as a Blender file."""
+"""What a finished study looks like: a picture for each heatmap, and the study as a Blender file.
+
+Blender draws them, and may die of it: `draw` has this done in a worker process.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,45 +16,42 @@ from blender_addon.w2w.core.amass import read_amass
 from blender_addon.w2w.core.colours import patch_colours, score_range
 from blender_addon.w2w.core.library import unique_names
 from blender_addon.w2w.core.motion import Motion
+from blender_addon.w2w.core.placement import Subset
 
 from .figures import heatmap_figure, subset_figure
-from .load_clip import quiet_output
-from .pipeline import Study
-from .progress import Progress
+from .finished import FinishedStudy
+from .needs_blender import needs_blender
 
 if TYPE_CHECKING:
     from blender_addon.w2w.scene.render import BodyRenderer
 
+HEATMAPS, BLEND = "heatmaps", "study.blend"
 MEAN, SUBSET = "mean", "subset"
 
 MAX_LISTED = 12
 """More places than this do not fit beside the picture; the summary has them all."""
 
 
-def write_pictures(study: Study, progress: Progress) -> None:
-    """Draw `heatmaps/*.png`: one an activity, one of the mean, one of the chosen places."""
-    from blender_addon.w2w.scene.render import BodyRenderer
+def write_pictures(out: Path, subset: Subset) -> None:
+    """Draw `heatmaps/*.png` of a finished study: one an activity, one of the mean, one of the set."""
+    with needs_blender():
+        from blender_addon.w2w.scene.render import BodyRenderer
 
-    utility = study.recommendation.utility
-    folder = study.out / "heatmaps"
-    folder.mkdir(exist_ok=True)
-    for old in folder.glob("*.png"):
-        old.unlink()
+    study = FinishedStudy.load(out)
+    utility = study.utility
+    folder = out / HEATMAPS
     titles = [name.replace("_", " ").capitalize() for name in utility.activities]
     maps = [*zip(picture_names(utility.activities), titles, utility.f1.T, strict=True)]
     maps.append((MEAN, "All activities (mean)", utility.mean))
-    with progress.bar("Drawing heatmaps", len(maps) + 1) as advance, BodyRenderer(study.body) as renderer:
+    with BodyRenderer(study.body()) as renderer:
         for name, title, scores in maps:
             low, high = score_range(scores)
-            with quiet_output():
-                pictures = renderer.render(patch_colours(study.patches, scores, low, high))
+            pictures = renderer.render(patch_colours(study.patches, scores, low, high))
             best = study.patches.names[int(np.argmax(scores))]
             heatmap_figure(
                 folder / f"{name}.png", pictures, title, low, high, subtitle=f"Best spot: {best} ({high:.2f})"
             )
-            advance(1)
-        _draw_subset(study, renderer)
-        advance(1)
+        _draw_subset(study, subset, renderer)
 
 
 def picture_names(activities: tuple[str, ...]) -> list[str]:
@@ -59,38 +60,38 @@ def picture_names(activities: tuple[str, ...]) -> list[str]:
     return names[2:]
 
 
-def write_blend(study: Study, progress: Progress) -> None:
-    """Save `study.blend`: body, actions, parented empties and heatmaps."""
-    from blender_addon.w2w.scene.study_file import write_study
+def write_blend(out: Path, subset: Subset) -> None:
+    """Save a finished study's `study.blend`: body, actions, parented empties and heatmaps."""
+    with needs_blender():
+        from blender_addon.w2w.scene.study_file import write_study
 
-    utility = study.recommendation.utility
-    with progress.spinner("Saving study.blend"), quiet_output():
-        write_study(
-            study.out / "study.blend",
-            study.body,
-            study.patches,
-            _motions(study),
-            utility.f1,
-            utility.activities,
-            utility.mean,
-            study.recommendation.subset.order,
-        )
+    study = FinishedStudy.load(out)
+    utility = study.utility
+    write_study(
+        out / BLEND,
+        study.body(),
+        study.patches,
+        _motions(study),
+        utility.f1,
+        utility.activities,
+        utility.mean,
+        subset.order,
+    )
 
 
-def _draw_subset(study: Study, renderer: BodyRenderer) -> None:
-    utility, subset, patches = study.recommendation.utility, study.recommendation.subset, study.patches
+def _draw_subset(study: FinishedStudy, subset: Subset, renderer: BodyRenderer) -> None:
+    utility, patches, body = study.utility, study.patches, renderer.body
     order = list(subset.order[:MAX_LISTED])
     low, high = score_range(utility.mean)
-    with quiet_output():
-        pictures = renderer.render(patch_colours(patches, utility.mean, low, high))
-    corners = study.body.vertices[patches.triangles[order]]
-    normals = study.body.vertex_normals[patches.triangles[order]].mean(axis=1)
+    pictures = renderer.render(patch_colours(patches, utility.mean, low, high))
+    corners = body.vertices[patches.triangles[order]]
+    normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
     subtitle = subset.sentence()
     if len(order) < len(subset.order):
         subtitle += f" (the first {len(order)} of {len(subset.order)} places shown)"
     count = f"{len(subset.order)} sensor{'s' if len(subset.order) != 1 else ''}"
     subset_figure(
-        study.out / "heatmaps" / f"{SUBSET}.png",
+        study.out / HEATMAPS / f"{SUBSET}.png",
         pictures,
         f"Where to wear {count}" if subset.reached else "Where to wear: the best set there is",
         renderer.locate(corners.mean(axis=1), normals),
@@ -102,8 +103,7 @@ def _draw_subset(study: Study, renderer: BodyRenderer) -> None:
     )
 
 
-def _motions(study: Study) -> Iterator[Motion]:
-    for outcome in study.used:
-        clip = outcome.clip
+def _motions(study: FinishedStudy) -> Iterator[Motion]:
+    for clip in study.clips:
         motion = read_amass(study.out / "motions" / f"{clip.name}.npz", z_up=True)
         yield motion.labelled(clip.activity, clip.subject, clip.name)

@@ -7,8 +7,6 @@ cd "$(dirname "$0")/.."
 venv=${1:-.venv}
 bpy=${2:-4.5.15}
 
-libraries="libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libice6 libgl1"
-
 python=""
 for candidate in "${PYTHON:-}" python3.11 python3 python; do
   if [ -n "$candidate" ] && command -v "$candidate" >/dev/null 2>&1 &&
@@ -23,21 +21,23 @@ if [ -z "$python" ]; then
   exit 1
 fi
 
+# What pip does not bring: Debian leaves venv out of its Python, and Blender's module opens libraries of
+# the system, even without a window.
+needs="" packages=""
+for missing in $("$python" -I headless/system_libraries.py); do
+  needs="$needs ${missing%=*}" packages="$packages ${missing#*=}"
+done
+if [ ! -x "$venv/bin/python" ] && ! "$python" -I -c 'import ensurepip' 2>/dev/null; then
+  needs="$needs venv" packages="$packages python3.11-venv"
+fi
+if [ -n "$packages" ]; then
+  # shellcheck disable=SC2086
+  tools/install_packages.sh "Installing system packages:" "W2W needs what this machine lacks:$needs." $packages
+fi
+
 stamp="$venv/.ready-$({ cat pyproject.toml constraints.txt "$0"; echo "$bpy"; } | sha256sum | cut -c1-16)"
 if [ -e "$stamp" ]; then
   exit 0
-fi
-
-# Blender's module is linked against a few X11 libraries, even without a window.
-if command -v dpkg >/dev/null 2>&1; then
-  missing=""
-  for library in $libraries; do
-    dpkg -s "$library" >/dev/null 2>&1 || missing="$missing $library"
-  done
-  if [ -n "$missing" ]; then
-    # shellcheck disable=SC2086
-    tools/install_packages.sh "Installing system libraries:" "Blender's Python module needs system libraries." $missing
-  fi
 fi
 
 echo "Setting up $venv with bpy $bpy (once; Blender's module is about 370 MB)"

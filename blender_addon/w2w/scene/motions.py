@@ -13,7 +13,6 @@ from ..core.bone_maps import BoneMap
 from ..core.motion import Motion
 from ..core.retarget import retarget
 from ..core.source_motion import SourceMotion
-from .clips import read_clip
 
 
 class Carried(NamedTuple):
@@ -45,7 +44,11 @@ def read_motion(path: Path) -> SourceMotion | Motion:
     UnusableMotion
         If it cannot be used; the message says why.
     """
-    return read_amass(path) if path.suffix.lower() in SMPL_SUFFIXES else read_clip(path)
+    if path.suffix.lower() in SMPL_SUFFIXES:
+        return read_amass(path)
+    from .clips import read_clip  # only these files need Blender
+
+    return read_clip(path)
 
 
 def carry(source: SourceMotion | Motion, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Have Blender draw what a finished study looks like, in a worker process that may die of it.
+
+Blender aborts the whole process where it cannot render: no result may be lost with it.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from blender_addon.w2w.core.placement import Subset
+
+from .blender_process import forget_scripts_path
+from .engine import run_alone
+from .load_clip import output_to
+from .needs_blender import NoBlenderError, missing_library
+from .pipeline import Study
+from .progress import Progress
+from .views import BLEND, HEATMAPS, write_blend, write_pictures
+
+POLL_S = 0.2
+MAX_SAID = 300
+"""Characters of Blender's last words that are shown."""
+
+
+def draw_study(study: Study, progress: Progress) -> dict[str, str]:
+    """Draw `heatmaps/*.png` and save `study.blend` in the folder of a study that is written down.
+
+    Returns
+    -------
+    dict of str to str
+        What could not be made, and why.
+    """
+    folder, subset = study.out / HEATMAPS, study.recommendation.subset
+    folder.mkdir(exist_ok=True)
+    for old in folder.glob("*.png"):
+        old.unlink()
+    count = len(study.recommendation.utility.activities) + 2
+    failed = {}
+    with progress.bar("Drawing heatmaps", count) as advance, _counted(folder, advance):
+        failed[HEATMAPS] = draw_alone(write_pictures, study.out, subset)
+    with progress.spinner(f"Saving {BLEND}"):
+        failed[BLEND] = draw_alone(write_blend, study.out, subset)
+    if failed[BLEND]:
+        (study.out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results
+    return {name: why for name, why in failed.items() if why}
+
+
+def draw_alone(work: Callable[[Path, Subset], None], out: Path, subset: Subset) -> str:
+    """Let Blender draw something in a worker process; says why where it could not, else is empty."""
+    with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
+        said = Path(folder) / "blender.txt"
+        why = run_alone(_draw, work, out, subset, said)
+        if why is not None:
+            return why
+        last = " ".join(said.read_text(errors="replace").split()) if said.exists() else ""
+        return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
+
+
+def _draw(work: Callable[[Path, Subset], None], out: Path, subset: Subset, said: Path) -> str:
+    """In the worker: do it, with what Blender prints kept for the case that the process dies."""
+    forget_scripts_path()
+    with output_to(said):
+        try:
+            work(out, subset)
+        except (NoBlenderError, OSError) as error:
+            return str(error)
+        except Exception as error:  # a fault of ours costs the picture, not the run
+            return f"W2W failed on it, please report this: {type(error).__name__}: {error}"
+    return ""
+
+
+@contextmanager
+def _counted(folder: Path, advance: Callable[[int], None]) -> Iterator[None]:
+    """Move a bar by the pictures that another process puts into a folder."""
+    done, over = 0, threading.Event()
+
+    def count() -> None:
+        nonlocal done
+        while not over.wait(POLL_S):
+            found = sum(1 for _ in folder.glob("*.png"))
+            advance(found - done)
+            done = found
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    try:
+        yield
+    finally:
+        over.set()
+        counter.join()
