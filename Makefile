@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# `make demo` runs the main job, `make test` passes the tests; both set up what they need first.
+# `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 
 .PHONY: demo test lint setup extension extension-all test-blender-5 test-window test-peers test-report
 
@@ -10,7 +10,7 @@ demo: setup
 	@.venv/bin/w2w demo --out demo_output
 
 test: setup lint
-	.venv/bin/python -m pytest -n 2 --dist worksteal
+	.venv/bin/python -m pytest -n 2 --dist worksteal $(TESTS)
 
 lint: setup
 	.venv/bin/ruff check .

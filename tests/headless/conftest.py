@@ -10,11 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from joblib.externals.loky import ProcessPoolExecutor
+from scipy.spatial.transform import Rotation
 
 from blender_addon.w2w.core.advice import advise
 from blender_addon.w2w.core.library import Clip, Library
+from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.patches import sample_patches
 from blender_addon.w2w.core.placement import multi_sensor_check
+from blender_addon.w2w.core.skeleton import N_JOINTS
 from blender_addon.w2w.core.study import Recommendation, StudyConfig
 from blender_addon.w2w.core.utility import utility_map
 from headless import load_alone
@@ -101,3 +104,19 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     write_config(study)
     write_results(study)
     return out
+
+
+@pytest.fixture
+def motions(tmp_path) -> Path:
+    """A library of eight npz motions, four of each of two activities: none needs Blender to be read."""
+    library, time = tmp_path / "motions", np.arange(150) / 30
+    for activity, pace in (("slow", 0.5), ("fast", 2.0)):
+        (library / activity).mkdir(parents=True)
+        for number in range(4):
+            axes = np.random.default_rng(number).normal(size=(N_JOINTS, 3)) / 5
+            angles = np.sin(2 * np.pi * pace * (1 + number / 20) * time)
+            turns = Rotation.from_rotvec((angles[:, None, None] * axes).reshape(-1, 3)).as_matrix()
+            pelvis = np.stack([time / 5, 0 * time, np.ones_like(time)], axis=1)
+            motion = Motion(turns.reshape(-1, N_JOINTS, 3, 3), pelvis, 30.0, activity, "", f"clip_{number}")
+            motion.save(library / activity / f"{activity}_{number}.npz")
+    return library

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Without Blender's module: what needs it says how to get it, what does not works."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from headless.needs_blender import NoBlenderError, missing_library, needs_blender
+
+ROOT = Path(__file__).resolve().parents[2]
+NOT_THERE = "cannot open shared object file: No such file or directory"
+NOT_INSTALLED = "bpy, is not installed. In W2W's folder run 'make setup'"
+BLOCKED = {
+    "not installed": "raise ModuleNotFoundError(\"No module named 'bpy'\", name='bpy')",
+    "library missing": f"raise ImportError('libXi.so.6: {NOT_THERE}')",
+}
+SAID = {
+    "not installed": NOT_INSTALLED,
+    "library missing": "the system library libXi.so.6 is missing; on Debian and Ubuntu run: "
+    "sudo apt-get install -y libxi6",
+}
+
+
+def w2w(folder, *arguments, blocked="not installed"):
+    """The command in a process whose `bpy`, and its workers', is one that cannot be imported."""
+    package = folder / "blocked" / "bpy"
+    package.mkdir(parents=True, exist_ok=True)
+    (package / "__init__.py").write_text(BLOCKED[blocked])
+    done = subprocess.run(
+        [sys.executable, "-m", "headless", *map(str, arguments)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": f"{package.parent}{os.pathsep}{ROOT}", "COLUMNS": "400"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    output = " ".join((done.stdout + done.stderr).split())
+    assert "Traceback" not in output, output
+    return done.returncode, output
+
+
+@pytest.fixture
+def clip(tmp_path):
+    folder = tmp_path / "library" / "walking"
+    folder.mkdir(parents=True)
+    (folder / "one.bvh").write_text("HIERARCHY\nROOT Hips\n")
+    return folder / "one.bvh"
+
+
+@pytest.mark.parametrize("blocked", BLOCKED)
+def test_a_run_of_files_that_blender_reads(tmp_path, clip, blocked):
+    out = tmp_path / "out"
+    code, output = w2w(tmp_path, "run", clip.parents[1], "--out", out, "--patches", 8, blocked=blocked)
+    assert code == 1
+    assert "No result: Blender's Python module" in output
+    assert SAID[blocked] in output
+    assert not list((out / ".w2w" / "clips").glob("*.json"))  # or the next run would not read the clip
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("inspect", "CLIP"),
+        ("synth", "CLIP", "--patch", "left wrist", "--out", "x.csv"),
+        ("demo", "--clips", "2"),
+        ("run", "library", "--out", "out", "--bodies", "body.fbx"),
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_commands_that_need_it(tmp_path, clip, arguments):
+    code, output = w2w(tmp_path, *(str(clip) if word == "CLIP" else word for word in arguments))
+    assert code == 1
+    assert NOT_INSTALLED in output
+
+
+def test_commands_that_do_not(tmp_path, drawn_results):
+    for arguments in (
+        ["sensors"],
+        ["tables", drawn_results],
+        ["place", drawn_results],
+        ["report", drawn_results],
+    ):
+        code, output = w2w(tmp_path, *arguments)
+        assert code == 0, output
+    code, output = w2w(tmp_path, "status", tmp_path)
+    assert code == 2
+    assert "No run was started" in output
+
+
+def test_npz_motions_need_it_for_pictures_only(tmp_path, motions):
+    out = tmp_path / "out"
+    code, output = w2w(tmp_path, "run", motions, "--out", out, "--patches", 8, "--workers", 1, "--log-json")
+    assert code == 0, output
+    assert json.loads((out / "summary.json").read_text())["clips"] == {"found": 8, "used": 8, "skipped": 0}
+    assert (out / "report.html").is_file()
+    assert not list((out / "heatmaps").iterdir())
+    assert NOT_INSTALLED in output
+    assert output.count('"event": "not_drawn"') == 2
+
+
+def test_another_import_error_is_not_blender():
+    with pytest.raises(ImportError, match="nothing_of_the_kind") as raised, needs_blender():
+        import nothing_of_the_kind  # noqa: F401
+    assert not isinstance(raised.value, NoBlenderError)
+
+
+def test_the_line_to_run_names_the_package():
+    text = f"Couldn't open libEGL.so.1: libEGL.so.1: {NOT_THERE}"
+    assert missing_library(text).startswith("the system library libEGL.so.1 is missing; on Debian and Ubuntu")
+    assert "apt-get install -y libegl1" in missing_library(text)
+    assert "install the package that brings it" in missing_library(
+        "libq.so.2: cannot open shared object file"
+    )
+    assert missing_library("Segmentation fault") == ""
