@@ -57,7 +57,8 @@ def draw_alone(work: Callable[[Path, Subset], None], out: Path, subset: Subset) 
         why = run_alone(_draw, work, out, subset, said)
         if why is not None:
             return why
-        last = " ".join(said.read_text(errors="replace").split()) if said.exists() else ""
+        text = said.read_text(errors="replace") if said.exists() else ""
+        last = " ".join(text.partition("Fatal Python error")[0].split())  # then come Python's own
         return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
 
 

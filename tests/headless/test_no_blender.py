@@ -78,12 +78,7 @@ def test_commands_that_need_it(tmp_path, clip, arguments):
 
 
 def test_commands_that_do_not(tmp_path, drawn_results):
-    for arguments in (
-        ["sensors"],
-        ["tables", drawn_results],
-        ["place", drawn_results],
-        ["report", drawn_results],
-    ):
+    for arguments in (["sensors"], ["tables", drawn_results], ["report", drawn_results]):
         code, output = w2w(tmp_path, *arguments)
         assert code == 0, output
     code, output = w2w(tmp_path, "status", tmp_path)
@@ -100,6 +95,8 @@ def test_npz_motions_need_it_for_pictures_only(tmp_path, motions):
     assert not list((out / "heatmaps").iterdir())
     assert NOT_INSTALLED in output
     assert output.count('"event": "not_drawn"') == 2
+    code, output = w2w(tmp_path, "place", out)
+    assert code == 0, output
 
 
 def test_another_import_error_is_not_blender():
