@@ -40,7 +40,7 @@ def test_the_list_is_what_a_render_opens(tmp_path):
         check=True,
     )
     said = "".join(path.read_text(errors="replace") for path in tmp_path.glob("linker*"))
-    module = Path(bpy.__file__).parent
+    module = Path(bpy.utils.resource_path("LOCAL")).parent
     asked = re.findall(
         rf"file=(\S+) \[0\];  (?:needed by|dynamically loaded by) {re.escape(str(module))}/", said
     )
