@@ -68,7 +68,7 @@ def _draw(work: Callable[[Path, Subset], None], out: Path, subset: Subset, said:
     with output_to(said):
         try:
             work(out, subset)
-        except (NoBlenderError, OSError) as error:
+        except (NoBlenderError, ValueError, OSError) as error:
             return str(error)
         except Exception as error:  # a fault of ours costs the picture, not the run
             return f"W2W failed on it, please report this: {type(error).__name__}: {error}"

@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from blender_addon.w2w.core.placement import Subset
+from headless.draw import draw_alone
+from headless.study_rehab import FIGURE, draw_figure
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -42,3 +46,13 @@ def test_blender_aborts_while_it_renders(tmp_path, motions):
     )
     assert "Finished after" in status.stdout
     assert "no heatmaps: Blender crashed" in " ".join(status.stdout.split())
+
+
+def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
+    subset = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
+    assert draw_alone(draw_figure, drawn_results, subset) == ""
+    assert (drawn_results / FIGURE).read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_cannot_be_drawn_says_why(tmp_path):
+    assert "is not the results folder of a finished run" in draw_alone(draw_figure, tmp_path, None)
