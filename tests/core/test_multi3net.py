@@ -53,7 +53,7 @@ def generator(torch):
 def test_learns_what_it_can_and_finds_noise_harder(settings):
     pytest.importorskip("torch")
     windows, labels, fold, _ = library()
-    named = replace(settings, epochs=20).predict_folds(windows, labels, fold, np.ones(len(labels), bool))
+    named = replace(settings, epochs=12).predict_folds(windows, labels, fold, np.ones(len(labels), bool))
     right = (named == labels[:, None]).mean(axis=0)
     assert right[0] > 0.9
     assert right[3] < right[0] - 0.2
@@ -93,9 +93,10 @@ def test_group_size_changes_nothing_but_rounding():
     windows, labels, fold, _ = library()
     is_test = np.ones(len(labels), bool)
     named = [
-        replace(SMALL, group=group, epochs=6).predict_folds(windows, labels, fold, is_test)
+        replace(SMALL, group=group, epochs=3).predict_folds(windows, labels, fold, is_test)
         for group in (1, 3, 4)
     ]
+    assert len(np.unique(named[2])) > 1
     assert (named[0] == named[2]).mean() > 0.98
     assert (named[1] == named[2]).mean() > 0.98
 
