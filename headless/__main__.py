@@ -3,6 +3,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":  # before the imports, which take seconds
+    from headless.stopping import stop_on_signals
+
+    stop_on_signals()
+
 import io
 import os
 import sys
@@ -20,10 +25,12 @@ from .report import report
 from .run import run
 from .sensors import sensors
 from .status import status
+from .stopping import ignore_signals, stop_on_signals
 from .study import STUDY
 from .sweep import sweep
 from .synth import synth
 from .tables import tables
+from .temporary import use_own_temporary_folder
 from .validate import VALIDATE
 
 APP = typer.Typer(
@@ -65,11 +72,15 @@ def main(arguments: list[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name the terminal cannot spell must not end a run
             stream.reconfigure(errors="backslashreplace")
+    stop_on_signals()
+    use_own_temporary_folder()
     try:
         APP(args=arguments, prog_name="w2w")
     except NoBlenderError as error:
         print(error, file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None
+    finally:
+        ignore_signals()
 
 
 if __name__ == "__main__":

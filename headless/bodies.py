@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from itertools import combinations
@@ -18,8 +19,11 @@ from blender_addon.w2w.core.shapes import MORPHOLOGIES
 
 from .load_clip import quiet_output
 from .needs_blender import needs_blender
+from .own_files import json_content, refuse
 from .pipeline import Study
 from .results import DIGITS, place
+
+COMPARISON = "bodies.json"
 
 GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
 SHAPE_PARAMETERS = ("height", "weight", "muscle", "age", "arms", "legs")
@@ -57,6 +61,18 @@ def parse_bodies(text: str) -> list[tuple[str, Body]]:
     return bodies
 
 
+def keep_foreign_comparison(out: Path) -> None:
+    """Refuse to overwrite a `bodies.json` that W2W did not write.
+
+    Raises
+    ------
+    ForeignFileError
+    """
+    content = json_content(out / COMPARISON)
+    ours = isinstance(content, dict) and content.keys() == {"bodies", "agreement"}
+    refuse(out, [COMPARISON] if os.path.lexists(out / COMPARISON) and not ours else [])
+
+
 def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
     """Write `bodies.json`: each body's best spot and set, and how far the maps agree pair by pair.
 
@@ -80,7 +96,7 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
             for (first, a), (second, b) in combinations(studies, 2)
         ],
     }
-    write_json(out / "bodies.json", content)
+    write_json(out / COMPARISON, content)
     return content
 
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from functools import cache
@@ -14,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.files import write_json
+from blender_addon.w2w.core.files import file_sha256, write_json
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.motion_file import readable_size, unreadable
 from blender_addon.w2w.core.motion_signature import motion_signature
@@ -24,9 +23,10 @@ from blender_addon.w2w.core.study import copies_of, describe, record
 from blender_addon.w2w.core.windows import TooShortError
 
 from .clip_files import WORK, copy_file, write_features
-from .job import Job, Outcome
+from .job import Job, Outcome, unfinished
 from .load_clip import load_clip
 from .needs_blender import NoBlenderError
+from .own_files import files_of_record, remove_own
 from .worker_guard import guarded
 
 SAMPLE_BYTES = 24
@@ -75,6 +75,14 @@ def do_clip(job: Job) -> Outcome:
         If Blender's module cannot be imported here, so that no clip could be read.
     """
     try:
+        return _do_clip(job)
+    finally:
+        for path in (job.motion_file, job.signals_file):
+            unfinished(path).unlink(missing_ok=True)
+
+
+def _do_clip(job: Job) -> Outcome:
+    try:
         readable_size(job.clip.path)  # pipes and devices never end
         source = file_sha256(job.clip.path)
     except UnusableMotion as error:
@@ -105,12 +113,6 @@ def do_clip(job: Job) -> Outcome:
     return _conclude(job, source, "", details, files)
 
 
-def file_sha256(path: Path) -> str:
-    """SHA-256 of a file's bytes, in hexadecimal."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(job.out, job.inputs)
     _, motion, details = load_clip(job.clip, body, job.bone_maps)
@@ -118,9 +120,9 @@ def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     recording = record(body, patches, motion, job.config)
     features, is_test = describe(recording, job.config)
     copies, copy_files = _make_copies(job, body, patches, motion)
-    motion.save(job.motion_file)
-    recording.save(job.signals_file)
     write_features(job.features_file, [features, *copies], is_test, motion_signature(motion))
+    motion.save(unfinished(job.motion_file))
+    recording.save(unfinished(job.signals_file))
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
     if job.config.augmentation is not None:
         details |= {"copies": len(copies), "copy_windows": sum(len(copy) for copy in copies)}
@@ -160,15 +162,29 @@ def _refuse_too_long(motion: Motion, job: Job) -> None:
 def _conclude(
     job: Job, source: str, reason: str, details: dict[str, Any], files: tuple[Path, ...]
 ) -> Outcome:
-    """Write down what became of a clip: only now does it count as done."""
+    """Write down what became of a clip: only now does it count as done.
+
+    The record goes first and the files get their names after it, so that a kill at any moment
+    leaves no file of ours that no record names; `_finished` names them where it did not come to it.
+    """
+    names = {path.relative_to(job.out).as_posix(): _standing(path) for path in files}
+    before = files_of_record(job.record_file)
+    remove_own(job.out, {name: value for name, value in before.items() if name not in names})
     content = {
         "key": job.key(source),
         "reason": reason,
         "details": details,
-        "files": {str(path.relative_to(job.out)): file_sha256(path) for path in files},
+        "files": {name: file_sha256(path) for name, path in names.items()},
     }
     write_json(job.record_file, content)
+    for name, path in names.items():
+        path.replace(job.out / name)
     return Outcome(job.clip, reason, details, source)
+
+
+def _standing(path: Path) -> Path:
+    """Where a file of a clip is until it is recorded."""
+    return unfinished(path) if unfinished(path).exists() else path
 
 
 def _mark_source(job: Job, source: str) -> None:
@@ -193,10 +209,18 @@ def _finished(job: Job, key: str) -> dict[str, Any] | None:
         done = json.loads(job.record_file.read_text(encoding="utf-8"))
         if done["key"] != key or not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
             return None
-        whole = all(file_sha256(job.out / name) == value for name, value in done["files"].items())
+        whole = all(_is_whole(job.out / name, value) for name, value in done["files"].items())
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
     return done if whole else None
+
+
+def _is_whole(path: Path, sha256: str) -> bool:
+    """Whether a file is as its record says; one that a kill left without its name gets it now."""
+    nameless = unfinished(path)
+    if nameless.exists() and file_sha256(nameless) == sha256:
+        nameless.replace(path)
+    return file_sha256(path) == sha256
 
 
 @cache

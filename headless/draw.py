@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,9 +18,11 @@ from .blender_process import forget_scripts_path
 from .engine import run_alone
 from .load_clip import output_to
 from .needs_blender import NoBlenderError, missing_library
+from .own_files import claim, remove_claimed
+from .picture_names import HEATMAPS, picture_files
 from .pipeline import Study
 from .progress import Progress
-from .views import BLEND, HEATMAPS, write_blend, write_pictures
+from .views import BLEND, write_blend, write_pictures
 
 POLL_S = 0.2
 MAX_SAID = 300
@@ -37,11 +39,12 @@ def draw_study(study: Study, progress: Progress) -> dict[str, str]:
     """
     folder, subset = study.out / HEATMAPS, study.recommendation.subset
     folder.mkdir(exist_ok=True)
-    for old in folder.glob("*.png"):
-        old.unlink()
-    count = len(study.recommendation.utility.activities) + 2
+    remove_claimed(study.out, HEATMAPS)
+    files = picture_files(study.recommendation.utility.activities)
+    claim(study.out, [f"{HEATMAPS}/{file}" for file in files])
     failed = {}
-    with progress.bar("Drawing heatmaps", count) as advance, _counted(folder, advance):
+    pictures = [folder / file for file in files]
+    with progress.bar("Drawing heatmaps", len(files)) as advance, _counted(pictures, advance):
         failed[HEATMAPS] = draw_alone(write_pictures, study.out, subset)
     with progress.spinner(f"Saving {BLEND}"):
         failed[BLEND] = draw_alone(write_blend, study.out, subset)
@@ -76,14 +79,14 @@ def _draw(work: Callable[[Path, Subset], None], out: Path, subset: Subset, said:
 
 
 @contextmanager
-def _counted(folder: Path, advance: Callable[[int], None]) -> Iterator[None]:
-    """Move a bar by the pictures that another process puts into a folder."""
+def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[None]:
+    """Move a bar by the files that another process has written."""
     done, over = 0, threading.Event()
 
     def count() -> None:
         nonlocal done
         while not over.wait(POLL_S):
-            found = sum(1 for _ in folder.glob("*.png"))
+            found = sum(file.exists() for file in files)
             advance(found - done)
             done = found
 

@@ -7,25 +7,36 @@ is handed out again when its worker died, and a job that dies alone is a skipped
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import wait
 from typing import TypeVar
 
 from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky.backend import resource_tracker
 
 from blender_addon.w2w.core.bone_maps import BoneMap
 
 from .blender_process import inside_blender
 from .clip_job import do_clip, record_death, work_in_worker
 from .job import Job, Outcome
-from .worker_guard import LIMIT_S, MEMORY
+from .stopping import deaf_children, when_stopped
+from .worker_guard import LIMIT_S, MEMORY, end_with
 
 Result = TypeVar("Result")
 
 MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
+
+
+KILL_S = 5.0
+"""Seconds that killed workers are waited for."""
 
 
 class EngineError(Exception):
@@ -135,7 +146,9 @@ def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
         return work(*args)
     with _local_executor(1) as executor:
         try:
-            return executor.submit(work, *args).result()
+            with deaf_children():
+                future = executor.submit(work, *args)
+            return future.result()
         except BrokenExecutor:
             return None
 
@@ -153,7 +166,8 @@ def _collect(
 ) -> bool:
     """Hand out jobs and gather outcomes; True if the workers died before all were done."""
     try:
-        futures = {executor.submit(work_in_worker, job): job for job in jobs}
+        with deaf_children():
+            futures = [executor.submit(work_in_worker, job) for job in jobs]
         for future in as_completed(futures):
             outcome = future.result()
             outcomes[outcome.clip.name] = outcome
@@ -165,11 +179,26 @@ def _collect(
 
 @contextmanager
 def _local_executor(workers: int) -> Iterator[Executor]:
-    executor = get_reusable_executor(max_workers=workers, timeout=60, reuse=False)
-    try:
-        yield executor
-    finally:
-        executor.shutdown(wait=True, kill_workers=True)
+    resource_tracker.ensure_running()  # it would make the workers hear Ctrl-C again
+    executor = get_reusable_executor(
+        max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
+    )
+    with when_stopped(partial(_kill, executor)):
+        try:
+            yield executor
+        finally:
+            executor.shutdown(wait=True, kill_workers=True)
+
+
+def _kill(executor: Executor) -> None:
+    """End an executor's workers at once, and wait until they are gone: the folder's lock goes next."""
+    workers = list((executor._processes or {}).values())
+    for worker in workers:
+        with suppress(OSError):
+            os.kill(worker.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+    until = time.monotonic() + KILL_S
+    for worker in workers:
+        wait([worker.sentinel], max(0.0, until - time.monotonic()))
 
 
 def _on_cluster(jobs: Sequence[Job], scheduler: str, told: Callable[[Outcome], None]) -> dict[str, Outcome]:

@@ -27,10 +27,14 @@ class EventLog:
         """Write an event: its time (ISO 8601, UTC), its name and its facts."""
         if self.stream is None:
             return
-        time = datetime.now(UTC).isoformat(timespec="milliseconds")
-        line = json.dumps({"time": time, "event": event, **facts}, ensure_ascii=True, allow_nan=False)
-        self.stream.write(line + "\n")
+        self.stream.write(event_line(event, **facts) + "\n")
         self.stream.flush()
+
+
+def event_line(event: str, **facts: Any) -> str:
+    """An event in one line of JSON."""
+    time = datetime.now(UTC).isoformat(timespec="milliseconds")
+    return json.dumps({"time": time, "event": event, **facts}, ensure_ascii=True, allow_nan=False)
 
 
 SILENT = EventLog()

@@ -17,17 +17,20 @@ from .clip_files import WORK
 from .draw import draw_study
 from .engine import Engine, EngineError
 from .event_log import SILENT, EventLog
-from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO
+from .exit_codes import BUSY, INTERRUPTED, NOTHING_TO_DO, USAGE
 from .finished import FinishedStudy
 from .folder_lock import FolderBusyError, only_run
 from .needs_blender import NoBlenderError
+from .own_files import ForeignFileError
 from .pipeline import Study, StudyError, run_study, write_config
 from .progress import Progress
-from .report import write_report
+from .report import REPORT, write_report
 from .results import study_counts, write_failure, write_results
-from .run_folder import make_folders
+from .run_folder import make_folders, own_results
 from .run_tables import show_outcome, show_skipped, show_window_warning, skipped_files
+from .stopping import STOPPED
 from .together import sensors_together
+from .views import BLEND
 from .watch import Watch
 
 
@@ -62,8 +65,11 @@ def execute(
         for file, reason in library.skipped:
             log("clip", file=file, used=False, reason=reason)
         watch = Watch(out, len(library.clips), log)
-        with only_run(out / WORK):
+        more = [*([BLEND] if pictures else ()), *([REPORT] if report else ())]
+        with only_run(out / WORK), own_results(out, library, more, pictures):
             study, failed = _execute(library, body, config, out, engine, pictures, console, watch, report)
+    except ForeignFileError as error:
+        raise ended(str(error), USAGE, console, log) from error
     except FolderBusyError as error:
         raise ended(str(error), BUSY, console, log) from error
     except OSError as error:
@@ -111,7 +117,6 @@ def _execute(
             show_window_warning(error.outcomes, config.windows, console)
         raise ended(f"No result: {error}", NOTHING_TO_DO, console, watch.log) from error
     except KeyboardInterrupt as error:
-        text = "\nStopped. What is finished is kept: the same command goes on from here."
-        raise ended(text, INTERRUPTED, console, watch.log) from error
+        raise ended(f"\n{STOPPED}", INTERRUPTED, console, watch.log) from error
     watch.step("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed

@@ -14,4 +14,4 @@ BUSY = 4
 """Another run works in the output folder."""
 
 INTERRUPTED = 130
-"""Stopped by Ctrl-C, as shells count it."""
+"""Stopped by Ctrl-C, as shells count it: 128 and the signal's number; so SIGTERM is 143, SIGHUP 129."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from blender_addon.w2w.core.bone_maps import BoneMap
+from blender_addon.w2w.core.files import UNFINISHED
 from blender_addon.w2w.core.library import Clip
 from blender_addon.w2w.core.study import StudyConfig
 
@@ -61,7 +62,7 @@ class Job:
 
     @property
     def record_file(self) -> Path:
-        """What was done, and from what: written last."""
+        """What was done, and from what: written before the files get their names."""
         return self.out / WORK / "clips" / f"{self.clip.name}.json"
 
     @property
@@ -73,6 +74,11 @@ class Job:
         """Hash of everything that the outcome depends on."""
         parts = (self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name)
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def unfinished(path: Path) -> Path:
+    """Where a motion or recording stands until the clip's record names it."""
+    return path.with_name(f".{path.name}{UNFINISHED}")
 
 
 @dataclass(frozen=True)

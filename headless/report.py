@@ -31,6 +31,7 @@ from .exit_codes import USAGE
 from .finished import FinishedStudy
 from .joint import joint_content
 from .left_out import left_out_sentences
+from .own_files import ForeignFileError, claim, note
 from .report_data import MEAN_TITLE, as_script_json, title, view_data
 from .window_options import window_warning
 
@@ -57,7 +58,7 @@ def report(
     console = Console(highlight=False)
     try:
         path = write_report(results, project)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, ForeignFileError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     console.print(f"Report: {path}")
@@ -70,13 +71,17 @@ def write_report(out: Path, project: str | None = None) -> Path:
     ------
     ValueError
         If the folder holds no finished run.
+    ForeignFileError
+        If a `report.html` stands there that W2W did not write.
     """
     study = FinishedStudy.load(out)
     summary, config = (
         json.loads((out / name).read_text(encoding="utf-8")) for name in ("summary.json", "config.json")
     )
     project = config["parameters"].get("title", "") if project is None else project.strip()
+    claim(out, [REPORT])
     write_text(out / REPORT, page(study, study.body(), summary, config, project))
+    note(out, [REPORT])
     return out / REPORT
 
 

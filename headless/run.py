@@ -30,12 +30,14 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.utility import unavailable
 
-from .bodies import parse_bodies, write_comparison
+from .bodies import keep_foreign_comparison, parse_bodies, write_comparison
 from .engine import Engine
-from .event_log import SILENT, EventLog
+from .event_log import SILENT, EventLog, event_line
 from .execute import ended, execute
 from .exit_codes import SKIPPED, USAGE
+from .own_files import ForeignFileError, keep_apart
 from .run_tables import show_comparison, show_labels
+from .stopping import STOPPED, say_for_machines
 from .window_options import Stride, Window, window_spec
 from .wishes import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
 from .worker_guard import LIMIT_S, MEMORY
@@ -133,10 +135,13 @@ def run(
     was stopped.
 
     Exit codes: 0 success, 1 no result (the message says why), 2 wrong arguments, 3 clips were skipped
-    and --strict was given, 4 another run is using OUT, 130 stopped by Ctrl-C.
+    and --strict was given, 4 another run is using OUT; 130, 143 and 129 stopped by Ctrl-C,
+    SIGTERM and SIGHUP.
     """
     console = Console(highlight=False, quiet=log_json)
     log = EventLog(sys.stdout) if log_json else SILENT
+    if log_json:
+        say_for_machines(lambda code: event_line("finished", exit_code=code, problem=STOPPED))
     try:
         config = StudyConfig(
             patches=patches,
@@ -155,10 +160,13 @@ def run(
         )
         if problem := unavailable(config.classifier):
             raise ValueError(problem)
+        keep_apart(library, out)
         found = without(read_library(library, labels, exact_labels), leave_out)
         chosen = parse_bodies(bodies)
+        if len(chosen) > 1:
+            keep_foreign_comparison(out)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, ForeignFileError) as error:
         raise ended(str(error), USAGE, console, log) from error
     engine = Engine(workers, scheduler, clip_limit, bone_maps, round(clip_memory * 2**30))
     show_labels(found, console)

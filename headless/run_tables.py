@@ -20,10 +20,11 @@ from .counts import counts_sentence, interval_text, mean_caution
 from .job import Outcome
 from .label_notes import label_notes
 from .left_out import show_left_out
+from .picture_names import HEATMAPS
 from .pipeline import Study
 from .report import REPORT
 from .results import study_counts
-from .views import BLEND, HEATMAPS
+from .views import BLEND
 from .window_options import window_content, window_warning
 
 

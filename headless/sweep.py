@@ -21,15 +21,19 @@ from rich.console import Console
 
 from blender_addon.w2w.core.sensitivity import compare_maps
 
+from .clip_files import WORK
 from .exit_codes import INTERRUPTED, NOTHING_TO_DO, USAGE
 from .finished import FinishedStudy
+from .own_files import ForeignFileError, claim, note
 from .progress import Progress
 from .score_table_text import wide_console
+from .stopping import STOPPED
 from .sweep_cases import FACTORS, cases
 from .sweep_figure import sweep_figure
 from .sweep_maps import SweepMaps
 from .sweep_report import SweptCase, show_sweep, write_sweep
 
+SWEEP_FILES = ("sweep.csv", "places.csv", "sweep.png")
 USUAL_FACTORS = "tempo,asymmetry,body,sensor,window"
 
 
@@ -60,13 +64,16 @@ def sweep(
         study = FinishedStudy.load(results)
         wanted = cases(study.config(), [name.strip() for name in by.split(",") if name.strip()], copies)
         folder = out or results / "sweep"
+        (folder / WORK).mkdir(parents=True, exist_ok=True)
+        claim(folder, SWEEP_FILES)
         maps = SweepMaps(study, folder, places, workers)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, ForeignFileError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     swept = _sweep(maps, wanted, len(study.clips), console)
     write_sweep(folder, swept, maps.patches)
     sweep_figure(folder / "sweep.png", swept, maps.patches)
+    note(folder, SWEEP_FILES)
     show_sweep(swept, maps.patches, console)
     console.print(
         f"\nTables:  {folder / 'sweep.csv'}, {folder / 'places.csv'}\nPicture: {folder / 'sweep.png'}"
@@ -85,6 +92,6 @@ def _sweep(maps: SweepMaps, wanted: list, n_clips: int, console: Console) -> lis
         console.print(f"[red]{case.title}: {error}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
     except KeyboardInterrupt as error:
-        console.print("\nStopped. What is finished is kept: the same command goes on from here.")
+        console.print(f"\n{STOPPED}")
         raise typer.Exit(INTERRUPTED) from error
     return swept

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
+from joblib.externals.loky.backend import resource_tracker
 from threadpoolctl import threadpool_limits
 
 from blender_addon.w2w.core.amass import read_amass
@@ -25,8 +27,10 @@ from blender_addon.w2w.core.windows import TooShortError
 
 from .clip_files import WORK, ClipWindows, features_file, ranking_inputs, write_features
 from .finished import FinishedClip, FinishedStudy
+from .stopping import deaf_children
 from .sweep_cases import Case
 from .versions import code_sha256
+from .worker_guard import end_with
 
 
 class SweepMaps:
@@ -106,14 +110,16 @@ class SweepMaps:
     def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[FinishedClip]:
         patches = self.out / WORK / "patches.npz"
         usual_height = self.study.body().height
+        parent = os.getpid()
         jobs = (
-            delayed(_bake_clip)(case, clip, self.study.out, folder, patches, usual_height)
+            delayed(_bake_clip)(parent, case, clip, self.study.out, folder, patches, usual_height)
             for clip in self.study.clips
         )
+        resource_tracker.ensure_running()  # it would make the workers hear Ctrl-C again
+        with deaf_children():
+            baked = Parallel(n_jobs=self.workers, return_as="generator")(jobs)
         used = []
-        for clip, done in zip(
-            self.study.clips, Parallel(n_jobs=self.workers, return_as="generator")(jobs), strict=True
-        ):
+        for clip, done in zip(self.study.clips, baked, strict=True):
             told(1)
             if done:
                 used.append(clip)
@@ -138,9 +144,16 @@ class SweepMaps:
 
 
 def _bake_clip(
-    case: Case, clip: FinishedClip, study: Path, folder: Path, patches: Path, usual_height: float
+    parent: int,
+    case: Case,
+    clip: FinishedClip,
+    study: Path,
+    folder: Path,
+    patches: Path,
+    usual_height: float,
 ) -> bool:
     """Write the features of a clip under a case; False where it is too short for its windows."""
+    _end_with_once(parent)
     body, places = _load(folder / WORK / "body.npz", patches)
     motion = read_amass(study / "motions" / f"{clip.name}.npz", z_up=True)
     motion = case.motion(motion.labelled(clip.activity, clip.subject, clip.name))
@@ -158,6 +171,12 @@ def _bake_clip(
                 continue
     write_features(features_file(folder, clip.name), parts, is_test, np.zeros(0))
     return True
+
+
+@cache
+def _end_with_once(parent: int) -> None:
+    if os.getpid() != parent:  # one worker is this process itself
+        end_with(parent)
 
 
 @cache

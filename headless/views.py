@@ -14,19 +14,18 @@ import numpy as np
 
 from blender_addon.w2w.core.amass import read_amass
 from blender_addon.w2w.core.colours import patch_colours, score_range
-from blender_addon.w2w.core.library import unique_names
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.placement import Subset
 
 from .figures import heatmap_figure, subset_figure
 from .finished import FinishedStudy
 from .needs_blender import needs_blender
+from .picture_names import HEATMAPS, MEAN, SUBSET, picture_names
 
 if TYPE_CHECKING:
     from blender_addon.w2w.scene.render import BodyRenderer
 
-HEATMAPS, BLEND = "heatmaps", "study.blend"
-MEAN, SUBSET = "mean", "subset"
+BLEND = "study.blend"
 
 MAX_LISTED = 12
 """More places than this do not fit beside the picture; the summary has them all."""
@@ -52,12 +51,6 @@ def write_pictures(out: Path, subset: Subset) -> None:
                 folder / f"{name}.png", pictures, title, low, high, subtitle=f"Best spot: {best} ({high:.2f})"
             )
         _draw_subset(study, subset, renderer)
-
-
-def picture_names(activities: tuple[str, ...]) -> list[str]:
-    """File names of the activities' pictures, distinct from each other and from the other two."""
-    names = unique_names([MEAN, SUBSET, *(f"{activity}." for activity in activities)])
-    return names[2:]
 
 
 def write_blend(out: Path, subset: Subset) -> None:

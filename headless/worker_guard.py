@@ -4,8 +4,13 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import faulthandler
 import os
+import signal
+import sys
+import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +24,32 @@ LIMIT_S = 300.0
 
 MEMORY = 4 * 2**30
 """Bytes a worker may take: many times what a clip of minutes needs."""
+
+
+PR_SET_PDEATHSIG = 1
+"""Of Linux's prctl: the signal to get when the parent ends."""
+
+LOOK_EVERY_S = 1.0
+
+
+def end_with(parent: int) -> None:
+    """End this process when the one that started it ends, even by SIGKILL.
+
+    Linux does it at once, whatever Blender is at; a thread that looks does it elsewhere (not on Windows).
+    """
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if sys.platform == "win32":
+        return
+    if os.getppid() != parent:  # it ended before we could ask
+        os._exit(1)
+    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+
+
+def _end_after(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(LOOK_EVERY_S)
+    os._exit(1)
 
 
 @contextlib.contextmanager

@@ -65,7 +65,7 @@ def test_a_full_disk_damage_and_a_vanished_file(library, tmp_path):
     features = sorted((out / ".w2w" / "features").iterdir())
     features[3].write_bytes(b"")
     for folder in (out, out / "signals", out / ".w2w" / "clips"):
-        (folder / ".name.npz.x1y2z3.part").write_bytes(
+        (folder / ".name.npz.x1y2z3.w2w.part").write_bytes(
             b"half"
         )  # as a kill in the middle of a write leaves it
     assert run(library, out)[0] == 0

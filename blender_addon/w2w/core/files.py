@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import os
@@ -21,6 +22,9 @@ ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}
 """Names that Windows keeps for devices, in lower case: no file can bear one, whatever its ending."""
 
+UNFINISHED = ".w2w.part"
+"""How the name of a half-written file ends; nobody else's does."""
+
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
@@ -37,7 +41,7 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
         The temporary file, opened for writing in binary mode.
     """
     path = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}.", suffix=".part")
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}.", suffix=UNFINISHED)
     try:
         Path(temporary).chmod(0o666 & ~_umask())
         with os.fdopen(handle, "wb") as stream:
@@ -87,6 +91,12 @@ def write_text(path: str | Path, text: str) -> None:
 def reserved(name: str) -> bool:
     """Whether Windows would take a file name for a device, as it does ``aux.npz``."""
     return name.split(".")[0].strip().lower() in DEVICES
+
+
+def file_sha256(path: str | Path) -> str:
+    """SHA-256 of a file's bytes, in hexadecimal."""
+    with Path(path).open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _umask() -> int:

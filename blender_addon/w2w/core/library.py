@@ -20,7 +20,7 @@ MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
 
 WORK_FOLDER = ".w2w"
 RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "utility.npz")
-"""What a run writes into its output folder, which may be the library itself or lie in it."""
+"""What a run writes into its output folder, which may lie in the library."""
 
 
 @dataclass(frozen=True)

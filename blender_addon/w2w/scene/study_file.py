@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ..core.body import Body
+from ..core.files import UNFINISHED
 from ..core.motion import Motion
 from ..core.patches import PatchSet
 from . import heatmap
@@ -162,7 +163,8 @@ def _set_up_space(space: bpy.types.SpaceView3D, height: float) -> None:
 
 def _save(path: Path) -> None:
     """Save beside the file and rename, so that no half-written file ever stands under its name."""
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.") as folder:
+    prefix = f".{path.stem[:40]}."
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=prefix, suffix=UNFINISHED) as folder:
         temporary = Path(folder) / "study.blend"
         bpy.ops.wm.save_as_mainfile(filepath=str(temporary), compress=True, copy=True)
         temporary.replace(path)
