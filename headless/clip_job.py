@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-import time
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from .job import Job, Outcome, unfinished
 from .load_clip import load_clip
 from .needs_blender import NoBlenderError
 from .own_files import files_of_record, remove_own
-from .worker_guard import guarded
+from .worker_guard import guarded, timed_out, untimed
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -39,19 +39,18 @@ SIGNALS_SHARE = 4
 def work_in_worker(job: Job) -> Outcome:
     """Do a clip's work in a worker process that ends itself when it takes too much."""
     job.marker.parent.mkdir(parents=True, exist_ok=True)
-    job.marker.write_text(f"{time.time()}\n")
-    with guarded(job.limit_s, job.memory):
-        try:
+    job.marker.write_text("")
+    try:
+        with guarded(job.limit_s, job.memory, job.marker):
             return do_clip(job)
-        finally:
-            job.marker.unlink(missing_ok=True)
+    finally:
+        job.marker.unlink(missing_ok=True)
 
 
 def record_death(job: Job) -> Outcome:
     """The outcome of a clip that killed its worker, kept so that no later run tries it again."""
-    started, source = _marked(job)
-    seconds = time.time() - started
-    if seconds >= job.limit_s:
+    source = _marked_source(job)
+    if timed_out(job.marker):
         reason = f"it took longer than the limit of {job.limit_s:g} s (see --clip-limit)"
     else:
         reason = (
@@ -90,7 +89,9 @@ def _do_clip(job: Job) -> Outcome:
     except OSError as error:
         return Outcome(job.clip, unreadable(error), {}, "")
     _mark_source(job, source)
-    done = _finished(job, job.key(source))
+    key = job.key(source)
+    with untimed():
+        done = _finished(job, key)
     if done is not None:
         return Outcome(job.clip, done["reason"], done["details"], source)
     try:
@@ -120,9 +121,11 @@ def _make(job: Job) -> tuple[dict[str, Any], tuple[Path, ...]]:
     recording = record(body, patches, motion, job.config)
     features, is_test = describe(recording, job.config)
     copies, copy_files = _make_copies(job, body, patches, motion)
-    write_features(job.features_file, [features, *copies], is_test, motion_signature(motion))
-    motion.save(unfinished(job.motion_file))
-    recording.save(unfinished(job.signals_file))
+    signature = motion_signature(motion)
+    with untimed():
+        write_features(job.features_file, [features, *copies], is_test, signature)
+        motion.save(unfinished(job.motion_file))
+        recording.save(unfinished(job.signals_file))
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
     if job.config.augmentation is not None:
         details |= {"copies": len(copies), "copy_windows": sum(len(copy) for copy in copies)}
@@ -141,7 +144,8 @@ def _make_copies(
             continue
         if job.config.keeps_copies():
             files.append(copy_file(job.out, job.clip.name, len(files)))
-            recording.save(files[-1])
+            with untimed():
+                recording.save(files[-1])
     return features, files
 
 
@@ -167,6 +171,12 @@ def _conclude(
     The record goes first and the files get their names after it, so that a kill at any moment
     leaves no file of ours that no record names; `_finished` names them where it did not come to it.
     """
+    with untimed():
+        _record(job, source, reason, details, files)
+    return Outcome(job.clip, reason, details, source)
+
+
+def _record(job: Job, source: str, reason: str, details: dict[str, Any], files: tuple[Path, ...]) -> None:
     names = {path.relative_to(job.out).as_posix(): _standing(path) for path in files}
     before = files_of_record(job.record_file)
     remove_own(job.out, {name: value for name, value in before.items() if name not in names})
@@ -179,7 +189,6 @@ def _conclude(
     write_json(job.record_file, content)
     for name, path in names.items():
         path.replace(job.out / name)
-    return Outcome(job.clip, reason, details, source)
 
 
 def _standing(path: Path) -> Path:
@@ -194,13 +203,13 @@ def _mark_source(job: Job, source: str) -> None:
             stream.write(f"{source}\n")
 
 
-def _marked(job: Job) -> tuple[float, str]:
-    """When the work began, and the hash of the clip's file; empty where the worker did not come so far."""
+def _marked_source(job: Job) -> str:
+    """The hash of the clip's file; empty where the worker did not come so far."""
     try:
-        started, _, source = job.marker.read_text(encoding="ascii").partition("\n")
-        return float(started), source.strip()
-    except (OSError, ValueError):
-        return time.time(), ""
+        first = job.marker.read_text(errors="replace").partition("\n")[0]
+    except OSError:
+        return ""
+    return first if re.fullmatch("[0-9a-f]{64}", first) else ""
 
 
 def _finished(job: Job, key: str) -> dict[str, Any] | None:

@@ -19,7 +19,6 @@ from multiprocessing.connection import wait
 from typing import TypeVar
 
 from joblib.externals.loky import get_reusable_executor
-from joblib.externals.loky.backend import resource_tracker
 
 from blender_addon.w2w.core.bone_maps import BoneMap
 
@@ -179,7 +178,6 @@ def _collect(
 
 @contextmanager
 def _local_executor(workers: int) -> Iterator[Executor]:
-    resource_tracker.ensure_running()  # it would make the workers hear Ctrl-C again
     executor = get_reusable_executor(
         max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
     )

@@ -95,7 +95,8 @@ def always_when_stopped(work: Callable[[], None]) -> None:
 
 @contextmanager
 def deaf_children() -> Iterator[None]:
-    """Start processes that a Ctrl-C in the terminal does not reach: this one ends them."""
+    """Start workers of loky that a Ctrl-C in the terminal does not reach: this process ends them."""
+    _start_tracker()
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -104,3 +105,18 @@ def deaf_children() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _start_tracker() -> None:
+    """Start loky's tracker of semaphores, which frees those of a killed run, without its warning of that."""
+    from joblib.externals.loky.backend import resource_tracker
+
+    before = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker")))
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
-from joblib.externals.loky.backend import resource_tracker
 from threadpoolctl import threadpool_limits
 
 from blender_addon.w2w.core.amass import read_amass
@@ -115,7 +114,6 @@ class SweepMaps:
             delayed(_bake_clip)(parent, case, clip, self.study.out, folder, patches, usual_height)
             for clip in self.study.clips
         )
-        resource_tracker.ensure_running()  # it would make the workers hear Ctrl-C again
         with deaf_children():
             baked = Parallel(n_jobs=self.workers, return_as="generator")(jobs)
         used = []

@@ -29,7 +29,9 @@ class RunState:
     clips, done, skipped : int
         Clips in the library, done so far, and of those skipped.
     started, updated : float
-        Seconds since the epoch.
+        Seconds since the epoch, by a clock that may be set while the run goes on.
+    spent : float
+        Seconds between the two by one that only runs on.
     message : str
         The sentence a failed run ended with.
     """
@@ -40,6 +42,7 @@ class RunState:
     skipped: int = 0
     started: float = 0.0
     updated: float = 0.0
+    spent: float = 0.0
     message: str = ""
 
 
@@ -61,7 +64,8 @@ class Watch:
         self.path = state_file(out)
         now = time.time()
         self.state = RunState(clips=clips, started=now, updated=now)
-        self._written = 0.0
+        self._began = time.monotonic()
+        self._written = self._began - EVERY_S
 
     def step(self, name: str, message: str = "") -> None:
         """Say what is done next."""
@@ -76,11 +80,12 @@ class Watch:
         facts = outcome.details if outcome.used else {"reason": outcome.reason}
         count = {"done": self.state.done, "of": self.state.clips}
         self.log("clip", file=outcome.clip.file, used=outcome.used, **count, **facts)
-        if time.time() - self._written > EVERY_S:
+        if time.monotonic() - self._written > EVERY_S:
             self._write()
 
     def _write(self) -> None:
-        self._written = self.state.updated = time.time()
+        self._written = time.monotonic()
+        self.state.updated, self.state.spent = time.time(), self._written - self._began
         write_json(self.path, asdict(self.state))
 
 

@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TextIO
 
 try:
     import resource
@@ -52,8 +53,26 @@ def _end_after(parent: int) -> None:
     os._exit(1)
 
 
+class _Watchdog:
+    """Ends the process from outside the interpreter, and says so in a file, when the time is used up."""
+
+    def __init__(self, seconds: float, file: TextIO) -> None:
+        self.left, self.file = seconds, file
+
+    def start(self) -> None:
+        self.since = time.monotonic()
+        faulthandler.dump_traceback_later(self.left, exit=True, file=self.file)
+
+    def pause(self) -> None:
+        faulthandler.cancel_dump_traceback_later()
+        self.left = max(0.1, self.left - (time.monotonic() - self.since))
+
+
+_WATCHDOGS: list[_Watchdog] = []
+
+
 @contextlib.contextmanager
-def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY) -> Iterator[None]:
+def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = None) -> Iterator[None]:
     """Bound what a block of work may take in this process.
 
     Blender's importers are C++ and may hang where no Python exception reaches them: the watchdog's
@@ -66,13 +85,38 @@ def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY) -> Iterator[None]:
         Seconds after which the process ends itself.
     memory : int
         Bytes of data the process may hold.
+    said : Path, optional
+        File in which `timed_out` finds that the time was used up.
     """
-    with Path(os.devnull).open("w") as nowhere, _memory_limit(memory):
-        faulthandler.dump_traceback_later(limit_s, exit=True, file=nowhere)
+    with Path(said or os.devnull).open("a") as file, _memory_limit(memory):
+        _WATCHDOGS.append(_Watchdog(limit_s, file))
+        _WATCHDOGS[-1].start()
         try:
             yield
         finally:
-            faulthandler.cancel_dump_traceback_later()
+            _WATCHDOGS.pop().pause()
+
+
+@contextlib.contextmanager
+def untimed() -> Iterator[None]:
+    """Stop the watchdog while files are read or written: a slow folder is not the clip's fault."""
+    watchdog = _WATCHDOGS[-1] if _WATCHDOGS else None
+    if watchdog is None:
+        yield
+        return
+    watchdog.pause()
+    try:
+        yield
+    finally:
+        watchdog.start()
+
+
+def timed_out(said: Path) -> bool:
+    """Whether a process that `guarded` ended had used up its time."""
+    try:
+        return "Timeout (" in said.read_text(errors="replace")
+    except OSError:
+        return False
 
 
 @contextlib.contextmanager

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ctrl-C, SIGTERM and SIGHUP at every stage of a run: one sentence, its exit code, nobody left at work."""
+"""Ctrl-C, SIGTERM and SIGHUP at every stage of a run: a sentence, its exit code, nobody left at work."""
 
 import json
 import os
@@ -175,7 +175,7 @@ def test_machines_are_told_in_one_line(start, tmp_path):
     assert events[-1]["problem"] == SENTENCE
 
 
-def test_a_run_that_is_told_to_survive_the_terminal_does(start, tmp_path):
+def test_a_run_that_is_told_to_survive_the_terminal_does(tmp_path):
     process = subprocess.Popen(
         ["nohup", sys.executable, "-m", "headless", "run", tmp_path / "nowhere", "--out", tmp_path / "out"],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True,

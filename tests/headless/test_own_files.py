@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A results folder may hold files of the user's: none is ever removed or overwritten."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from blender_addon.w2w.core.files import file_sha256, write_json, write_npz
+from headless.__main__ import APP
+from headless.own_files import claim
+from headless.run_folder import TABLES, make_folders, remove_leftovers
+
+ROOT = Path(__file__).resolve().parents[2]
+PRECIOUS = b"years of work"
+
+
+def run(library, out, *options):
+    arguments = ["run", library, "--out", out, "--patches", 4, "--workers", 1, *options]
+    if "--pictures" not in options:
+        arguments += ["--no-pictures", "--no-report"]
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "400"})
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, " ".join(result.output.split())
+
+
+def moving(path, seed, scale):
+    """A motion of three seconds that no other is like."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(90)[:, None] / 30
+    waves = np.sin(2 * np.pi * time * rng.uniform(0.5, 2, 72) + rng.uniform(0, 6, 72))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    arrays = {"poses": scale * waves, "trans": np.zeros((90, 3)), "mocap_framerate": np.array(30.0)}
+    write_npz(path, arrays)
+
+
+@pytest.fixture
+def library(tmp_path):
+    """Two clips of each of two activities."""
+    for number, (activity, scale) in enumerate(
+        [("calm", 0.05), ("calm", 0.06), ("wild", 0.3), ("wild", 0.4)]
+    ):
+        moving(tmp_path / "library" / activity / f"{number}.npz", number, scale)
+    return tmp_path / "library"
+
+
+def contents(folder):
+    """All files but the lock."""
+    return {
+        path.relative_to(folder): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != "lock"
+    }
+
+
+def put(path):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(PRECIOUS)
+    return path
+
+
+def test_a_users_files_among_the_results_stay(library, tmp_path):
+    out = tmp_path / "out"
+    files = ("motions/mine.npz", "signals/mine.npz", "heatmaps/mine.png", ".mine.part", "motions/.mine.part")
+    mine = [put(out / file) for file in files]
+    assert run(library, out)[0] == 0
+    (library / "calm" / "0.npz").rename(library / "calm" / "another.npz")
+    edited = out / "signals" / "wild_2.npz"
+    (library / "wild" / "2.npz").rename(library / "wild" / "third.npz")
+    edited.write_bytes(PRECIOUS)
+    assert run(library, out)[0] == 0
+    assert [path.read_bytes() for path in (*mine, edited)] == [PRECIOUS] * (len(mine) + 1)
+    kept = {path.stem for path in (out / "motions").glob("*.npz")}
+    assert kept == {"calm_another", "calm_1", "wild_third", "wild_3", "mine"}
+    assert {path.stem for path in (out / ".w2w" / "clips").glob("*.json")} == kept - {"mine"}
+
+
+@pytest.mark.parametrize("place", ["itself", "a link to it", "its parent", "a link to its parent"])
+def test_the_library_is_no_results_folder(library, tmp_path, place):
+    out = {
+        "itself": library,
+        "a link to it": tmp_path / "link",
+        "its parent": library / "..",
+        "a link to its parent": tmp_path / "link",
+    }[place]
+    if "link" in place:
+        out.symlink_to(tmp_path if "parent" in place else library, target_is_directory=True)
+    before = contents(tmp_path)
+    code, said = run(library, out)
+    assert code == 2
+    assert "give the results a folder of their own" in said
+    assert ("is the library itself" if place in ("itself", "a link to it") else "holds the library") in said
+    assert contents(tmp_path) == before
+
+
+def test_a_results_folder_in_the_library_is_none_of_its_clips(library):
+    assert run(library, library / "results")[0] == 0
+    before = contents(library)
+    code, said = run(library, library / "results")
+    assert code == 0
+    assert "4 clips used, 0 skipped" in said
+    after = contents(library)
+    assert {name for name in before if before[name] != after.get(name)} == {Path("results/.w2w/state.json")}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("motions/calm_0.npz", "signals/wild_2.npz", "report.html", "summary.json", "study.blend"),
+        *("config.json", "utility.csv", "utility.npz", "heatmaps/mean.png", "heatmaps/calm.png"),
+    ],
+)
+def test_a_users_file_where_a_result_would_go_is_said(library, tmp_path, name):
+    out = tmp_path / "out"
+    mine = put(out / name)
+    before = contents(out)
+    code, said = run(library, out, "--pictures")
+    assert code == 2
+    assert f"{out} already holds {name}, which W2W did not write and will not overwrite" in said
+    assert mine.read_bytes() == PRECIOUS
+    assert contents(out) == before
+
+
+def test_a_users_comparison_of_bodies_is_kept(library, tmp_path):
+    mine = put(tmp_path / "out" / "bodies.json")
+    code, said = run(library, tmp_path / "out", "--bodies", "female,male")
+    assert code == 2
+    assert "already holds bodies.json" in said
+    assert contents(tmp_path / "out") == {Path("bodies.json"): PRECIOUS}
+    assert mine.exists()
+
+
+def test_a_failed_run_gives_up_the_names_it_did_not_use(library, tmp_path):
+    out = tmp_path / "out"
+    shutil.rmtree(library / "wild")
+    assert run(library, out)[0] == 1
+    put(out / "utility.csv")
+    moving(library / "wild" / "2.npz", 2, 0.3)
+    code, said = run(library, out)
+    assert code == 2
+    assert "already holds utility.csv" in said
+
+
+def test_a_clip_that_is_skipped_once_is_used_again(library, tmp_path):
+    out = tmp_path / "out"
+    clip = library / "calm" / "0.npz"
+    whole = clip.read_bytes()
+    assert run(library, out)[0] == 0
+    clip.write_bytes(b"")
+    run(library, out)
+    assert not (out / "motions" / "calm_0.npz").exists()
+    clip.write_bytes(whole)
+    assert run(library, out)[0] == 0
+    assert (out / "motions" / "calm_0.npz").exists()
+
+
+def test_a_folder_of_an_earlier_version_goes_on(library, tmp_path):
+    out = tmp_path / "out"
+    assert run(library, out)[0] == 0
+    put(out / "report.html")
+    put(out / "heatmaps" / "mean.png")
+    mine = put(out / "heatmaps" / "mine.png")
+    (out / ".w2w" / "written.json").unlink()
+    (out / ".w2w" / "clips" / "calm_1.json").unlink()  # killed between the files of a clip and its record
+    (out / ".w2w" / "running" / "calm_1").touch()
+    code, said = run(library, out, "--report")
+    assert code == 0, said
+    assert mine.read_bytes() == PRECIOUS
+    assert "written.json" in {path.name for path in (out / ".w2w").iterdir()}
+
+
+def test_a_folder_that_only_looks_like_an_earlier_version_is_the_users(library, tmp_path):
+    out = tmp_path / "out"
+    assert run(library, tmp_path / "finished")[0] == 0
+    out.mkdir()
+    for name in TABLES:
+        shutil.copy(tmp_path / "finished" / name, out / name)
+    before = contents(out)
+    code, said = run(library, out)
+    assert code == 2
+    assert "already holds config.json, utility.npz, utility.csv and 1 more" in said
+    assert contents(out) == before
+
+
+def test_a_record_that_points_elsewhere_removes_nothing(tmp_path):
+    out = tmp_path / "out"
+    make_folders(out)
+    mine = [put(tmp_path / "mine.npz"), put(out / "mine.npz"), put(out / "motions" / "mine.npz")]
+    hashes = {name: file_sha256(mine[0]) for name in ("../mine.npz", str(mine[0]), "mine.npz")}
+    hashes["motions/../../mine.npz"] = file_sha256(mine[0])
+    for number, (name, value) in enumerate(hashes.items()):
+        write_json(out / ".w2w" / "clips" / f"{number}.json", {"files": {name: value}})
+    remove_leftovers(out, set())
+    assert all(path.read_bytes() == PRECIOUS for path in mine)
+
+
+def test_a_users_report_is_kept(drawn_results, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(drawn_results, out)
+    (out / "report.html").unlink(missing_ok=True)
+    claim(out, TABLES)
+    put(out / "report.html")
+    result = CliRunner().invoke(APP, ["report", str(out)])
+    assert result.exit_code == 2
+    assert "already holds report.html" in " ".join(result.output.split())
+    assert (out / "report.html").read_bytes() == PRECIOUS
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from blender_addon.w2w.core.body import Body
+from blender_addon.w2w.core.files import file_sha256
+from blender_addon.w2w.core.library import read_library
+from blender_addon.w2w.core.study import StudyConfig, place_patches
+from headless.clip_job import do_clip
+from headless.job import Job
+from headless.run_folder import make_folders, own_results, remove_leftovers
+
+library, place = read_library(sys.argv[1]), Path(sys.argv[2])
+config, body = StudyConfig(patches=4), Body.bundled()
+patches = place_patches(body, config)
+
+
+def folder(name):
+    make_folders(place / name)
+    body.save(place / name / ".w2w" / "body.npz")
+    patches.save(place / name / ".w2w" / "patches.npz")
+    return place / name
+
+
+def do(out, inputs):
+    with own_results(out, library, [], False):
+        return do_clip(Job(library.clips[0], out, config, inputs))
+
+
+def hashes(out):
+    return {str(path.relative_to(out)): file_sha256(path) for path in out.rglob("*.npz")}
+
+
+def killed(out, after):
+    pid = os.fork()
+    if pid == 0:
+        rename = Path.replace
+
+        def counted(path, target):
+            nonlocal after
+            if after == 0:
+                os._exit(9)
+            after -= 1
+            return rename(path, target)
+
+        Path.replace = counted
+        do(out, "new")
+        os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 9
+
+
+do(folder("undisturbed"), "new")
+expected, after, more = hashes(place / "undisturbed"), 0, True
+while more:
+    out = folder(str(after))
+    do(out, "old")
+    more = killed(out, after)
+    do(out, "new")
+    remove_leftovers(out, {library.clips[0].name})
+    assert hashes(out) == expected, after
+    assert not list(out.rglob("*.part")), after
+    out = folder(f"{after} and another library")
+    do(out, "old")
+    killed(out, after)
+    remove_leftovers(out, set())
+    assert [path for path in hashes(out) if not path.startswith(".w2w")] == [], after
+    after += 1
+print(after)
+"""
+
+
+def test_a_kill_at_any_rename_leaves_what_the_next_run_knows_as_its_own(library, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED, library, tmp_path],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert int(done.stdout) >= 8  # renames of a clip, and of the folder's list
+
+
+def test_what_was_written_is_listed_with_its_hash(library, tmp_path):
+    out = tmp_path / "out"
+    assert run(library, out)[0] == 0
+    listed = json.loads((out / ".w2w" / "written.json").read_text())
+    assert listed == {name: file_sha256(out / name) for name in TABLES}

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A clock that is set, a slow folder, a very long clip, a disk that fills late: nothing is blamed wrongly or lost."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from benchmarks.resume import hashes
+from blender_addon.w2w.core.files import write_npz
+from blender_addon.w2w.core.library import Clip
+from blender_addon.w2w.core.study import StudyConfig, place_patches
+from headless import clip_job, execute, watch, worker_guard
+from headless.__main__ import APP
+from headless.clip_job import do_clip, record_death
+from headless.job import WORK, Job, Outcome
+from headless.run_folder import make_folders
+from headless.status import describe
+from headless.watch import Watch, read_state
+from headless.worker_guard import guarded, timed_out
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def moving(path, frames=90, seed=0, scale=0.2):
+    rng = np.random.default_rng(seed)
+    seconds = np.arange(frames)[:, None] / 30
+    poses = scale * np.sin(2 * np.pi * seconds * rng.uniform(0.5, 2, 72) + rng.uniform(0, 6, 72))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_npz(path, {"poses": poses, "trans": np.zeros((frames, 3)), "mocap_framerate": np.array(30.0)})
+
+
+@pytest.fixture
+def job(bundled_body, tmp_path):
+    """A clip of three seconds, to be worked on at four places."""
+    config, out = StudyConfig(patches=4), tmp_path / "out"
+    make_folders(out)
+    bundled_body.save(out / WORK / "body.npz")
+    place_patches(bundled_body, config).save(out / WORK / "patches.npz")
+    moving(tmp_path / "clip.npz")
+    return Job(Clip(tmp_path / "clip.npz", "clip.npz", "clip", "moving"), out, config, "inputs")
+
+
+def test_a_clock_that_is_set_back_changes_no_duration(tmp_path, monkeypatch):
+    make_folders(tmp_path)
+    ran, now = [0.0], [1e9]
+    monkeypatch.setattr(watch.time, "monotonic", lambda: ran[0])
+    monkeypatch.setattr(watch.time, "time", lambda: now[0])
+    clip = Clip(Path("a.npz"), "a.npz", "a", "moving")
+    seen = Watch(tmp_path, 2)
+    seen.step("turning motions to signals")
+    ran[0], now[0] = 60.0, 1e9 - 3600  # set back by an hour
+    seen.clip_done(Outcome(clip, "", {}, ""))
+    state = read_state(tmp_path)
+    assert state.done == 1  # written, though the clock says that it was just written
+    assert "Running for 1 min 00 s" in describe(state, True)
+    assert "About 1 min 00 s of clips left" in describe(state, True)
+    assert "Stopped after 1 min 00 s" in describe(state, False)
+
+
+def test_the_state_of_an_earlier_version_is_shown(tmp_path):
+    (tmp_path / WORK).mkdir()
+    old = {"step": "finished", "clips": 3, "done": 3, "skipped": 0, "started": 100.0, "updated": 220.0}
+    (tmp_path / WORK / "state.json").write_text(json.dumps(old))
+    assert "Finished after 2 min 00 s" in describe(read_state(tmp_path), False)
+
+
+@pytest.mark.parametrize("hours", [-2, 2])
+def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(job, monkeypatch, hours):
+    job.marker.write_text("")
+    monkeypatch.setattr(time, "time", lambda: 1e9 + 3600 * hours)
+    assert "Blender crashed on it" in record_death(job).reason
+    job.marker.write_text("Timeout (0:05:00)!\nThread 0x7f (most recent call first):\n")
+    assert "longer than the limit of 300 s" in record_death(job).reason
+
+
+GUARDED = """
+import sys, time
+from pathlib import Path
+from headless.worker_guard import guarded, untimed
+with guarded(0.5, said=Path(sys.argv[1])):
+    if sys.argv[2] == "slow folder":
+        with untimed():
+            time.sleep(1.5)
+    elif sys.argv[2] == "slow clip":
+        time.sleep(30)
+    elif sys.argv[2] == "both":
+        with untimed():
+            time.sleep(1.5)
+        time.sleep(30)
+"""
+
+
+@pytest.mark.parametrize(("case", "survives"), [("slow folder", True), ("slow clip", False), ("both", False)])
+def test_only_the_clips_own_time_is_limited(tmp_path, case, survives):
+    done = subprocess.run([sys.executable, "-c", GUARDED, tmp_path / "said", case], cwd=ROOT, check=False)
+    assert (done.returncode == 0) is survives
+    assert timed_out(tmp_path / "said") is not survives
+
+
+def test_reading_and_writing_a_clips_files_is_not_its_own_time(job, monkeypatch):
+    slow = []
+
+    def watched(name, work):
+        def slowly(*arguments, **options):
+            slow.append((name, running[-1]))
+            return work(*arguments, **options)
+
+        return slowly
+
+    running = [False]
+    for name, state in (("start", True), ("pause", False)):
+        method = getattr(worker_guard._Watchdog, name)
+        monkeypatch.setattr(
+            worker_guard._Watchdog,
+            name,
+            lambda self, method=method, state=state: (running.append(state), method(self))[1],
+        )
+    for module, name in (
+        (clip_job, "file_sha256"),
+        (clip_job, "write_features"),
+        (clip_job, "write_json"),
+        (clip_job, "load_clip"),
+        (clip_job, "describe"),
+    ):
+        monkeypatch.setattr(module, name, watched(name, getattr(module, name)))
+    with guarded(600):
+        assert do_clip(job).used
+    assert {name for name, timed in slow if timed} == {"load_clip", "describe"}
+    assert {name for name, timed in slow if not timed} == {"file_sha256", "write_features", "write_json"}
+
+
+def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(job, tmp_path):
+    moving(tmp_path / "clip.npz", frames=200_000)
+    config = StudyConfig(patches=512)
+    outcome = do_clip(Job(job.clip, job.out, config, "inputs"))
+    assert outcome.reason == (
+        "it lasts 111 minutes, and its signals at 512 places would take 3.8 GiB: cut it into parts of at most "
+        "29 minutes, or raise --clip-memory"
+    )
+    assert not list((job.out / "signals").iterdir())
+
+
+def run(library, out):
+    arguments = ["run", library, "--out", out, "--patches", 4, "--workers", 1, "--no-pictures"]
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "400"})
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system limits no file sizes")
+@pytest.mark.parametrize("stage", ["ranking places", "the report"])
+def test_a_disk_that_is_full_after_the_clips_loses_nothing(tmp_path, monkeypatch, stage):
+    import resource
+
+    for number, (activity, scale) in enumerate(
+        [("calm", 0.05), ("calm", 0.06), ("wild", 0.3), ("wild", 0.4)]
+    ):
+        moving(tmp_path / "library" / activity / f"{number}.npz", seed=number, scale=scale)
+    library, out = tmp_path / "library", tmp_path / "out"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1, before[1]))
+
+    step, results = Watch.step, execute.write_results
+
+    def next_step(self, name, message=""):
+        step(self, name, message)
+        if name == stage:
+            fill()
+
+    def then_full(study):
+        results(study)
+        if stage == "the report":
+            fill()
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Watch, "step", next_step)
+        patched.setattr(execute, "write_results", then_full)
+        try:
+            code, said = run(library, out)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert code == 1
+    assert f"{out} cannot be written" in said
+    assert "What is finished is kept" in said
+    assert not list(out.rglob("*.part"))
+    assert not (out / "report.html").exists()
+    assert (out / "utility.csv").exists() is (stage == "the report")
+    kept = {path: path.stat().st_mtime_ns for path in (out / "signals").iterdir()}
+    assert len(kept) == 4
+    assert run(library, out)[0] == 0
+    assert {path: path.stat().st_mtime_ns for path in (out / "signals").iterdir()} == kept
+    assert run(library, tmp_path / "undisturbed")[0] == 0
+    assert hashes(out) == hashes(tmp_path / "undisturbed")
