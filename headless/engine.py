@@ -178,9 +178,10 @@ def _collect(
 
 @contextmanager
 def _local_executor(workers: int) -> Iterator[Executor]:
-    executor = get_reusable_executor(
-        max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
-    )
+    with deaf_children():
+        executor = get_reusable_executor(
+            max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
+        )
     with when_stopped(partial(_kill, executor)):
         try:
             yield executor

@@ -56,7 +56,7 @@ def start(library, tmp_path, temporary):
             [sys.executable, "-m", "headless", "run", library, "--out", tmp_path / "out",
              "--patches", str(patches), "--workers", "2", *options],
             cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-            env=os.environ | {"TMPDIR": str(temporary)},
+            env=os.environ | {"TMPDIR": str(temporary)}, preexec_fn=hear_ctrl_c,
         )  # fmt: skip
         begun.append(process)
         return process
@@ -66,6 +66,11 @@ def start(library, tmp_path, temporary):
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
+
+
+def hear_ctrl_c():
+    """A background job of a shell, as these tests may be, is started deaf to it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def members(session):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A clock that is set, a slow folder, a very long clip, a disk that fills late: nothing is blamed wrongly or lost."""
+"""A clock that is set, a slow folder, a very long clip, a disk that fills late: no wrong blame, no loss."""
 
 import json
 import os
@@ -141,8 +141,8 @@ def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(job, 
     config = StudyConfig(patches=512)
     outcome = do_clip(Job(job.clip, job.out, config, "inputs"))
     assert outcome.reason == (
-        "it lasts 111 minutes, and its signals at 512 places would take 3.8 GiB: cut it into parts of at most "
-        "29 minutes, or raise --clip-memory"
+        "it lasts 111 minutes, and its signals at 512 places would take 3.8 GiB: cut it into parts of at "
+        "most 29 minutes, or raise --clip-memory"
     )
     assert not list((job.out / "signals").iterdir())
 
