@@ -28,7 +28,10 @@ from blender_addon.w2w.core.study import StudyConfig
 
 from .demo_library import ACTIVITIES, LABELS, write_demo_library
 from .engine import Engine
-from .execute import execute
+from .event_log import SILENT
+from .execute import ended, execute
+from .exit_codes import USAGE
+from .own_files import ForeignFileError
 from .pipeline import Study
 from .progress import Progress
 from .run_tables import show_labels
@@ -78,5 +81,8 @@ def _write_library_once(library: Path, clips: int, seed: int, console: Console) 
             return
     stamp.unlink(missing_ok=True)
     with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
-        write_demo_library(library, clips_per_activity=clips, seed=seed, progress=advance)
+        try:
+            write_demo_library(library, clips_per_activity=clips, seed=seed, progress=advance)
+        except ForeignFileError as error:
+            raise ended(str(error), USAGE, console, SILENT) from error
     write_json(stamp, made_by)

@@ -23,7 +23,10 @@ from blender_addon.w2w.core.csv_tables import csv_text
 from blender_addon.w2w.core.files import write_text
 from blender_addon.w2w.core.rehab import EXERCISES, generate_clip
 
+from .clip_files import WORK
+from .exit_codes import USAGE
 from .needs_blender import needs_blender
+from .own_files import ForeignFileError, claim
 from .progress import Progress
 
 ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
@@ -43,7 +46,7 @@ def write_demo_library(
     There is a folder an activity, with files named as Mixamo's
     (``sit_to_stand/Sit To Stand (3).fbx``), and a ``labels.csv`` that also says who moves:
     clips of the same number are the same person. The same seed, with the same Blender,
-    gives the same bytes; files of these names are replaced.
+    gives the same bytes; files of an earlier such library are replaced.
 
     Parameters
     ----------
@@ -63,6 +66,8 @@ def write_demo_library(
     ------
     ValueError
         If the number of clips is not positive or the seed is negative.
+    ForeignFileError
+        If a file that W2W did not write has one of these names.
     """
     with needs_blender():
         from blender_addon.w2w.scene.mixamo_export import write_mixamo_fbx
@@ -70,12 +75,13 @@ def write_demo_library(
     if clips_per_activity < 1:
         raise ValueError(f"a library needs at least one clip an activity, not {clips_per_activity}")
     folder = Path(folder)
+    _claim(folder, clips_per_activity)
     rows, paths = [], []
     for activity in ACTIVITIES:
         (folder / activity).mkdir(parents=True, exist_ok=True)
         for number in range(clips_per_activity):
             clip = generate_clip(activity, number, seed)
-            file = f"{activity}/{activity.replace('_', ' ').title()} ({number + 1}).fbx"
+            file = _file(activity, number)
             write_mixamo_fbx(clip, folder / file)
             rows.append((file, activity, clip.subject))
             paths.append(folder / file)
@@ -96,8 +102,30 @@ def demo_library(
     """
     console = Console(highlight=False)
     with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
-        paths = write_demo_library(folder, clips, seed, advance)
+        try:
+            paths = write_demo_library(folder, clips, seed, advance)
+        except ForeignFileError as error:
+            console.print(str(error), style="red", markup=False)
+            raise typer.Exit(USAGE) from error
     console.print(f"{len(paths)} clips and {LABELS} are in {folder}")
+
+
+def _file(activity: str, number: int) -> str:
+    return f"{activity}/{activity.replace('_', ' ').title()} ({number + 1}).fbx"
+
+
+def _claim(folder: Path, clips: int) -> None:
+    """Take the library's names, all of which are ours where its labels list nothing but them."""
+    (folder / WORK).mkdir(parents=True, exist_ok=True)
+    names = [_file(activity, number) for activity in ACTIVITIES for number in range(clips)]
+    try:
+        with (folder / LABELS).open(newline="", encoding="utf-8") as stream:
+            listed = {row["file"] for row in csv.DictReader(stream)}
+    except (OSError, ValueError, KeyError, csv.Error):
+        listed = set()
+    most = range(max(clips, len(listed)))
+    ours = {_file(activity, number) for activity in ACTIVITIES for number in most}
+    claim(folder, () if listed and listed <= ours else (*names, LABELS))
 
 
 def _write_labels(path: Path, rows: list[tuple[str, str, str]]) -> None:

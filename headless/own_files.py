@@ -140,7 +140,7 @@ def refuse(folder: Path, foreign: list[str]) -> None:
     more = f" and {len(foreign) - MAX_NAMED} more" if len(foreign) > MAX_NAMED else ""
     raise ForeignFileError(
         f"{folder} already holds {', '.join(foreign[:MAX_NAMED])}{more}, which W2W did not write and will "
-        "not overwrite: move it away, or give another --out"
+        "not overwrite: move it away, or give another folder"
     )
 
 

@@ -211,6 +211,29 @@ def test_a_users_report_is_kept(drawn_results, tmp_path):
     assert (out / "report.html").read_bytes() == PRECIOUS
 
 
+def demo_library(folder, *options):
+    result = CliRunner().invoke(APP, ["demo-library", str(folder), *options], env={"COLUMNS": "400"})
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("name", ["labels.csv", "stair_climbing/Stair Climbing (1).fbx"])
+def test_a_users_library_is_not_overwritten_by_the_built_in_one(tmp_path, name):
+    mine = put(tmp_path / name)
+    code, said = demo_library(tmp_path, "--clips", "1")
+    assert code == 2
+    assert f"already holds {name}" in said
+    assert mine.read_bytes() == PRECIOUS
+    assert not list(tmp_path.glob("*/Sit*"))
+
+
+def test_the_built_in_library_is_written_again_also_over_that_of_an_earlier_version(tmp_path):
+    assert demo_library(tmp_path, "--clips", "2")[0] == 0
+    assert demo_library(tmp_path, "--clips", "1")[0] == 0
+    shutil.rmtree(tmp_path / ".w2w")
+    code, said = demo_library(tmp_path, "--clips", "1")
+    assert code == 0, said
+
+
 KILLED = """
 import os, sys
 from pathlib import Path
