@@ -26,7 +26,7 @@ from .blender_process import inside_blender
 from .clip_job import do_clip, record_death, work_in_worker
 from .job import Job, Outcome
 from .stopping import deaf_children, when_stopped
-from .worker_guard import LIMIT_S, MEMORY, end_with
+from .worker_guard import LIMIT_S, MEMORY, end_with, timed_out
 
 Result = TypeVar("Result")
 
@@ -125,7 +125,7 @@ def _on_this_machine(
             break
         suspects = [job for job in waiting if job.clip.name not in outcomes and job.marker.exists()]
         for job in suspects:
-            outcomes[job.clip.name] = _alone(job)
+            outcomes[job.clip.name] = record_death(job) if timed_out(job.marker) else _alone(job)
             told(outcomes[job.clip.name])
         breaks = 0 if suspects else breaks + 1
         if breaks >= MAX_BREAKS:
