@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which files of a results folder W2W wrote: it replaces and removes those, and nobody else's.
 
-What was made of a clip stands in the clip's record, every other result in `written.json`, with its
-hash. A name is claimed there before anything is written under it, so that a run that was killed in
-between goes on. A file is replaced where its name is ours, and removed where its hash is ours too.
+What was made of a clip stands in the clip's record, every other result in `written.sha256`, as
+`sha256sum` writes it. A name is claimed there before anything is written under it, so that a run
+that was killed in between goes on. A file is replaced where its name is ours, and removed where
+its hash is ours too.
 """
 
 from __future__ import annotations
@@ -14,10 +15,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from blender_addon.w2w.core.files import file_sha256, write_json
+from blender_addon.w2w.core.files import file_sha256, write_text
 
 from .clip_files import WORK
 from .picture_names import HEATMAPS, picture_files
+
+LIST = "written.sha256"
+UNKNOWN = "0" * 64
+"""Stands for the hash of a file that is claimed and perhaps not written yet."""
 
 EARLIER = ("config.json", "summary.json", "utility.csv", "utility.npz", "report.html", "study.blend")
 EARLIER_SWEEP = ("sweep.csv", "places.csv", "sweep.png")
@@ -167,10 +172,12 @@ def _stands(folder: Path, name: str) -> bool:
 
 def _read(folder: Path) -> dict[str, str]:
     """The hash of every file that is ours, empty where it is claimed and perhaps not written yet."""
-    written = json_content(folder / WORK / "written.json")
-    if _is_hashes(written):
-        return written
-    return {name: "" for name in _of_earlier_version(folder) if _stands(folder, name)}
+    try:
+        lines = (folder / WORK / LIST).read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):
+        return {name: "" for name in _of_earlier_version(folder) if _stands(folder, name)}
+    written = {name: sha256 for sha256, _, name in (line.partition("  ") for line in lines) if name}
+    return {name: "" if sha256 == UNKNOWN else sha256 for name, sha256 in written.items()}
 
 
 def _of_earlier_version(folder: Path) -> list[str]:
@@ -194,4 +201,5 @@ def _of_earlier_version(folder: Path) -> list[str]:
 
 
 def _write(folder: Path, written: Mapping[str, str]) -> None:
-    write_json(folder / WORK / "written.json", dict(sorted(written.items())))
+    lines = [f"{sha256 or UNKNOWN}  {name}\n" for name, sha256 in sorted(written.items())]
+    write_text(folder / WORK / LIST, "".join(lines))

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A results folder may hold files of the user's: none is ever removed or overwritten."""
 
-import json
 import shutil
 import subprocess
 import sys
@@ -165,13 +164,13 @@ def test_a_folder_of_an_earlier_version_goes_on(library, tmp_path):
     put(out / "report.html")
     put(out / "heatmaps" / "mean.png")
     mine = put(out / "heatmaps" / "mine.png")
-    (out / ".w2w" / "written.json").unlink()
+    (out / ".w2w" / "written.sha256").unlink()
     (out / ".w2w" / "clips" / "calm_1.json").unlink()  # killed between the files of a clip and its record
     (out / ".w2w" / "running" / "calm_1").touch()
     code, said = run(library, out, "--report")
     assert code == 0, said
     assert mine.read_bytes() == PRECIOUS
-    assert "written.json" in {path.name for path in (out / ".w2w").iterdir()}
+    assert "written.sha256" in {path.name for path in (out / ".w2w").iterdir()}
 
 
 def test_a_folder_that_only_looks_like_an_earlier_version_is_the_users(library, tmp_path):
@@ -319,5 +318,5 @@ def test_a_kill_at_any_rename_leaves_what_the_next_run_knows_as_its_own(library,
 def test_what_was_written_is_listed_with_its_hash(library, tmp_path):
     out = tmp_path / "out"
     assert run(library, out)[0] == 0
-    listed = json.loads((out / ".w2w" / "written.json").read_text())
-    assert listed == {name: file_sha256(out / name) for name in TABLES}
+    listed = (out / ".w2w" / "written.sha256").read_text()
+    assert listed == "".join(f"{file_sha256(out / name)}  {name}\n" for name in sorted(TABLES))
