@@ -99,7 +99,7 @@ def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = 
 
 @contextlib.contextmanager
 def untimed() -> Iterator[None]:
-    """Stop the watchdog while files are read or written: a slow folder is not the clip's fault."""
+    """Stop the watchdog while results are read or written: a slow folder is not the clip's fault."""
     watchdog = _WATCHDOGS[-1] if _WATCHDOGS else None
     if watchdog is None:
         yield
