@@ -3,8 +3,14 @@
 
 .PHONY: demo test lint setup extension extension-all test-blender-5 test-window test-peers test-report
 
+# `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
+ifeq ($(origin BLENDER),command line)
+setup:
+	@tools/set_up_blender.sh "$(BLENDER)"
+else
 setup:
 	@tools/set_up.sh
+endif
 
 demo: setup
 	@.venv/bin/w2w demo --out demo_output
@@ -27,8 +33,10 @@ test-blender-5:
 test-peers: setup
 	PYTHON=$(CURDIR)/.venv/bin/python tools/test_peers.sh
 
-extension: setup
-	.venv/bin/python tools/build_extension.py
+# `make extension BLENDER=/path/to/blender`: a zip for the Python of that Blender program instead.
+extension:
+	@tools/set_up.sh
+	.venv/bin/python tools/build_extension.py $(if $(filter command line,$(origin BLENDER)),--blender "$(BLENDER)")
 
 # A zip for Windows and macOS too.
 extension-all: setup

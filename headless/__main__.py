@@ -66,7 +66,7 @@ APP.command(name="demo-library")(demo_library)
 APP.add_typer(VALIDATE, name="validate")
 
 
-def main(arguments: list[str] | None = None) -> None:
+def main(arguments: list[str] | None = None, program: str = "w2w") -> None:
     """Run the command line; ends the process with its exit code."""
     os.environ["PYTHONUTF8"] = "1"  # workers read text as Blender's own Python does, whatever the locale
     for stream in (sys.stdout, sys.stderr):
@@ -75,7 +75,7 @@ def main(arguments: list[str] | None = None) -> None:
     stop_on_signals()
     use_own_temporary_folder()
     try:
-        APP(args=arguments, prog_name="w2w")
+        APP(args=arguments, prog_name=program)
     except NoBlenderError as error:
         print(error, file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None

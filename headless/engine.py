@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run clip jobs in worker processes, so that a file that crashes or hangs Blender costs only itself.
 
-On one machine the workers are joblib's (loky); on a cluster they are Dask's. Either way a job
-is handed out again when its worker died, and a job that dies alone is a skipped clip.
+On one machine the workers are joblib's (loky), or background Blenders where this is the Blender program;
+on a cluster they are Dask's. Either way a job is handed out again when its worker died, and a job that dies
+alone is a skipped clip.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ from joblib.externals.loky import get_reusable_executor
 
 from blender_addon.w2w.core.bone_maps import BoneMap
 
+from .blender_executor import BlenderExecutor
 from .blender_process import inside_blender
-from .clip_job import do_clip, record_death, work_in_worker
+from .clip_job import record_death, work_in_worker
 from .job import Job, Outcome
 from .stopping import deaf_children, when_stopped
 from .worker_guard import LIMIT_S, MEMORY, end_with, timed_out
@@ -96,20 +98,9 @@ def run_jobs(
     """
     if scheduler:
         outcomes = _on_cluster(jobs, scheduler, told)
-    elif inside_blender():
-        outcomes = _in_this_process(jobs, told)
     else:
         outcomes = _on_this_machine(jobs, workers, told)
     return [outcomes[job.clip.name] for job in jobs]
-
-
-def _in_this_process(jobs: Sequence[Job], told: Callable[[Outcome], None]) -> dict[str, Outcome]:
-    """Inside the Blender program no worker processes can be started."""
-    outcomes = {}
-    for job in jobs:
-        outcomes[job.clip.name] = do_clip(job)
-        told(outcomes[job.clip.name])
-    return outcomes
 
 
 def _on_this_machine(
@@ -137,12 +128,7 @@ def _on_this_machine(
 
 
 def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
-    """Do something in a worker process of its own; None if the worker dies of it.
-
-    Inside the Blender program no worker can be started, and it is done here.
-    """
-    if inside_blender():
-        return work(*args)
+    """Do something in a worker process of its own; None if the worker dies of it."""
     with _local_executor(1) as executor:
         try:
             with deaf_children():
@@ -178,11 +164,16 @@ def _collect(
 
 @contextmanager
 def _local_executor(workers: int) -> Iterator[Executor]:
-    with deaf_children():
-        executor = get_reusable_executor(
-            max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
-        )
-    with when_stopped(partial(_kill, executor)):
+    if inside_blender():
+        executor = BlenderExecutor(workers)
+        kill = executor.kill
+    else:
+        with deaf_children():
+            executor = get_reusable_executor(
+                max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
+            )
+        kill = partial(_kill, executor)
+    with when_stopped(kill):
         try:
             yield executor
         finally:

@@ -8,12 +8,14 @@
 #   tools/real_blender.sh run CMD...   run a command inside, /project being the project's folder
 #
 # The folder is .sandbox/blender-4.3 unless W2W_BLENDER_SANDBOX names another; W2W_BLENDER_SHARE names a folder
-# that tests read (the real motion files), seen inside as /shared.
+# that tests read (the real motion files), seen inside as /shared. W2W_DEBIAN=sid takes the newest Blender that
+# Debian has (5.2 today) instead; name another folder for it.
 set -euo pipefail
 project=$(cd "$(dirname "$0")/.." && pwd)
 root=${W2W_BLENDER_SANDBOX:-$project/.sandbox/blender-4.3}
 # the mirror that this machine's apt uses, unless W2W_DEBIAN_MIRROR names another
 mirror=${W2W_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | grep -v security | head -n 1)}
+suite=${W2W_DEBIAN:-trixie}
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 packages="blender xvfb xauth imagemagick libgl1-mesa-dri libegl1 fonts-dejavu-core python3-numpy python3-requests"
 packages="$packages python3-xlib"
@@ -31,7 +33,7 @@ set_up() {
     as_root mkdir -p "$root"/{etc/apt/{apt.conf.d,preferences.d,trusted.gpg.d},var/{lib/{apt/lists,dpkg},cache/apt/archives}} \
         "$root"/{dev,proc,sys,tmp,root,project,shared}
     as_root touch "$root/var/lib/dpkg/status"
-    echo "deb [signed-by=$keyring] $mirror trixie main" | as_root tee "$root/etc/apt/sources.list" >/dev/null
+    echo "deb [signed-by=$keyring] $mirror $suite main" | as_root tee "$root/etc/apt/sources.list" >/dev/null
     # shellcheck disable=SC2086
     apt_inside update -qq && apt_inside install -y -qq --no-install-recommends --download-only '?essential' $packages
     (

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import atexit
 import importlib.util
+import sys
 
-REQUIRED = ("scipy", "threadpoolctl", "cmap")
-"""Packages beyond Blender's own that no part of the extension works without."""
+REQUIRED = ("cmap", "scipy", "sklearn", "threadpoolctl", "trimesh")
+"""Packages beyond Blender's own that the extension imports wherever it runs; all of them, and those of the
+command line, come with the zip."""
 
 
 def register() -> None:
@@ -21,19 +23,23 @@ def register() -> None:
     missing = [name for name in REQUIRED if importlib.util.find_spec(name) is None]
     if missing:
         raise ImportError(
-            f"W2W lacks the Python packages {', '.join(missing)}: install the extension from a zip made with "
-            "'make extension', which brings them along"
+            f"W2W lacks the Python packages {', '.join(missing)} for this Blender's Python "
+            f"{sys.version_info.major}.{sys.version_info.minor}: install the extension from a zip made with "
+            "'make extension', which brings those for Python 3.11 and 3.13, or, for another Python, with "
+            "'make extension BLENDER=/path/to/this/blender'"
         )
-    from . import ui
+    from . import command_line, ui
 
     ui.register()
+    command_line.register()
     # Blender's Python module hangs at its exit where classes are still registered
     atexit.register(unregister)
 
 
 def unregister() -> None:
     """Take back what `register` did."""
-    from . import ui
+    from . import command_line, ui
 
     atexit.unregister(unregister)
+    command_line.unregister()
     ui.unregister()

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worker processes for the Blender program: its Python has no `bpy`, so each worker is a further Blender."""
+
+from __future__ import annotations
+
+import contextlib
+import pickle
+import queue
+import secrets
+import shutil
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+import cloudpickle
+
+from .blender_worker import read_frame, write_frame
+
+WORKER = Path(__file__).with_name("blender_worker.py")
+OPTIONS = ("--background", "--factory-startup", "--offline-mode", "--disable-crash-handler")
+"""A worker is the same whatever the user's preferences are, and leaves no crash report behind."""
+
+
+KILL_S = 5.0
+"""Seconds to wait for killed workers."""
+
+
+class BlenderExecutor(Executor):
+    """Does calls in background Blender processes, as joblib's executor does in Python processes.
+
+    When a worker dies all calls that are not done fail with BrokenProcessPool. A worker whose parent dies,
+    by `kill -9` too, finds its standard input closed and ends.
+
+    Parameters
+    ----------
+    workers : int
+        Processes, started when there is work for them.
+    program : list of str
+        The command that runs a Python file in a worker; this Blender program unless told.
+    """
+
+    def __init__(self, workers: int, program: list[str] | None = None) -> None:
+        self._program = _this_blender() if program is None else program
+        self._waiting: queue.SimpleQueue[tuple[Future, Callable, tuple] | None] = queue.SimpleQueue()
+        self._broken = threading.Event()
+        self._lock = threading.Lock()
+        self._closed = False
+        self._processes: list[subprocess.Popen] = []
+        self._threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(workers)]
+        for thread in self._threads:
+            thread.start()
+
+    def submit(self, work: Callable, /, *arguments: Any) -> Future:
+        """Have a call done; its outcome comes with the future."""
+        future: Future = Future()
+        with self._lock:
+            if self._closed:
+                raise RuntimeError("the workers were sent home")
+            self._waiting.put((future, work, arguments))
+        return future
+
+    def shutdown(
+        self, wait: bool = True, *, cancel_futures: bool = False, kill_workers: bool = False
+    ) -> None:
+        """Let the workers go, when they have done what is waiting or, if told so, at once."""
+        with self._lock:
+            self._closed = True
+            if kill_workers:
+                self._broken.set()
+                for process in self._processes:
+                    process.kill()
+        if cancel_futures:
+            self._cancel_waiting()
+        for _ in self._threads:
+            self._waiting.put(None)
+        for thread in self._threads if wait else ():
+            thread.join()
+
+    def kill(self) -> None:
+        """End the workers at once and wait until they are gone; takes no lock, so a signal may call it."""
+        self._broken.set()
+        for process in self._processes:
+            process.kill()
+        for process in self._processes:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(KILL_S)
+
+    def _cancel_waiting(self) -> None:
+        with contextlib.suppress(queue.Empty):
+            while True:
+                item = self._waiting.get_nowait()
+                if item is not None:
+                    item[0].cancel()
+
+    def _serve(self) -> None:
+        """Pass on calls to one worker until there are no more."""
+        worker = None
+        try:
+            while (item := self._waiting.get()) is not None:
+                future, work, arguments = item
+                if not future.set_running_or_notify_cancel():
+                    continue
+                try:
+                    call = cloudpickle.dumps((work, arguments))
+                    worker = worker or self._start()
+                    done, value = worker.ask(call)
+                except (EOFError, OSError, BrokenProcessPool):
+                    self._broken.set()
+                    future.set_exception(BrokenProcessPool("a worker died"))
+                except Exception as error:  # what cannot be pickled
+                    future.set_exception(error)
+                else:
+                    future.set_result(value) if done else future.set_exception(value)
+        finally:
+            if worker is not None:
+                worker.end()
+
+    def _start(self) -> _Worker:
+        """A fresh worker that waits for calls.
+
+        Raises
+        ------
+        BrokenProcessPool
+            If a worker died before, or this one cannot start.
+        """
+        with self._lock:
+            if self._broken.is_set():
+                raise BrokenProcessPool("a worker died")
+            worker = _Worker(self._program)
+            self._processes.append(worker.process)
+        try:
+            worker.begin()
+        except BaseException:
+            worker.end()
+            raise
+        return worker
+
+
+class _Worker:
+    """One worker process and the pipes to it."""
+
+    def __init__(self, program: list[str]) -> None:
+        self._mark = secrets.token_hex(16)
+        self._session_folder = ""
+        self.process = subprocess.Popen(
+            [*program, str(WORKER), "--", self._mark],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # Ctrl-C is for the parent, which ends its workers itself
+        )
+
+    def begin(self) -> None:
+        """Wait until it listens, past all that Blender prints as it starts."""
+        while (line := self.process.stdout.readline()).strip() != self._mark.encode():
+            if not line:
+                raise BrokenProcessPool("a worker could not start")
+        self._session_folder = read_frame(self.process.stdout).decode()
+        write_frame(self.process.stdin, pickle.dumps(sys.path))
+
+    def ask(self, call: bytes) -> tuple[bool, Any]:
+        """Whether a call was done, and what it gave or raised."""
+        write_frame(self.process.stdin, call)
+        return pickle.loads(read_frame(self.process.stdout))  # noqa: S301 - from our own worker
+
+    def end(self) -> None:
+        """End it, and remove the folder that a killed Blender leaves."""
+        self.process.kill()
+        with contextlib.suppress(OSError):
+            self.process.stdin.close()
+        self.process.stdout.close()
+        self.process.wait()
+        if self._session_folder:
+            shutil.rmtree(self._session_folder, ignore_errors=True)
+
+
+def _this_blender() -> list[str]:
+    import bpy
+
+    return [bpy.app.binary_path, *OPTIONS, "--python-exit-code", "1", "--python"]

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The other end of a `BlenderExecutor`: a background Blender that does what comes in by its standard input.
+
+Run as ``blender --background --factory-startup --python headless/blender_worker.py -- MARK``. Blender and its
+importers print on the standard output, so results take a copy of it, after a line with MARK, and what is
+printed from then on goes nowhere.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import shutil
+import struct
+import sys
+import threading
+from pathlib import Path
+from typing import Any, BinaryIO
+
+HEADER = struct.Struct("<Q")
+
+
+def write_frame(stream: BinaryIO, payload: bytes) -> None:
+    """Write one message."""
+    stream.write(HEADER.pack(len(payload)) + payload)
+    stream.flush()
+
+
+def read_frame(stream: BinaryIO) -> bytes:
+    """Read one message.
+
+    Raises
+    ------
+    EOFError
+        If the process at the other end is gone.
+    """
+    (length,) = HEADER.unpack(_read(stream, HEADER.size))
+    return _read(stream, length)
+
+
+def _read(stream: BinaryIO, length: int) -> bytes:
+    content = stream.read(length)
+    if len(content) < length:
+        raise EOFError
+    return content
+
+
+def main(mark: str) -> None:
+    """Work until the other end goes."""
+    results = _take_output(mark)
+    write_frame(results, _session_folder().encode())
+    calls: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_receive, args=(calls,), daemon=True).start()
+    sys.path[:] = pickle.loads(calls.get())  # noqa: S301 - from the process that started this one
+    while True:
+        write_frame(results, _answer(calls.get()))
+
+
+def _take_output(mark: str) -> BinaryIO:
+    """The standard output, for results alone."""
+    sys.stdout.flush()
+    results = os.fdopen(os.dup(1), "wb")
+    with Path(os.devnull).open("wb") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+    results.write(f"\n{mark}\n".encode())
+    results.flush()
+    return results
+
+
+def _receive(calls: queue.SimpleQueue[bytes]) -> None:
+    """Take in calls; end the process with the one that gives them, whatever it is at."""
+    stream = os.fdopen(os.dup(0), "rb")
+    while True:
+        try:
+            calls.put(read_frame(stream))
+        except (EOFError, OSError):
+            shutil.rmtree(_session_folder(), ignore_errors=True)
+            os._exit(1)
+
+
+def _session_folder() -> str:
+    """The folder that Blender made for this session and would remove at a regular end; none without Blender."""
+    return sys.modules["bpy"].app.tempdir if "bpy" in sys.modules else ""
+
+
+def _answer(call: bytes) -> bytes:
+    """What a call gives, or the exception that it raises."""
+    try:
+        work, arguments = pickle.loads(call)  # noqa: S301 - from the process that started this one
+        return _pickled(True, work(*arguments))
+    except Exception as error:
+        try:
+            return _pickled(False, error)
+        except Exception:  # an exception that cannot travel
+            return _pickled(False, RuntimeError(f"{type(error).__name__}: {error}"))
+
+
+def _pickled(done: bool, value: Any) -> bytes:
+    return pickle.dumps((done, value))
+
+
+if __name__ == "__main__":
+    main(sys.argv[-1])
