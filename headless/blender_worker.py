@@ -80,7 +80,7 @@ def _receive(calls: queue.SimpleQueue[bytes]) -> None:
 
 
 def _session_folder() -> str:
-    """The folder that Blender made for this session and would remove at a regular end; none without Blender."""
+    """The folder that Blender made for this session and removes at a regular end; none without Blender."""
     return sys.modules["bpy"].app.tempdir if "bpy" in sys.modules else ""
 
 

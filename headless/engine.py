@@ -96,10 +96,7 @@ def run_jobs(
     EngineError
         If the scheduler cannot be reached or workers die again and again.
     """
-    if scheduler:
-        outcomes = _on_cluster(jobs, scheduler, told)
-    else:
-        outcomes = _on_this_machine(jobs, workers, told)
+    outcomes = _on_cluster(jobs, scheduler, told) if scheduler else _on_this_machine(jobs, workers, told)
     return [outcomes[job.clip.name] for job in jobs]
 
 

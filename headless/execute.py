@@ -22,6 +22,7 @@ from .finished import FinishedStudy
 from .folder_lock import FolderBusyError, only_run
 from .needs_blender import NoBlenderError
 from .own_files import ForeignFileError
+from .patch_mode import placeable
 from .pipeline import Study, StudyError, run_study, write_config
 from .progress import Progress
 from .report import REPORT, write_report
@@ -59,6 +60,7 @@ def execute(
     typer.Exit
         With the exit code, when there is no result.
     """
+    config = placeable(config, console)
     try:
         make_folders(out)
         log("started", out=str(out), body=body.name, clips=len(library.clips), activities=library.activities)

@@ -12,8 +12,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 
 NEEDED = (
-    "cmap", "filelock", "jinja2", "joblib", "matplotlib", "rich", "scipy", "sklearn", "threadpoolctl", "trimesh",
-    "typer",
+    "cmap", "filelock", "jinja2", "joblib", "matplotlib", "rich", "scipy", "sklearn", "threadpoolctl",
+    "trimesh", "typer",
 )  # fmt: skip
 """What the command line imports and Blender does not bring."""
 
@@ -94,8 +94,8 @@ def _how_to_get_libraries(missing: list[str]) -> str:
     program = sys.modules["bpy"].app.binary_path if "bpy" in sys.modules else ""
     if not (ROOT / "Makefile").exists():  # an installed extension
         return (
-            f"W2W lacks the Python packages {', '.join(missing)}: install the extension from a zip that was made "
-            f"for Python {version}"
+            f"W2W lacks the Python packages {', '.join(missing)}: install the extension from a zip that was "
+            f"made for Python {version}"
         )
     if not program:
         return f"W2W's libraries are not there for Python {version}: run 'make setup' in {ROOT}"

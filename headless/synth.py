@@ -34,6 +34,7 @@ from blender_addon.w2w.core.study import StudyConfig, place_patches, record
 
 from .exit_codes import NOTHING_TO_DO, USAGE
 from .load_alone import load_alone
+from .patch_mode import placeable
 from .signal_figure import signal_figure
 
 AS_DEFAULT = Synthesis()
@@ -68,9 +69,8 @@ def synth(
     """
     console = Console(highlight=False)
     try:
-        config = StudyConfig(
-            sensor=sensor, synthesis=Synthesis(rate_hz=rate, cutoff_hz=band or None), seed=seed
-        )
+        synthesis = Synthesis(rate_hz=rate, cutoff_hz=band or None)
+        config = placeable(StudyConfig(sensor=sensor, synthesis=synthesis, seed=seed), console)
         body = Body.bundled()
         patches = place_patches(body, config)
         chosen = resolve(patch, body, patches)

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import sys
+import tomllib
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -15,11 +17,13 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def versions() -> dict[str, str]:
     """Version of W2W, of Python, of Blender and of each library that results depend on."""
-    found = {"w2w": _version("where-to-wear"), "python": platform.python_version()}
+    found = {"w2w": _own_version(), "python": platform.python_version()}
     for name in LIBRARIES:
         version = _version(name)
         if version:
             found[name] = version
+    if "bpy" not in found and "bpy" in sys.modules:  # the Blender program
+        found["bpy"] = sys.modules["bpy"].app.version_string
     return found
 
 
@@ -34,6 +38,14 @@ def code_sha256() -> str:
         digest.update(path.relative_to(ROOT).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _own_version() -> str:
+    """W2W's version, as an installed extension or a tree says it, else as pip does."""
+    try:
+        return tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))["version"]
+    except OSError:
+        return _version("w2w")
 
 
 def _version(name: str) -> str:

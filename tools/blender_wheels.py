@@ -81,9 +81,8 @@ def ask_blender(blender: str) -> str:
         raise SystemExit(f"{blender} cannot be started: {error.strerror}") from error
     answer = re.search(r"^w2w-python (\d+) (\d+)$", done.stdout, re.MULTILINE)
     if answer is None:
-        raise SystemExit(
-            f"{blender} does not answer as a Blender does:\n{(done.stdout + done.stderr)[-1000:]}"
-        )
+        said = (done.stdout + done.stderr)[-1000:].strip() or "it says nothing"
+        raise SystemExit(f"{blender} does not answer as a Blender does: {said}")
     return f"{answer[1]}.{answer[2]}"
 
 

@@ -6,7 +6,8 @@ Run with the Python of an environment that holds the `bpy` package, whose extens
     python tools/build_extension.py [--all] [--blender BLENDER] [PLATFORM ...]
 
 Platforms are Blender's names; linux-x64 unless told. --blender makes the zip for the Python of that Blender
-alone, such as a Linux distribution's that uses the system's Python. Wheels are downloaded to .cache/wheels once.
+alone, such as a Linux distribution's that uses the system's Python. Wheels are downloaded to .cache/wheels
+once.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ form of Surazhsky et al. (2005, doi:10.1145/1073204.1073228), computed by `pygeo
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -108,6 +110,11 @@ class ExactSolver:
             beyond = np.unique(self._beyond[ring])
             ring = beyond[waiting[beyond]]
         return np.sort(np.concatenate(rings)) if rings else candidates[:0]
+
+
+def exact_is_available() -> bool:
+    """Whether the library of exact distances is there, which has no wheel for every Python."""
+    return find_spec("pygeodesic") is not None
 
 
 def _solve(vertices: np.ndarray, faces: np.ndarray, source: int) -> np.ndarray:

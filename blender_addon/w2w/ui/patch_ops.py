@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..core.geodesics import exact_is_available
 from ..core.patches import sample_patches
 from ..scene.body import body_of
 from ..scene.patches import place_patches, remove_patches
@@ -56,6 +57,8 @@ class W2W_OT_remove_patches(bpy.types.Operator):
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = body_of(mesh), mesh.w2w
+    if not exact_is_available():
+        study.patch_method = "fast"
     count, seed, mode = study.patch_count, study.patch_seed, study.patch_method
     patches = yield from jobs.in_thread(
         lambda _told: sample_patches(body, count, seed, mode), f"spreading {count} patches", 0.0, 0.8

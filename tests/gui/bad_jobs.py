@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Clips that crash, hang or fill a worker, done inside the Blender program; run by `test_program.py`.
+
+Arguments: a library, an empty folder for results, and the file for what was found.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+from headless.from_blender import find_libraries  # noqa: E402
+
+find_libraries()
+import numpy as np  # noqa: E402
+
+from blender_addon.w2w.core.body import Body  # noqa: E402
+from blender_addon.w2w.core.library import read_library  # noqa: E402
+from blender_addon.w2w.core.study import StudyConfig, place_patches  # noqa: E402
+from headless.clip_files import WORK  # noqa: E402
+from headless.engine import run_alone, run_jobs  # noqa: E402
+from headless.job import Job  # noqa: E402
+from headless.run_folder import make_folders  # noqa: E402
+
+
+@dataclass(frozen=True)
+class CrashingJob(Job):
+    """Its file makes a worker segfault."""
+
+    def key(self, source_sha256):  # noqa: ARG002
+        os.kill(os.getpid(), signal.SIGSEGV)
+
+
+@dataclass(frozen=True)
+class HangingJob(Job):
+    """Its file makes a worker wait for ever."""
+
+    def key(self, source_sha256):  # noqa: ARG002
+        time.sleep(600)
+
+
+@dataclass(frozen=True)
+class FillingJob(Job):
+    """Its file takes more memory than a worker has."""
+
+    def key(self, source_sha256):
+        np.ones(self.memory)  # eight times as many bytes
+        return super().key(source_sha256)
+
+
+def main(library: str, out: str, report: str) -> None:
+    """Do good and bad jobs together, and one call that dies."""
+    folder, config = Path(out), StudyConfig(patches=8, patch_mode="fast")
+    make_folders(folder)
+    body = Body.bundled()
+    body.save(folder / WORK / "body.npz")
+    place_patches(body, config).save(folder / WORK / "patches.npz")
+    clips = [clip for clip in read_library(library).clips if "good" in clip.file]
+    kinds = [CrashingJob, HangingJob, FillingJob, Job]
+    limits = [300.0, 10.0, 300.0, 300.0]
+    jobs = [
+        kind(clip, folder, config, "inputs", limit, memory=2 * 2**30)
+        for kind, clip, limit in zip(kinds, clips, limits, strict=True)
+    ]
+    told = []
+    outcomes = run_jobs(jobs, 2, "", told.append)
+    found = {
+        "reasons": [outcome.reason for outcome in outcomes],
+        "told": len(told),
+        "alone": [run_alone(os._exit, 1), run_alone(os.getppid) == os.getpid()],
+        "markers": [path.name for path in (folder / WORK / "running").iterdir()],
+    }
+    Path(report).write_text(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[-3:])
