@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import sys
 from importlib.machinery import PathFinder
@@ -89,9 +90,14 @@ def _library_folders() -> list[Path]:
     return folders
 
 
+def _program() -> str:
+    """The Blender program that this is, if it is one."""
+    return sys.modules["bpy"].app.binary_path if "bpy" in sys.modules else ""
+
+
 def _how_to_get_libraries(missing: list[str]) -> str:
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    program = sys.modules["bpy"].app.binary_path if "bpy" in sys.modules else ""
+    program = _program()
     if not (ROOT / "Makefile").exists():  # an installed extension
         return (
             f"W2W lacks the Python packages {', '.join(missing)}: install the extension from a zip that was "
@@ -101,6 +107,6 @@ def _how_to_get_libraries(missing: list[str]) -> str:
         return f"W2W's libraries are not there for Python {version}: run 'make setup' in {ROOT}"
     return (
         f"W2W's libraries are not there for this Blender's Python {version}. Get them once, with\n"
-        f"    make -C {ROOT} setup BLENDER={program}\n"
+        f"    make -C {shlex.quote(str(ROOT))} setup BLENDER={shlex.quote(program)}\n"
         "or install W2W's extension in this Blender"
     )

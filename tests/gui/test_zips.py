@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import email
+import io
 import json
 import os
 import re
@@ -13,6 +15,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 PROJECT = Path(__file__).resolve().parents[2]
 ZIPS = sorted((PROJECT / "dist").glob("w2w-*.zip"))
@@ -46,7 +50,7 @@ def bare_folder(python: Path, folder: Path) -> Path:
 
 @pytest.mark.parametrize("series", PYTHONS)
 def test_the_zip_installs_into_a_bare_blender_and_ranks(series: str, tmp_path: Path) -> None:
-    zips = [path for path in ZIPS if "linux-x64" in path.name]
+    zips = [path for path in ZIPS if path.name.endswith("-linux-x64.zip")]
     if not zips:
         pytest.skip("no extension here: run 'make extension' first")
     if not PYTHONS[series].exists():
@@ -76,8 +80,9 @@ def test_the_zip_installs_into_a_bare_blender_and_ranks(series: str, tmp_path: P
 
 
 @pytest.mark.parametrize("path", ZIPS, ids=lambda path: path.stem)
-def test_a_zip_holds_every_wheel_for_both_pythons_of_its_platform(path: Path) -> None:
-    platform = path.stem.split("-", 2)[2]
+def test_a_zip_holds_every_wheel_for_the_pythons_of_its_platform(path: Path) -> None:
+    platform, _, other = path.stem.split("-", 2)[2].partition("-python")
+    pythons = [f"cp{other.replace('.', '')}"] if other else ["cp311", "cp313"]
     tag = {"linux": "manylinux", "windows": "win_amd64", "macos": "macosx"}[platform.split("-")[0]]
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
@@ -86,7 +91,35 @@ def test_a_zip_holds_every_wheel_for_both_pythons_of_its_platform(path: Path) ->
     assert manifest["platforms"] == [platform]
     wheels = sorted(Path(name).name for name in names if name.endswith(".whl"))
     assert wheels == sorted(Path(name).name for name in manifest["wheels"])
-    for package in ("scipy", "scikit_learn", "pygeodesic"):
-        of_package = [wheel for wheel in wheels if wheel.startswith(f"{package}-")]
-        assert sorted(re.search(r"-(cp3\d+)-", wheel)[1] for wheel in of_package) == ["cp311", "cp313"]
+    compiled = [wheel for wheel in wheels if "-none-any" not in wheel]
+    for package in {"scipy", "matplotlib", "pydantic_core", *(wheel.split("-")[0] for wheel in compiled)}:
+        of_package = [wheel for wheel in compiled if wheel.startswith(f"{package}-")]
+        assert sorted(re.search(r"-(cp3\d+)-", wheel)[1] for wheel in of_package) == pythons
         assert all(tag in wheel for wheel in of_package)
+    assert ("pygeodesic" in {wheel.split("-")[0] for wheel in compiled}) == (other != "3.14")
+    assert {"headless/run.py", "headless/report_page/page.html", "blender_addon/w2w/command_line.py"} <= {
+        *names
+    }
+    assert not [name for name in names if name.startswith(("tests/", "docs/", "tools/", "benchmarks/"))]
+
+
+@pytest.mark.parametrize("path", ZIPS, ids=lambda path: path.stem)
+def test_the_wheels_of_a_zip_need_nothing_that_is_not_in_it_but_numpy(path: Path) -> None:
+    needed, there = set(), {"numpy"}
+    system = "Windows" if "windows" in path.stem else "Linux"
+    with zipfile.ZipFile(path) as archive:
+        for wheel in (name for name in archive.namelist() if name.endswith(".whl")):
+            with zipfile.ZipFile(io.BytesIO(archive.read(wheel))) as content:
+                (about,) = [name for name in content.namelist() if name.endswith(".dist-info/METADATA")]
+                metadata = email.message_from_bytes(content.read(about))
+            there.add(canonicalize_name(metadata["Name"]))
+            for line in metadata.get_all("Requires-Dist", []):
+                requirement = Requirement(line)
+                given = {"extra": "", "platform_system": system}
+                if requirement.marker is None or requirement.marker.evaluate(given):
+                    needed.add(canonicalize_name(requirement.name))
+    assert needed <= there
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text())["project"]
+    own = {canonicalize_name(Requirement(line).name) for line in project["dependencies"]}
+    without = {"potpourri3d"} | ({"pygeodesic"} if "python3.14" in path.stem else set())
+    assert own - without <= there

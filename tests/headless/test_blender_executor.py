@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Workers of the Blender program, with this Python in the program's place: the same pipes and deaths."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import psutil
+import pytest
+
+from headless.blender_executor import BlenderExecutor
+
+ROOT = Path(__file__).resolve().parents[2]
+PARENT = """
+import os, sys, time
+from headless.blender_executor import BlenderExecutor
+executor = BlenderExecutor(2, [sys.executable])
+print(*[executor.submit(os.getpid).result() for _ in range(2)], flush=True)
+executor.submit(time.sleep, 600)
+time.sleep(600)
+"""
+
+
+class UntoldError(Exception):
+    """Cannot be pickled back: it wants two arguments."""
+
+    def __init__(self, first, second):
+        super().__init__(first + second)
+
+
+def fail_untold():
+    raise UntoldError("not ", "told")
+
+
+def shout():
+    print("printed by an importer", flush=True)
+    os.write(1, b"printed by C++\n")
+    return "result"
+
+
+@pytest.fixture
+def executor():
+    executor = BlenderExecutor(2, [sys.executable])
+    yield executor
+    executor.shutdown(kill_workers=True)
+
+
+def test_calls_are_done_in_other_processes_at_the_same_time(executor):
+    pids = {executor.submit(_pid_after, 0.5) for _ in range(4)}
+    found = {future.result(timeout=60) for future in pids}
+    assert len(found) == 2
+    assert os.getpid() not in found
+
+
+def _pid_after(seconds):
+    time.sleep(seconds)
+    return os.getpid()
+
+
+def test_an_exception_comes_back_and_the_worker_goes_on(executor):
+    with pytest.raises(ZeroDivisionError):
+        executor.submit(divmod, 1, 0).result(timeout=60)
+    with pytest.raises(TypeError, match="missing 1 required positional argument"):
+        executor.submit(fail_untold).result(timeout=60)
+    assert executor.submit(divmod, 7, 2).result(timeout=60) == (3, 1)
+
+
+def test_what_is_printed_does_not_get_among_the_results(executor):
+    assert [executor.submit(shout).result(timeout=60) for _ in range(3)] == ["result"] * 3
+
+
+def test_a_dead_worker_breaks_what_is_not_done_and_nothing_before(executor):
+    assert executor.submit(divmod, 7, 2).result(timeout=60) == (3, 1)
+    futures = [executor.submit(os._exit, 1) for _ in range(3)]
+    for future in futures:
+        with pytest.raises(BrokenProcessPool):
+            future.result(timeout=60)
+
+
+def test_a_program_that_cannot_start_is_a_broken_worker():
+    executor = BlenderExecutor(1, ["/bin/false"])
+    with pytest.raises(BrokenProcessPool):
+        executor.submit(os.getpid).result(timeout=60)
+    executor.shutdown(kill_workers=True)
+
+
+def test_no_worker_outlives_a_shutdown_in_the_middle_of_its_work():
+    executor = BlenderExecutor(1, [sys.executable])
+    pid = executor.submit(os.getpid).result(timeout=60)
+    hanging = executor.submit(time.sleep, 600)
+    executor.shutdown(kill_workers=True)
+    assert not psutil.pid_exists(pid)
+    assert isinstance(hanging.exception(timeout=60), BrokenProcessPool)
+
+
+def test_no_worker_outlives_a_parent_that_was_killed():
+    with subprocess.Popen([sys.executable, "-c", PARENT], cwd=ROOT, stdout=subprocess.PIPE) as parent:
+        workers = [psutil.Process(int(pid)) for pid in set(parent.stdout.readline().split())]
+        parent.send_signal(signal.SIGKILL)
+    assert not psutil.wait_procs(workers, timeout=60)[1]
