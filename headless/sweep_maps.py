@@ -7,10 +7,11 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -24,6 +25,8 @@ from blender_addon.w2w.core.study import copies_of, describe, place_patches, pla
 from blender_addon.w2w.core.utility import UtilityMap, inputs_of, utility_map
 from blender_addon.w2w.core.windows import TooShortError
 
+from .blender_executor import BlenderExecutor
+from .blender_process import inside_blender
 from .clip_files import WORK, ClipWindows, features_file, ranking_inputs, write_features
 from .finished import FinishedClip, FinishedStudy
 from .stopping import deaf_children
@@ -109,19 +112,28 @@ class SweepMaps:
     def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[FinishedClip]:
         patches = self.out / WORK / "patches.npz"
         usual_height = self.study.body().height
-        parent = os.getpid()
-        jobs = (
-            delayed(_bake_clip)(parent, case, clip, self.study.out, folder, patches, usual_height)
-            for clip in self.study.clips
-        )
-        with deaf_children():
-            baked = Parallel(n_jobs=self.workers, return_as="generator")(jobs)
+        calls = [(case, clip, self.study.out, folder, patches, usual_height) for clip in self.study.clips]
         used = []
-        for clip, done in zip(self.study.clips, baked, strict=True):
+        for clip, done in zip(self.study.clips, self._in_workers(calls), strict=True):
             told(1)
             if done:
                 used.append(clip)
         return used
+
+    def _in_workers(self, calls: list[tuple]) -> Iterator[bool]:
+        """What `_bake_clip` gives, call by call."""
+        if not inside_blender():
+            parent = os.getpid()
+            work = (delayed(_bake_clip_for)(parent, *call) for call in calls)
+            with deaf_children():
+                baked = Parallel(n_jobs=self.workers, return_as="generator")(work)
+            yield from baked
+            return
+        executor = BlenderExecutor(min(self.workers, len(calls)))
+        try:
+            yield from executor.map(_bake_clip, *zip(*calls, strict=True))
+        finally:
+            executor.shutdown(kill_workers=True)
 
     def _rank(self, case: Case, clips: list[FinishedClip], folder: Path) -> UtilityMap:
         config = case.config
@@ -141,8 +153,13 @@ class SweepMaps:
         )
 
 
+def _bake_clip_for(parent: int, *call: Any) -> bool:
+    """`_bake_clip` in a worker that ends with the process that started it."""
+    _end_with_once(parent)
+    return _bake_clip(*call)
+
+
 def _bake_clip(
-    parent: int,
     case: Case,
     clip: FinishedClip,
     study: Path,
@@ -151,7 +168,6 @@ def _bake_clip(
     usual_height: float,
 ) -> bool:
     """Write the features of a clip under a case; False where it is too short for its windows."""
-    _end_with_once(parent)
     body, places = _load(folder / WORK / "body.npz", patches)
     motion = read_amass(study / "motions" / f"{clip.name}.npz", z_up=True)
     motion = case.motion(motion.labelled(clip.activity, clip.subject, clip.name))

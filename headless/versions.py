@@ -45,7 +45,7 @@ def _own_version() -> str:
     try:
         return tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))["version"]
     except OSError:
-        return _version("w2w")
+        return _version("where-to-wear")
 
 
 def _version(name: str) -> str:

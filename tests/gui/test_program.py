@@ -24,8 +24,8 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[2]
 SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
-PLACE = PROJECT / ".cache" / "gui" / "program"
-"""A folder that the sandbox sees."""
+PLACE = PROJECT / ".cache" / "gui" / f"program{os.environ.get('PYTEST_XDIST_WORKER', '')}"
+"""A folder that the sandbox sees; one of its own for each process that runs tests."""
 
 CLIPS = {
     "walking/good 1.fbx": "Conqster__TheBarMan/Walking.fbx",
@@ -142,11 +142,13 @@ def test_a_script_by_its_path_takes_the_extensions_libraries(study, library: Pat
     assert hashes(out) == hashes(study[1])
 
 
-def test_the_commands_exit_codes(study, library: Path) -> None:
+def test_the_other_commands_and_their_exit_codes(study, library: Path) -> None:
     ended = done(blender("--command", "w2w", "status", inside(study[1])))
     assert (ended.returncode, "6 of 6 clips done, 2 of them skipped" in ended.stdout) == (0, True)
     assert done(blender("--command", "w2w", "status", inside(PLACE))).returncode == 2
     assert done(blender("--command", "w2w", "report", inside(study[1]))).returncode == 0
+    sweep = ("--by", "window", "--places", "8", "--out", inside(PLACE / "sweep"))
+    assert done(blender("--command", "w2w", "sweep", inside(study[1]), *sweep)).returncode == 0
     ended = done(blender("--command", "w2w", "inspect", inside(library / "walking" / "good 1.fbx")))
     assert (ended.returncode, "would be used as 'walking'" in ended.stdout) == (0, True)
 
