@@ -8,6 +8,7 @@ import pickle
 import queue
 import secrets
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -99,6 +100,8 @@ class BlenderExecutor(Executor):
 
     def _serve(self) -> None:
         """Pass on calls to one worker until there are no more."""
+        if hasattr(signal, "pthread_sigmask"):  # Blender dies of a write to a dead worker, as Python does not
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
         worker = None
         try:
             while (item := self._waiting.get()) is not None:

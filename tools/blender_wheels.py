@@ -26,11 +26,14 @@ constraints.txt."""
 WINDOWS_WHEELS = ("colorama",)
 
 OTHER_VERSIONS = {
+    ("contourpy", "3.11"): "1.3.2",
+    ("matplotlib", "3.11"): "3.10.8",
     ("pygeodesic", "3.13"): "0.1.11",
     ("pygeodesic", "3.14"): None,
     ("scipy", "3.14"): "1.16.3",
 }
-"""Where the constrained version has no wheel for a Python: the one to take, or None where there is none."""
+"""Where the constrained version has no wheel for a Python, or wants a newer numpy than its Blenders have (1.24
+in 4.2): the one to take, or None where there is none."""
 
 PLATFORMS = {
     "linux-x64": ("manylinux2014_x86_64", "manylinux_2_28_x86_64"),

@@ -81,6 +81,23 @@ def test_a_dead_worker_breaks_what_is_not_done_and_nothing_before(executor):
             future.result(timeout=60)
 
 
+def test_a_write_to_a_dead_worker_does_not_kill_the_program_as_it_would_kill_blender():
+    code = """
+import os, signal, sys, time
+from headless.blender_executor import BlenderExecutor
+signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+executor = BlenderExecutor(1, [sys.executable])
+pid = executor.submit(os.getpid).result()
+os.kill(pid, signal.SIGKILL)
+time.sleep(1)
+print(type(executor.submit(os.getpid).exception()).__name__)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert (done.returncode, done.stdout.strip()) == (0, "BrokenProcessPool"), done.stderr
+
+
 def test_a_program_that_cannot_start_is_a_broken_worker():
     executor = BlenderExecutor(1, ["/bin/false"])
     with pytest.raises(BrokenProcessPool):
