@@ -32,8 +32,8 @@ OTHER_VERSIONS = {
     ("pygeodesic", "3.14"): None,
     ("scipy", "3.14"): "1.16.3",
 }
-"""Where the constrained version has no wheel for a Python, or wants a newer numpy than Blender 4.2 has (1.24):
-the one to take, or None where there is none."""
+"""Where the constrained version has no wheel for a Python, or wants a newer numpy than Blender 4.2 has
+(1.24): the one to take, or None where there is none."""
 
 PLATFORMS = {
     "linux-x64": ("manylinux2014_x86_64", "manylinux_2_28_x86_64"),
