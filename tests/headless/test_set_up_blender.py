@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`make setup BLENDER=...` asks the program for its Python and says what is wrong where none answers."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tools"))
+from blender_wheels import ask_blender, versions_for  # noqa: E402
+
+
+def answering(folder, answer):
+    program = folder / "blender"
+    program.write_text(f"#!/bin/sh\necho Blender 9.9\necho '{answer}'\necho Blender quit\n")
+    program.chmod(0o755)
+    return str(program)
+
+
+def test_a_blender_says_its_python(tmp_path):
+    assert ask_blender(answering(tmp_path, "w2w-python 3 13")) == "3.13"
+
+
+@pytest.mark.parametrize("program", ["no_such_program", "true"])
+def test_what_is_no_blender_is_said_and_nothing_is_made(program):
+    before = {path.name for path in ROOT.iterdir()}
+    done = subprocess.run(
+        ["make", "setup", f"BLENDER={program}"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode != 0
+    assert f"{program} cannot be started" in done.stderr or f"{program} does not answer" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert {path.name for path in ROOT.iterdir()} == before
+
+
+def test_each_python_gets_wheels_that_there_are_for_it():
+    assert versions_for("3.11")["matplotlib"] < versions_for("3.13")["matplotlib"]  # numpy of Blender 4.2
+    assert versions_for("3.13")["pygeodesic"] == "0.1.11"
+    assert "pygeodesic" not in versions_for("3.14")
+    assert versions_for("3.14")["scipy"] != versions_for("3.13")["scipy"]
