@@ -42,7 +42,7 @@ extension:
 extension-all: setup
 	.venv/bin/python tools/build_extension.py --all
 
-# In a real Blender window; fails where the window test cannot run at all.
+# In a real Blender, its window and its command line; fails where the window test cannot run at all.
 test-window: extension
 	tools/real_blender.sh
 	rm -f .cache/gui/report.json
