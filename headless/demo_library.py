@@ -14,6 +14,7 @@ if __name__ == "__main__":  # blender --background --python headless/demo_librar
 
     run_command("demo-library")
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated

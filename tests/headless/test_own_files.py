@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A results folder may hold files of the user's: none is ever removed or overwritten."""
 
+import json
 import shutil
 import subprocess
 import sys
@@ -100,9 +101,9 @@ def test_the_library_is_no_results_folder(library, tmp_path, place):
 def test_a_results_folder_in_the_library_is_none_of_its_clips(library):
     assert run(library, library / "results")[0] == 0
     before = contents(library)
-    code, said = run(library, library / "results")
-    assert code == 0
-    assert "4 clips used, 0 skipped" in said
+    assert run(library, library / "results")[0] == 0
+    summary = json.loads((library / "results" / "summary.json").read_text())
+    assert (len(summary["used"]), summary["skipped"]) == (4, [])
     after = contents(library)
     assert {name for name in before if before[name] != after.get(name)} == {Path("results/.w2w/state.json")}
 
