@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import csv
-
 if __name__ == "__main__":  # blender --background --python headless/demo_library.py -- FOLDER
     import sys
     from pathlib import Path

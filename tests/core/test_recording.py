@@ -349,5 +349,7 @@ def _still() -> ImuRecording:
 def test_text_of_characters_that_do_not_exist_is_refused(tmp_path):
     sites = np.frombuffer(np.array([0x110000, 65], dtype="<u4").tobytes(), dtype="<U2")
     np.savez(tmp_path / "odd.npz", acc=np.zeros((2, 1, 3)), gyr=np.zeros((2, 1, 3)), rate=1.0, sites=sites)
-    with pytest.raises(ValueError, match=r"odd\.npz is not a W2W recording: its 'sites' is no text"):
+    with pytest.raises(
+        ValueError, match=r"odd\.npz is not a W2W recording: its 'sites' is damaged or holds neither"
+    ):
         ImuRecording.load(tmp_path / "odd.npz")
