@@ -63,7 +63,7 @@ def main() -> int:
         "empties, one by one": lambda: read_empties(empties, frames),
         "general path": lambda: baker.bake(path="general"),
         "fast path, from the action": baker.bake,
-        "fast path, from a Motion": lambda: patch_matrices(body, patches, motion),
+        "fast path, from a Motion": lambda: patch_matrices(body, patches.triangles, motion),
     }
     seconds = _best_of_rounds(ways, options.rounds)
     print(f"Blender {bpy.app.version_string}: {options.frames} frames x {options.patches} patches")
@@ -180,7 +180,7 @@ def _import_by_python(path: Path) -> None:
 
 def _to_matrices(path: Path, body: Body, patches: PatchSet) -> tuple[np.ndarray, float]:
     motion = carry(read_motion(path), body).motion
-    return patch_matrices(body, patches, motion), motion.rate
+    return patch_matrices(body, patches.triangles, motion), motion.rate
 
 
 def _to_signals(path: Path, body: Body, patches: PatchSet) -> ImuRecording:

@@ -75,7 +75,9 @@ def site_poses(trial: GaitTrial, body: Body, motion: Motion) -> tuple[np.ndarray
     patches = sample_patches(body)
     chosen = [SITES[site].patch(body, patches) for site in trial.recording.sites]
     part = Motion(motion.rotations[frames], motion.pelvis[frames], motion.rate)
-    return patch_matrices(body, patches, part)[:, chosen], tuple(patches.names[patch] for patch in chosen)
+    return patch_matrices(body, patches.triangles, part)[:, chosen], tuple(
+        patches.names[patch] for patch in chosen
+    )
 
 
 def vicon_poses(trial: GaitTrial) -> np.ndarray:

@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.amass import read_amass, to_body
+from blender_addon.w2w.core.amass import read_amass
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.joint_sets import HUMAN36M_17
 from blender_addon.w2w.core.keypoints import fit_keypoints
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.skeleton import JOINT_INDEX
-from blender_addon.w2w.core.skinning import joint_transforms
+from blender_addon.w2w.core.skinning import joint_transforms, on_the_ground
 
 RATE, SECONDS = 30.0, 30.0
 STANDS_FOR = {"spine": "spine2", "nose": "head"}
@@ -70,7 +70,7 @@ def main() -> None:
     parser.add_argument("--noise", type=float, nargs="+", default=[0.0, 0.01, 0.02], help="metres")
     options = parser.parse_args()
     body = Body.bundled()
-    whole = to_body(read_amass(options.clip), body)
+    whole = on_the_ground(body, read_amass(options.clip))
     frames = np.round(np.arange(0, whole.duration, 1 / RATE) * whole.rate).astype(int)
     truth = Motion(whole.rotations[frames], whole.pelvis[frames], RATE)
     turns, positions = joint_transforms(body, truth)

@@ -15,7 +15,7 @@ import numpy as np
 from blender_addon.w2w.core.agreement import rank_agreement
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import reserved, write_json
-from blender_addon.w2w.core.shapes import MORPHOLOGIES
+from blender_addon.w2w.core.shapes import MORPHOLOGIES, shaped
 
 from .load_clip import quiet_output
 from .needs_blender import needs_blender
@@ -103,11 +103,11 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
 def _body(text: str) -> Body:
     words = text.split()
     if text in MORPHOLOGIES:
-        return Body.bundled().shaped(**MORPHOLOGIES[text]) if MORPHOLOGIES[text] else Body.bundled()
+        return shaped(Body.bundled(), **MORPHOLOGIES[text]) if MORPHOLOGIES[text] else Body.bundled()
     if words[0] in GENDERS:
         return _shaped(words)
-    shaped = BETAS.fullmatch(text)
-    file, betas = (shaped["file"], _betas(shaped["betas"])) if shaped else (text, None)
+    with_betas = BETAS.fullmatch(text)
+    file, betas = (with_betas["file"], _betas(with_betas["betas"])) if with_betas else (text, None)
     if Path(file).suffix:
         with needs_blender():
             from blender_addon.w2w.scene.adopt import adopt_file
@@ -120,8 +120,10 @@ def _body(text: str) -> Body:
 
 
 def _folder_name(text: str) -> str:
-    shaped = BETAS.fullmatch(text)
-    file, betas = (shaped["file"], " betas " + Path(shaped["betas"]).name) if shaped else (text, "")
+    with_betas = BETAS.fullmatch(text)
+    file, betas = (
+        (with_betas["file"], " betas " + Path(with_betas["betas"]).name) if with_betas else (text, "")
+    )
     name = re.sub(r"[^0-9A-Za-z.]+", "_", Path(file).name + betas).rstrip(".")
     return f"body_{name}" if reserved(name) or not name else name
 
@@ -149,7 +151,7 @@ def _shaped(words: list[str]) -> Body:
             raise ValueError(f"'{word}' is not understood: write a shape as {EXAMPLE}") from None
         if name not in SHAPE_PARAMETERS:
             raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
-    return Body.bundled().shaped(gender=GENDERS[words[0]], **given)
+    return shaped(Body.bundled(), gender=GENDERS[words[0]], **given)
 
 
 def _agreement(first: Study, second: Study) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from blender_addon.w2w.core.clip_blocks import clip_inputs
 from blender_addon.w2w.core.files import write_npz
 from blender_addon.w2w.core.library import WORK_FOLDER
 from blender_addon.w2w.core.place_blocks import PlaceBlocks
+from blender_addon.w2w.core.utility import inputs_of
 from blender_addon.w2w.core.windows import WindowSpec
 
 WORK = WORK_FOLDER
@@ -83,4 +84,5 @@ def ranking_inputs(
         recordings.append(out / "signals" / f"{clip}.npz")
         recordings += [copy_file(out, clip, copy) for copy in range(len(found.counts) - 1)]
     counts = [count for found in windows for count in found.counts]
-    return clip_inputs(classifier, [features_file(out, clip) for clip in clips], recordings, counts, spec)
+    features = [features_file(out, clip) for clip in clips]
+    return clip_inputs(inputs_of(classifier), features, recordings, counts, spec)

@@ -21,6 +21,7 @@ from blender_addon.w2w.core.amass import read_amass
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.files import write_json
 from blender_addon.w2w.core.patches import PatchSet
+from blender_addon.w2w.core.shapes import shaped
 from blender_addon.w2w.core.study import copies_of, describe, place_patches, plain, record
 from blender_addon.w2w.core.utility import UtilityMap, inputs_of, utility_map
 from blender_addon.w2w.core.windows import TooShortError
@@ -107,7 +108,7 @@ class SweepMaps:
     def _body(self, case: Case) -> Body:
         if not case.shape:
             return self.study.body()
-        return Body.bundled().shaped(**dict(case.shape))
+        return shaped(Body.bundled(), **dict(case.shape))
 
     def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[FinishedClip]:
         patches = self.out / WORK / "patches.npz"

@@ -12,10 +12,10 @@ import numpy as np
 from blender_addon.w2w.core.body import Body
 from blender_addon.w2w.core.imu import Synthesis
 from blender_addon.w2w.core.imu_datasets import DSADS_RATE, DSADS_SITES, read_dsads
+from blender_addon.w2w.core.landmarks import SensorSite
 from blender_addon.w2w.core.library import read_library
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.motion_signature import motion_signature
-from blender_addon.w2w.core.placements import SensorSite
 from blender_addon.w2w.core.recording import ImuRecording
 from blender_addon.w2w.core.sensor_presets import preset
 from blender_addon.w2w.core.site_simulation import SiteSimulator

@@ -16,7 +16,7 @@ from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis
 from blender_addon.w2w.core.imu_datasets import UTD_IMU_RATE, UtdTrial
 from blender_addon.w2w.core.joint_sets import KINECT_20
 from blender_addon.w2w.core.keypoints import fit_keypoints
-from blender_addon.w2w.core.placements import SensorSite
+from blender_addon.w2w.core.landmarks import SensorSite
 from blender_addon.w2w.core.recording import ImuRecording
 from blender_addon.w2w.core.sensor import SensorModel
 from blender_addon.w2w.core.signal_correlation import Correlation, magnitude_correlation

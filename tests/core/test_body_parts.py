@@ -6,6 +6,7 @@ import pytest
 
 from blender_addon.w2w.core.body_parts import PARTS, find_places
 from blender_addon.w2w.core.patches import sample_patches
+from blender_addon.w2w.core.regions import regions_of
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def found(patches, wish):
 
 
 def test_every_region_belongs_to_one_of_the_five_great_parts(bundled_body):
-    stems = {name.removeprefix("left ").removeprefix("right ") for name in bundled_body.regions[1]}
+    stems = {name.removeprefix("left ").removeprefix("right ") for name in regions_of(bundled_body)[1]}
     listed = [stem for part in ("head", "neck", "torso", "arm", "leg") for stem in PARTS[part]]
     assert sorted(listed) == sorted(stems)
 

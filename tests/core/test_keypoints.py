@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.amass import read_amass, to_body
+from blender_addon.w2w.core.amass import read_amass
 from blender_addon.w2w.core.joint_sets import BODY_34, HUMAN36M_17, JOINT_SETS, KINECT_20, MM_FIT_17, mirrored
 from blender_addon.w2w.core.keypoints import fit_keypoints, guess_up
 from blender_addon.w2w.core.motion import Motion
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS
-from blender_addon.w2w.core.skinning import joint_transforms
+from blender_addon.w2w.core.skinning import joint_transforms, on_the_ground
 
 RATE = 30.0
 NOISE = 0.01
@@ -107,7 +107,9 @@ def noisy(points, deviation=NOISE, seed=1):
 @pytest.fixture(scope="module")
 def walk(shared_data, bundled_body):
     """Real motion capture of an SMPL body."""
-    motion = to_body(read_amass(shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz"), bundled_body)
+    motion = on_the_ground(
+        bundled_body, read_amass(shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz")
+    )
     step = round(motion.rate / RATE)
     return Motion(motion.rotations[::step], motion.pelvis[::step], motion.rate / step)
 

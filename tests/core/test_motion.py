@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.amass import read_amass, to_body
+from blender_addon.w2w.core.amass import read_amass
 from blender_addon.w2w.core.motion import SMPL_PELVIS, Motion
 from blender_addon.w2w.core.skeleton import BODY_HANDS, N_JOINTS
-from blender_addon.w2w.core.skinning import skin, skinning_transforms
+from blender_addon.w2w.core.skinning import on_the_ground, skin, skinning_transforms
 from blender_addon.w2w.core.source_motion import UnusableMotion
 
 
@@ -45,7 +45,9 @@ def test_same_motion_gives_same_bytes(waving, tmp_path):
 
 
 def test_a_real_amass_clip_stands_on_the_ground(shared_data, bundled_body):
-    motion = to_body(read_amass(shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz"), bundled_body)
+    motion = on_the_ground(
+        bundled_body, read_amass(shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz")
+    )
     assert (motion.n_frames, motion.rate) == (601, 120.0)
     posed = skin(bundled_body, skinning_transforms(bundled_body, motion)[::60])
     heights = np.ptp(posed[..., 2], axis=1)

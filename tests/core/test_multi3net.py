@@ -3,7 +3,7 @@
 
 import subprocess
 import sys
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,15 +34,13 @@ def parts(torch, places, settings=SMALL, dtype=None):
     """What `train` takes, for some places of the library."""
     from blender_addon.w2w.core.classifiers.multi3net_examples import Examples
     from blender_addon.w2w.core.classifiers.multi3net_network import Network
-    from blender_addon.w2w.core.classifiers.multi3net_training import Schedule
 
     windows, labels, fold, _ = library()
     windows = windows[:, places].astype(dtype or np.float32)
     learn, check = rows_to_learn(labels, fold, 0, settings.stopping)
     examples = Examples.prepare(windows, labels, learn, check, "cpu", settings.spectrum)
     sizes = (examples.windows.shape[1], 6, 3, settings.width, settings.hidden, settings.embedding)
-    schedule = Schedule(**{field.name: getattr(settings, field.name) for field in fields(Schedule)})
-    return Network(*sizes), examples, schedule, generator(torch)
+    return Network(*sizes), examples, settings, generator(torch)
 
 
 def generator(torch):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The parts of Multi3Net against PyTorch's own: network, attention, loss; its inputs, its learning rate."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,13 +108,9 @@ def test_loss_is_torchs_own_of_balanced_classes_and_smoothed_labels(torch):
 
 
 def test_the_rate_rises_and_falls_to_nothing_or_keeps_until_it_drops():
-    pytest.importorskip("torch")
-    from blender_addon.w2w.core.classifiers.multi3net_training import Schedule
-
     settings = Multi3Net()
-    schedule = Schedule(**{field.name: getattr(settings, field.name) for field in fields(Schedule)})
-    paces = [schedule.pace(step, 200) for step in range(1, 201)]
+    paces = [settings.pace(step, 200) for step in range(1, 201)]
     assert np.argmax(paces) in range(15, 25)
     assert paces[0] < 0.1
     assert paces[-1] == pytest.approx(0, abs=1e-6)
-    assert replace(schedule, stopping=True).pace(150, 200) == 1
+    assert replace(settings, stopping=True).pace(150, 200) == 1

@@ -9,12 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from blender_addon.w2w.core.placement import (
-    exact_subset,
-    greedy_subset,
-    marginal_gain,
-    places_named,
-)
+from blender_addon.w2w.core.placement import exact_subset, greedy_subset, marginal_gain
+from blender_addon.w2w.core.placements import places_named
 
 MAPS = arrays(
     np.float64,

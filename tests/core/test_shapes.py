@@ -44,7 +44,7 @@ def girth(body: Body, height: float) -> float:
 
 
 def test_without_parameters_nothing_changes():
-    same = BODY.shaped()
+    same = shaped(BODY)
     np.testing.assert_allclose(same.vertices, BODY.vertices, atol=1e-15)
     np.testing.assert_allclose(same.joints, BODY.joints, atol=1e-15)
     assert same.name == BODY.name
@@ -60,7 +60,7 @@ def test_without_parameters_nothing_changes():
     legs=st.floats(0.9, 1.1),
 )
 def test_any_shape_keeps_the_bodys_order_symmetry_and_floor(gender, height, muscle, age, arms, legs):
-    body = BODY.shaped(gender=gender, height=height, muscle=muscle, age=age, arms=arms, legs=legs)
+    body = shaped(BODY, gender=gender, height=height, muscle=muscle, age=age, arms=arms, legs=legs)
     assert np.array_equal(body.faces, BODY.faces)
     assert np.array_equal(body.weights, BODY.weights)
     assert np.array_equal(body.mirror, BODY.mirror)
@@ -74,7 +74,7 @@ def test_any_shape_keeps_the_bodys_order_symmetry_and_floor(gender, height, musc
 @given(gender=st.floats(-1, 1), height=st.floats(1.6, 1.9), index=st.floats(20, 28))
 def test_height_and_weight_are_met_together(gender, height, index):
     weight = index * height**2
-    body = BODY.shaped(gender=gender, height=height, weight=weight)
+    body = shaped(BODY, gender=gender, height=height, weight=weight)
     assert body.height == pytest.approx(height, abs=1e-9)
     assert mass(body) == pytest.approx(weight, abs=1e-6)
 
@@ -104,7 +104,7 @@ def test_vertices_and_joints_are_linear_in_gender_and_muscle():
 
 
 def test_men_are_taller_heavier_and_broader_in_the_shoulders_women_in_the_hips():
-    woman, man = BODY.shaped(gender=-1), BODY.shaped(gender=1)
+    woman, man = shaped(BODY, gender=-1), shaped(BODY, gender=1)
     assert woman.height < BODY.height < man.height
     assert mass(woman) < mass(BODY) < mass(man)
 
@@ -117,10 +117,10 @@ def test_men_are_taller_heavier_and_broader_in_the_shoulders_women_in_the_hips()
 
 
 def test_taller_bodies_have_longer_limbs_and_heavier_ones_wider_waists():
-    short, tall = BODY.shaped(height=1.55), BODY.shaped(height=1.90)
+    short, tall = shaped(BODY, height=1.55), shaped(BODY, height=1.90)
     assert arm(short) < arm(BODY) < arm(tall)
     assert leg(short) < leg(BODY) < leg(tall)
-    light, heavy = BODY.shaped(weight=50), BODY.shaped(weight=90)
+    light, heavy = shaped(BODY, weight=50), shaped(BODY, weight=90)
     waist = BODY.joints[JOINT_INDEX["spine1"], 2]
     assert girth(light, waist) < girth(BODY, waist) < girth(heavy, waist)
     assert heavy.height == pytest.approx(BODY.height, abs=0.01)
@@ -128,25 +128,25 @@ def test_taller_bodies_have_longer_limbs_and_heavier_ones_wider_waists():
 
 @pytest.mark.parametrize("ratio", [0.85, 0.95, 1.05, 1.15])
 def test_limbs_take_their_length_alone(ratio):
-    longer = BODY.shaped(arms=ratio)
+    longer = shaped(BODY, arms=ratio)
     assert arm(longer) / arm(BODY) == pytest.approx(ratio, abs=0.003)
     assert leg(longer) == pytest.approx(leg(BODY), abs=1e-4)
-    longer = BODY.shaped(legs=ratio)
+    longer = shaped(BODY, legs=ratio)
     assert leg(longer) / leg(BODY) == pytest.approx(ratio, abs=0.003)
     assert arm(longer) == pytest.approx(arm(BODY), abs=1e-4)
     assert longer.height - BODY.height == pytest.approx((ratio - 1) * leg(BODY), abs=0.02)
 
 
 def test_muscle_adds_mass_to_the_arms_and_age_takes_height():
-    strong = BODY.shaped(muscle=1)
+    strong = shaped(BODY, muscle=1)
     upper_arm = np.abs(BODY.vertices[:, 0] - 0.3) < 0.01
     assert np.ptp(strong.vertices[upper_arm, 1]) > 1.1 * np.ptp(BODY.vertices[upper_arm, 1])
-    assert BODY.shaped(age=90).height < BODY.height
+    assert shaped(BODY, age=90).height < BODY.height
 
 
 @pytest.mark.parametrize("name", list(MORPHOLOGIES))
 def test_named_bodies_are_sound(name):
-    body = BODY.shaped(**MORPHOLOGIES[name])
+    body = shaped(BODY, **MORPHOLOGIES[name])
     assert len(quality.self_intersections(body.vertices, body.faces)) == 0
     normals, before = (
         np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0])
@@ -161,7 +161,7 @@ def test_named_bodies_are_sound(name):
 
 def test_feet_stay_flat_and_joints_mirror():
     for parameters in MORPHOLOGIES.values():
-        body = BODY.shaped(**parameters)
+        body = shaped(BODY, **parameters)
         np.testing.assert_allclose(body.joints[list(MIRRORED_JOINTS)] * [-1, 1, 1], body.joints, atol=1e-9)
         left, right = body.joints[[JOINT_INDEX["left_ankle"], JOINT_INDEX["right_ankle"]], 2]
         assert left == pytest.approx(right)
@@ -172,23 +172,23 @@ def test_feet_stay_flat_and_joints_mirror():
 def test_a_value_out_of_range_is_refused_by_name(name):
     for value in (RANGES[name][0] - 0.01, RANGES[name][1] + 0.01, float("nan")):
         with pytest.raises(ValueError, match=name):
-            BODY.shaped(**{name: value})
+            shaped(BODY, **{name: value})
 
 
 def test_a_weight_out_of_reach_says_what_can_be_reached():
     with pytest.raises(ValueError, match=r"weight=150 kg is out of reach .* choose [\d.]+ to [\d.]+ kg"):
-        BODY.shaped(gender=-1, height=1.50, weight=150)
+        shaped(BODY, gender=-1, height=1.50, weight=150)
 
 
 def test_another_body_is_refused():
     other = Body(BODY.vertices, BODY.faces[:, [1, 2, 0]], BODY.joints, BODY.weights, "mine", BODY.mirror)
     with pytest.raises(ValueError, match="'mine' cannot be reshaped"):
-        other.shaped(gender=1)
+        shaped(other, gender=1)
 
 
 def test_the_name_says_the_shape():
-    assert BODY.shaped(gender=-1, height=1.62, weight=58).name == "female, height=1.62, weight=58"
-    assert BODY.shaped(gender=0.5).name == "neutral, gender=0.5"
+    assert shaped(BODY, gender=-1, height=1.62, weight=58).name == "female, height=1.62, weight=58"
+    assert shaped(BODY, gender=0.5).name == "neutral, gender=0.5"
 
 
 def test_targets_survive_their_file(tmp_path):
@@ -215,5 +215,5 @@ def test_joints_are_those_of_makehumans_own_body_of_that_shape():
     moved = source.neutral() + targets["male"] + targets["male old"] * 0.5
     joints = rig.joint_positions(moved, source.mesh()[2])
     _, joints = posed.t_pose.apply(moved[:N_BODY_VERTICES], joints, posed.weights)
-    body = BODY.shaped(gender=1, age=57.5)
+    body = shaped(BODY, gender=1, age=57.5)
     np.testing.assert_allclose(body.joints - body.joints[0], joints - joints[0], atol=1e-6)

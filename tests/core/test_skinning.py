@@ -66,7 +66,7 @@ def test_skinning_some_vertices_equals_a_sum_over_joints(bundled_body, waving):
 
 def test_patch_frames_are_those_of_the_posed_triangles(bundled_body, waving):
     triangles = bundled_body.faces[::431]
-    matrices = patch_matrices(bundled_body, Patches(triangles), waving)
+    matrices = patch_matrices(bundled_body, triangles, waving)
     corners = skin(bundled_body, skinning_transforms(bundled_body, waving), triangles.ravel())
     corners = corners.reshape(waving.n_frames, len(triangles), 3, 3)
     np.testing.assert_allclose(matrices[..., :3, 3], corners.mean(axis=2), atol=1e-12)
@@ -77,7 +77,7 @@ def test_patch_frames_are_those_of_the_posed_triangles(bundled_body, waving):
 
 
 def test_patch_frames_are_right_handed_and_orthonormal(bundled_body, waving):
-    matrices = patch_matrices(bundled_body, Patches(bundled_body.faces[::613]), waving)
+    matrices = patch_matrices(bundled_body, bundled_body.faces[::613], waving)
     turns = matrices[..., :3, :3]
     np.testing.assert_allclose(
         turns @ turns.swapaxes(-1, -2), np.broadcast_to(np.eye(3), turns.shape), atol=1e-10

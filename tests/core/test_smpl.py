@@ -12,9 +12,9 @@ from scipy import sparse
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from blender_addon.w2w.core.landmarks import has_smpl_topology
 from blender_addon.w2w.core.mesh_files import read_mesh
 from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.placements import has_smpl_topology
 from blender_addon.w2w.core.registration import register
 from blender_addon.w2w.core.rest_pose import in_t_pose, metres_per_unit, to_axes
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS, PARENTS, Y_UP_TO_Z_UP

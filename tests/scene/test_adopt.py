@@ -7,9 +7,9 @@ import pytest
 from mathutils import Matrix
 from scipy.spatial.transform import Rotation
 
+from blender_addon.w2w.core.landmarks import has_smpl_topology
 from blender_addon.w2w.core.mesh_files import read_mesh
 from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.placements import has_smpl_topology
 from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, Y_UP_TO_Z_UP
 from blender_addon.w2w.core.skinning import skin, skinning_transforms
 from blender_addon.w2w.core.smpl import BodyError

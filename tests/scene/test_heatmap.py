@@ -180,7 +180,8 @@ def test_a_study_file_opens_complete(bundled_body, patches, scores, waving, tmp_
     assert empties[4]["F1: walking"] == pytest.approx(scores[4, 0])
     assert empties[4]["Mean F1"] == pytest.approx(scores[4].mean())
     distance, angle = difference(
-        read_empties(empties, np.array([1.0, 40.0])), patch_matrices(bundled_body, patches, waving)[[0, 39]]
+        read_empties(empties, np.array([1.0, 40.0])),
+        patch_matrices(bundled_body, patches.triangles, waving)[[0, 39]],
     )
     assert distance < 1e-5
     assert angle < 0.01

@@ -30,7 +30,7 @@ def rest(body):
 
 def test_every_empty_is_in_the_frame_of_its_triangle(body_in_scene, bundled_body, all_patches):
     empties = patch_empties(place_patches(body_in_scene.mesh, all_patches))
-    truth = patch_matrices(bundled_body, all_patches, rest(bundled_body))
+    truth = patch_matrices(bundled_body, all_patches.triangles, rest(bundled_body))
     distance, angle = difference(read_empties(empties, np.array([1.0])), truth)
     assert len(empties) == 512
     assert distance < 1e-6
@@ -41,7 +41,7 @@ def test_the_empties_ride_on_the_moving_body(body_in_scene, bundled_body, patche
     bpy.context.scene.render.fps = 30
     empties = patch_empties(place_patches(body_in_scene.mesh, patches))
     show_action(body_in_scene.armature, write_action(body_in_scene.armature, waving))
-    truth = patch_matrices(bundled_body, patches, waving)
+    truth = patch_matrices(bundled_body, patches.triangles, waving)
     distance, angle = difference(read_empties(empties, 1.0 + np.arange(60)), truth)
     assert distance < 1e-5
     assert angle < 0.01
@@ -51,7 +51,7 @@ def test_they_follow_when_the_body_is_put_elsewhere(body_in_scene, bundled_body,
     place = Matrix.Translation((1, 2, 0)) @ Matrix.Rotation(1.1, 4, "Z")
     empties = patch_empties(place_patches(body_in_scene.mesh, patches))
     body_in_scene.armature.matrix_world = place
-    truth = np.array(place) @ patch_matrices(bundled_body, patches, rest(bundled_body))
+    truth = np.array(place) @ patch_matrices(bundled_body, patches.triangles, rest(bundled_body))
     distance, angle = difference(read_empties(empties, np.array([1.0])), truth)
     assert distance < 1e-5
     assert angle < 0.01

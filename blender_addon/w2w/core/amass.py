@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .body import Body
 from .motion import SMPL_PELVIS, Motion
 from .motion_file import size_and_head, unreadable
 from .npz_reading import array_names, read_arrays
-from .retarget import on_the_ground
 from .skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from .source_motion import UnusableMotion, reason_of, refuse_rate, refuse_too_long
 
@@ -86,11 +84,6 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
         root, pelvis = Y_UP_TO_Z_UP @ root, pelvis @ Y_UP_TO_Z_UP.T
     rotations[:, 0] = root @ Y_UP_TO_Z_UP.T
     return Motion(rotations, pelvis, rate)
-
-
-def to_body(motion: Motion, body: Body) -> Motion:
-    """An SMPL motion on another body: the same rotations, its lowest point on z = 0."""
-    return on_the_ground(body, motion)
 
 
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:

@@ -86,13 +86,6 @@ class Body:
         """Area-weighted outward unit normals of the rest pose, shape (V, 3)."""
         return vertex_normals(self.vertices, self.faces)
 
-    @cached_property
-    def regions(self) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Body region of every vertex: codes, shape (V,), and the regions' names."""
-        from .regions import label_regions
-
-        return label_regions(self)
-
     def save(self, path: str | Path) -> None:
         """Write the body to an npz file, whole or not at all."""
         arrays = {
@@ -133,19 +126,6 @@ class Body:
     def bundled(cls) -> Body:
         """The CC0 body that comes with W2W."""
         return cls.load(BUNDLED_BODY)
-
-    def shaped(self, **parameters: float) -> Body:
-        """The bundled body in another shape; parameters as in `shapes.shaped`.
-
-        Examples
-        --------
-        >>> body = Body.bundled().shaped(gender=-1, height=1.62, weight=58)
-        >>> body.name
-        'female, height=1.62, weight=58'
-        """
-        from .shapes import shaped
-
-        return shaped(self, **parameters)
 
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .placement import places_named
-from .placements import PLACEMENTS
+from .placements import PLACEMENTS, places_named
 
 HEAD = (
     "ear", "behind ear", "back of head", "cheek", "chin", "eye", "forehead", "jaw", "mouth", "nose",

@@ -5,19 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from .npz_slices import StoredArray
 from .place_blocks import PlaceBlocks
 from .recording import ImuRecording
-from .utility import inputs_of
 from .windows import WindowSpec, cut_windows, window_starts
 
 
 def clip_inputs(
-    classifier: Any,
+    kind: Literal["features", "windows"],
     features: Sequence[Path],
     recordings: Sequence[Path],
     windows: Sequence[int],
@@ -27,12 +26,12 @@ def clip_inputs(
 
     Parameters
     ----------
-    classifier : str or object
-        As for `utility.utility_map`.
+    kind : {"features", "windows"}
+        What the classifier takes, as `utility.inputs_of` says.
     features, recordings, windows, spec
         As for `FeatureFiles` and `WindowFiles`.
     """
-    if inputs_of(classifier) == "features":
+    if kind == "features":
         return FeatureFiles(features)
     return WindowFiles(recordings, windows, spec)
 

@@ -4,13 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from cmap import Colormap
 
-if TYPE_CHECKING:
-    from .patches import PatchSet
+from .patches import PatchSet
 
 COLOUR_MAP = "viridis"
 """Rises evenly in lightness and stays in order for colour-blind eyes (Smith & van der Walt 2015,

@@ -17,7 +17,7 @@ from .motion import Motion
 from .patches import PatchSet
 from .recording import ImuRecording
 from .sensor import SensorModel
-from .shapes import bundled_targets
+from .shapes import bundled_targets, shaped
 from .virtual_imu import record_motion
 
 LIMBS = (0.93, 1.07)
@@ -92,7 +92,8 @@ def body_variant(body: Body, copy: int, seed: int) -> Body:
 def _variant(copy: int, seed: int) -> Body:
     rng = np.random.default_rng([seed, copy, 2])
     arms, legs = rng.uniform(*LIMBS, size=2)
-    return Body.bundled().shaped(
+    return shaped(
+        Body.bundled(),
         gender=rng.uniform(-1, 1),
         height=rng.uniform(*HEIGHTS_M),
         muscle=rng.uniform(0, MUSCLE),

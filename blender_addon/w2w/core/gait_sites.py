@@ -14,8 +14,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .body import Body
+from .landmarks import SensorSite
 from .patches import PatchSet
-from .placements import SensorSite, resolve
+from .placements import resolve
 
 
 class Worn(NamedTuple):

@@ -19,8 +19,8 @@ from .joint_sets import SIDES, JointSet
 from .keypoint_paths import Paths, landmark_paths, middle
 from .limb_rotations import Evidence, cone_swing, hinge_bend, swing_and_twist
 from .motion import Motion
-from .retarget import on_the_ground, relative_to_parents
 from .skeleton import JOINT_INDEX, N_JOINTS
+from .skinning import on_the_ground, relative_to_parents
 from .swing_twist import frame_of, turn_about, unit
 
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]

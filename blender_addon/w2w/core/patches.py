@@ -15,6 +15,7 @@ from .body import Body
 from .farthest_points import Sampling, farthest_points, mirrored_farthest_points
 from .files import write_npz
 from .geodesics import ExactSolver
+from .regions import regions_of
 from .strip_graph import StripGraph
 from .surface_interpolation import interpolation_weights
 from .triangles import carrier_triangles
@@ -182,7 +183,7 @@ def sample_patches(
     else:
         sampling = farthest_points(solver, n, int(rng.integers(len(body.vertices))), len(body.vertices))
     centres = np.array(sampling.picks, dtype=np.int32)
-    codes, region_names = body.regions
+    codes, region_names = regions_of(body)
     return PatchSet(
         vertices=centres,
         triangles=carrier_triangles(body, graph, centres),

@@ -68,32 +68,6 @@ def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
     return int(np.where(_mask(allowed, len(utility.mean)), utility.mean, -np.inf).argmax())
 
 
-def places_named(regions: Sequence[str], words: str) -> np.ndarray:
-    """Places whose region's name holds all the words: "left wrist" finds "left wrist dorsal".
-
-    Parameters
-    ----------
-    regions : sequence of str, length N
-        Region of each place, as in `PatchSet.regions`.
-    words : str
-
-    Returns
-    -------
-    ndarray of int
-
-    Raises
-    ------
-    ValueError
-        If no region's name holds them all.
-    """
-    wanted = set(words.lower().split())
-    found = [place for place, region in enumerate(regions) if wanted <= set(region.lower().split())]
-    if not found or not wanted:
-        known = ", ".join(sorted(set(regions)))
-        raise ValueError(f"no place lies in a region named {words!r}; the regions are: {known}")
-    return np.array(found)
-
-
 def marginal_gain(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
     """What each place would add to the mean-max F1 of the chosen ones.
 

@@ -9,6 +9,8 @@ limb may be meant by leaving the side out: "left wrist" is the four regions of t
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
@@ -31,6 +33,14 @@ PARTS: dict[str, tuple[str, ...]] = {
 
 SMALLEST_REGION = 3
 """Regions of fewer vertices join a neighbour."""
+
+
+@lru_cache(maxsize=8)
+def regions_of(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
+    """What `label_regions` finds on a body, kept for the next call."""
+    codes, names = label_regions(body)
+    codes.setflags(write=False)
+    return codes, names
 
 
 def label_regions(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:

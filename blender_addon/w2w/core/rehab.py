@@ -11,10 +11,10 @@ import numpy as np
 from .rehab_arm_raise import arm_raise_band
 from .rehab_one_leg import one_leg_stand
 from .rehab_pose import PosePlan, pose
+from .rehab_session import Session, Style, draw_style
 from .rehab_sit_to_stand import sit_to_stand
 from .rehab_skeleton import Figure, draw_figure, forward_kinematics
 from .rehab_stairs import stair_climbing
-from .rehab_style import Session, Style, draw_style
 
 EXERCISES: dict[str, Callable[[Session], PosePlan]] = {
     "sit_to_stand": sit_to_stand,

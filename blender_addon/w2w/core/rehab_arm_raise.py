@@ -8,8 +8,9 @@ import numpy as np
 from .rehab_curves import pulse
 from .rehab_pose import PosePlan, reach
 from .rehab_seat import seated_pelvis
+from .rehab_session import Session
 from .rehab_skeleton import SIGNS
-from .rehab_style import Session, elbow_pole, fill, hang, stand_quietly
+from .rehab_style import elbow_pole, fill, hang, stand_quietly
 
 _WAYS = {  # where the arms start, where they do when seated, and where they end: degrees from hanging
     "front": (16.0, 42.0, 92.0),

@@ -7,15 +7,12 @@ None of it belongs to one exercise more than to another, so none of it tells the
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .rehab_curves import pulse
-
-if TYPE_CHECKING:
-    from .rehab_pose import PosePlan
-    from .rehab_style import Session
+from .rehab_pose import PosePlan
+from .rehab_session import Session
 
 
 def fidget(session: Session, plan: PosePlan) -> None:

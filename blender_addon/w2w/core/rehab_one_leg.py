@@ -9,8 +9,9 @@ import numpy as np
 
 from .rehab_curves import pulse, sway
 from .rehab_pose import PosePlan
+from .rehab_session import Session
 from .rehab_skeleton import SIGNS
-from .rehab_style import ARM_FORWARD, Session, elbow_pole, hang, over_feet, stand_quietly
+from .rehab_style import ARM_FORWARD, elbow_pole, hang, over_feet, stand_quietly
 
 _LIFTS = {  # hip flexion, knee flexion, how far the heel is above the toes, degrees
     "front": (62.0, 78.0, 12.0),

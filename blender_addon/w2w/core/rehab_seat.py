@@ -3,12 +3,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from .rehab_style import Session
+from .rehab_session import Session
 
 SEAT_HEIGHT = 0.45
 """Height of the chair's seat, metres; clips vary it by up to 2.5 cm."""

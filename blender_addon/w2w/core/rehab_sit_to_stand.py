@@ -10,8 +10,9 @@ import numpy as np
 from .rehab_curves import stroke
 from .rehab_pose import PosePlan
 from .rehab_seat import seated_pelvis
+from .rehab_session import Session
 from .rehab_skeleton import SIGNS
-from .rehab_style import ARM_FORWARD, SLACK, Session, elbow_pole, fill, hang, stand_quietly
+from .rehab_style import ARM_FORWARD, SLACK, elbow_pole, fill, hang, stand_quietly
 
 _ARMS = ("crossed", "thighs", "forward")
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from .rehab_curves import glide, pulse, stroke, through
 from .rehab_pose import PosePlan
+from .rehab_session import Session
 from .rehab_skeleton import SIGNS, Figure
-from .rehab_style import ARM_FORWARD, SLACK, Session, elbow_pole, hang, stand_quietly
+from .rehab_style import ARM_FORWARD, SLACK, elbow_pole, hang, stand_quietly
 
 RISE, RUN = 0.17, 0.28
 """Height and depth of a step, metres."""

@@ -19,7 +19,7 @@ from .body import Body
 from .bone_maps import BoneMap, best_match, missing_joints
 from .motion import Motion
 from .skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
-from .skinning import skin, skinning_transforms
+from .skinning import on_the_ground, relative_to_parents
 from .source_motion import SourceMotion, UnusableMotion, unscaled_rotations
 from .structure_match import match_by_structure
 from .swing_twist import frame_of, smallest_rotation
@@ -55,12 +55,6 @@ UPRIGHT = np.cos(np.radians(20))
 
 STRAIGHT_LEG = np.cos(np.radians(25))
 """A shank that leans less than this in the rest pose carries a foot that stands flat."""
-
-GROUND_PERCENTILE = 2.0
-"""The ground is where the lowest point of the body is in all but this share of the frames."""
-
-GROUND_SAMPLE = 15
-"""Every so many-th vertex is enough to find the lowest point of the body."""
 
 
 @dataclass(frozen=True)
@@ -203,32 +197,6 @@ def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
             start = alignment[parent]
         alignment[joint] = _laid_along(joint, SEGMENT_END.get(joint), start, body, rest)
     return alignment
-
-
-def relative_to_parents(world: np.ndarray) -> np.ndarray:
-    """Rotation of each joint relative to its parent, of the pelvis to the world.
-
-    Parameters
-    ----------
-    world : ndarray, shape (T, 24, 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (T, 24, 3, 3)
-    """
-    local = world.copy()
-    parents = list(PARENTS[1:])
-    local[:, 1:] = world[:, parents].swapaxes(-1, -2) @ world[:, 1:]
-    return local
-
-
-def on_the_ground(body: Body, motion: Motion) -> Motion:
-    """The same motion lifted or lowered as a whole until the body touches z = 0."""
-    transforms = skinning_transforms(body, motion)
-    lowest = skin(body, transforms, slice(None, None, GROUND_SAMPLE))[:, :, 2].min(axis=1)
-    pelvis = motion.pelvis.copy()
-    pelvis[:, 2] -= np.percentile(lowest, GROUND_PERCENTILE)
-    return Motion(motion.rotations, pelvis, motion.rate, motion.activity, motion.subject, motion.clip)
 
 
 def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:

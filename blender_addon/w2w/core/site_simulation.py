@@ -8,9 +8,10 @@ from dataclasses import replace
 
 from .body import Body
 from .imu import Synthesis
+from .landmarks import SensorSite
 from .motion import Motion
 from .patches import PatchSet, sample_patches
-from .placements import SensorSite, resolve
+from .placements import resolve
 from .recording import ImuRecording
 from .sensor import SensorModel
 from .virtual_imu import record_motion

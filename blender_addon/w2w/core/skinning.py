@@ -3,17 +3,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .blas import multiply
+from .body import Body
+from .motion import Motion
 from .skeleton import N_JOINTS, PARENTS
 
-if TYPE_CHECKING:
-    from .body import Body
-    from .motion import Motion
-    from .patches import PatchSet
+GROUND_SAMPLE = 15
+"""Every so many-th vertex is enough to find the lowest point of the body."""
+
+GROUND_PERCENTILE = 2.0
+"""The ground is where the lowest point of the body is in all but this share of the frames."""
 
 FRAME_BLOCK = 32
 """Frames worked on at a time: few enough that a block's arrays stay in the processor's cache."""
@@ -80,7 +81,7 @@ def skin(body: Body, transforms: np.ndarray, vertices: np.ndarray | slice = slic
     return _blend(transforms, _skinning_rows(body.weights[vertices], body.vertices[vertices]))
 
 
-def patch_matrices(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
+def patch_matrices(body: Body, triangles: np.ndarray, motion: Motion) -> np.ndarray:
     """World matrix of every patch in every frame.
 
     The frame of a patch is that of Blender's three-vertex parent: x along v2 - v1, z the
@@ -91,15 +92,16 @@ def patch_matrices(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
     Parameters
     ----------
     body : Body
-    patches : PatchSet, N patches
+    triangles : ndarray of int, shape (N, 3)
+        Vertices of each patch's carrier triangle, as in `PatchSet.triangles`.
     motion : Motion, T frames
 
     Returns
     -------
     ndarray, shape (T, N, 4, 4), float64
     """
-    n_patches = len(patches.triangles)
-    rows = _triangle_rows(body, patches.triangles).T
+    n_patches = len(triangles)
+    rows = _triangle_rows(body, triangles).T
     columns = skinning_transforms(body, motion).transpose(0, 2, 1, 3).reshape(motion.n_frames, 3, -1)
     matrices = np.empty((motion.n_frames, n_patches, 4, 4))
     for start in range(0, motion.n_frames, FRAME_BLOCK):
@@ -167,3 +169,29 @@ def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
     n_frames = len(transforms)
     columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * 3)
     return multiply(rows, columns).reshape(len(rows), n_frames, 3).transpose(1, 0, 2)
+
+
+def relative_to_parents(world: np.ndarray) -> np.ndarray:
+    """Rotation of each joint relative to its parent, of the pelvis to the world.
+
+    Parameters
+    ----------
+    world : ndarray, shape (T, 24, 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (T, 24, 3, 3)
+    """
+    local = world.copy()
+    parents = list(PARENTS[1:])
+    local[:, 1:] = world[:, parents].swapaxes(-1, -2) @ world[:, 1:]
+    return local
+
+
+def on_the_ground(body: Body, motion: Motion) -> Motion:
+    """The same motion lifted or lowered as a whole until the body touches z = 0."""
+    transforms = skinning_transforms(body, motion)
+    lowest = skin(body, transforms, slice(None, None, GROUND_SAMPLE))[:, :, 2].min(axis=1)
+    pelvis = motion.pelvis.copy()
+    pelvis[:, 2] -= np.percentile(lowest, GROUND_PERCENTILE)
+    return Motion(motion.rotations, pelvis, motion.rate, motion.activity, motion.subject, motion.clip)

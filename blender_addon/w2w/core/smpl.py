@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from .body import Body
+from .landmarks import SENSOR_SITES
 from .mesh_files import read_mesh
-from .placements import SENSOR_SITES
 from .registration import register
 from .rest_pose import in_t_pose, metres_per_unit, on_the_ground, to_axes
 from .skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .joint_sets import BODY_34
-from .placements import SensorSite
+from .landmarks import SensorSite
 from .recording import ImuRecording
 
 IMU_RATE = 50.0

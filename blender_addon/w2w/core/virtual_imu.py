@@ -3,20 +3,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from .body import Body
 from .filtering import count_resampled
 from .imu import Synthesis, synthesize
+from .motion import Motion
+from .patches import PatchSet
 from .recording import ImuRecording
 from .sensor import SensorModel
 from .skinning import frames_from_edges, skin, skinning_transforms
-
-if TYPE_CHECKING:
-    from .body import Body
-    from .motion import Motion
-    from .patches import PatchSet
 
 AS_DEFAULT = Synthesis()
 IDEAL = SensorModel.ideal()

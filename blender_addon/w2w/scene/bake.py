@@ -115,7 +115,7 @@ class PatchBaker:
         if self._body is None:
             self._body = body_of(self.mesh)
         motion = _placed(actions.read_action(self.armature, action), self.armature)
-        matrices = patch_matrices(self._body, self.patches, motion)
+        matrices = patch_matrices(self._body, self.patches.triangles, motion)
         return Bake(matrices, motion.rate, "fast", "the armature's f-curves alone move the body")
 
     def _general(self, action: bpy.types.Action | None, reason: str) -> Generator[float, None, Bake]:

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ..core.amass import SMPL_SUFFIXES, read_amass, to_body
+from ..core.amass import SMPL_SUFFIXES, read_amass
 from ..core.body import Body
 from ..core.bone_maps import BoneMap
 from ..core.motion import Motion
 from ..core.retarget import retarget
+from ..core.skinning import on_the_ground
 from ..core.source_motion import SourceMotion
 
 
@@ -68,6 +69,6 @@ def carry(source: SourceMotion | Motion, body: Body, maps: Sequence[BoneMap] = (
         If the skeleton cannot be matched.
     """
     if isinstance(source, Motion):
-        return Carried(to_body(source, body), "", "SMPL", 1.0)
+        return Carried(on_the_ground(body, source), "", "SMPL", 1.0)
     carried = retarget(source, body, maps)
     return Carried(carried.motion, source.take, carried.bone_map, carried.scale)

@@ -17,6 +17,7 @@ from ..core.motion import Motion
 from ..core.motion_signature import motion_signature
 from ..core.patches import PatchSet
 from ..core.study import Recommendation, StudyConfig, describe, record_baked
+from ..core.utility import inputs_of
 from ..scene.actions import InexpressibleActionError, read_action
 from ..scene.bake import Bake, PatchBaker
 from . import results, signal_cache
@@ -165,7 +166,7 @@ def _recommend(
         clips.append(RankedClip(name, activity, subject, is_test, signature))
     files = [signal_cache.path_of(key) for _, key, _, _ in used]
     windows = [len(clip.is_test) for clip in clips]
-    inputs = clip_inputs(config.classifier, files, files, windows, config.windows)
+    inputs = clip_inputs(inputs_of(config.classifier), files, files, windows, config.windows)
     return rank_clips(clips, inputs, config, told)[0]
 
 

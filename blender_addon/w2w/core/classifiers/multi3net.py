@@ -6,18 +6,18 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
-from ..place_blocks import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+from ..place_blocks import PlaceBlocks, as_blocks, spans
+from .multi3net_settings import Settings
 
 HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
 
 
 @dataclass(frozen=True)
-class Multi3Net:
+class Multi3Net(Settings):
     """A network a place after the IMU branch of Multi3Net (Fortes Rey et al., ISWC 2024).
 
     Theirs: each channel of a window embedded by a linear layer, sinusoidal positional
@@ -41,93 +41,11 @@ class Multi3Net:
     places of a fold start from the same weights and meet the same batches, blends and dropout:
     they differ by their signals alone, and a place comes out alone as it does among others.
 
-    Parameters
-    ----------
-    width, hidden, embedding : int
-        Numbers a channel is embedded in, units of the layer after the attention, and
-        numbers a window is described by; `width` and `embedding` are multiples of 8.
-    spectrum : int
-        Frequencies, from the lowest, whose amplitude in a window is embedded beside its
-        samples, its mean and its deviation; 0 for the samples alone.
-    rate : float
-        Learning rate: the highest, or that to begin with where some windows say when to stop.
-    batch : int
-        Windows a step.
-    epochs : int
-        All of them, or the most where some windows say when to stop.
-    decay : float
-        Share, times the learning rate, by which a step shrinks the weights (AdamW;
-        Loshchilov and Hutter 2019).
-    smoothing : float
-        Share of a window's label that is spread over all activities.
-    mixing : float
-        Both parameters of the beta distribution by which windows and their labels are
-        blended in pairs (mixup; Zhang et al. 2018); 0 for no blending.
-    stopping : bool
-        Whether the windows of the next fold say when to stop and when the learning rate drops.
-        If not, they are learnt from, and the rate falls along half a cosine.
-    patience : int
-        Epochs without a better F1 after which a place stops.
-    plateau : int
-        Epochs without a better F1 after which its learning rate drops.
-    drop : float
-        Factor of that drop.
-    seed : int
-        Every draw comes from it.
-    group : int
-        Places trained together; changes nothing but memory and time.
-    device : str
-        "cuda" or "cpu"; empty for a GPU where there is one.
-    block_bytes : int
-        Windows held at a time; changes nothing but memory.
-    checkpoints : Path or None
-        Folder of its own to leave finished places and the state of those in training in, and
-        to take them up from; made if missing. What other inputs or settings left there is
-        removed at the end.
-    checkpoint_epochs : int
-        Epochs from one saved state to the next.
-
-    Raises
-    ------
-    ValueError
-        If a size or share is not as it must be.
+    Parameters are those of `Settings`.
     """
-
-    width: int = 32
-    hidden: int = 96
-    embedding: int = 32
-    spectrum: int = 25
-    rate: float = 4e-3
-    batch: int = 64
-    epochs: int = 80
-    decay: float = 0.1
-    smoothing: float = 0.1
-    mixing: float = 0.3
-    stopping: bool = False
-    patience: int = 15
-    plateau: int = 8
-    drop: float = 0.5
-    seed: int = 0
-    group: int = 32
-    device: str = ""
-    block_bytes: int = BLOCK_BYTES
-    checkpoints: Path | None = None
-    checkpoint_epochs: int = 20
 
     name: ClassVar[str] = "multi3net"
     inputs: ClassVar[str] = "windows"
-
-    def __post_init__(self) -> None:
-        for name in ("width", "embedding"):
-            size = getattr(self, name)
-            if size < 8 or size % 8:
-                raise ValueError(f"{name} must be a multiple of 8, one part for each head, not {size}")
-        for name in ("hidden", "batch", "epochs", "patience", "plateau", "group", "checkpoint_epochs"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
-        for name in ("spectrum", "decay", "smoothing", "mixing"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} must be at least 0, not {getattr(self, name)}")
 
     @classmethod
     def full(cls, **changes: object) -> Multi3Net:

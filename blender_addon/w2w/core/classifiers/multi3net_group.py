@@ -6,7 +6,6 @@ from __future__ import annotations
 import hashlib
 import zipfile
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -15,10 +14,8 @@ from ..files import write_npz
 from .multi3net_examples import Examples
 from .multi3net_network import Network
 from .multi3net_scores import name_windows
-from .multi3net_training import Schedule, State, train
-
-if TYPE_CHECKING:
-    from .multi3net import Multi3Net
+from .multi3net_settings import Settings
+from .multi3net_training import State, train
 
 PROGRAM = 3
 """Number of the network and of its training; what another one left in checkpoints is not taken up."""
@@ -29,7 +26,7 @@ class Group:
 
     def __init__(
         self,
-        settings: Multi3Net,
+        settings: Settings,
         windows: np.ndarray,
         labels: np.ndarray,
         train: np.ndarray,
@@ -60,9 +57,8 @@ class Group:
             hidden=settings.hidden,
             embedding=settings.embedding,
         )
-        schedule = Schedule(**{field.name: getattr(settings, field.name) for field in fields(Schedule)})
         state = State.restore(saved, device) if saved else None
-        state = train(network, examples, schedule, self._generator, state, self._save_state)
+        state = train(network, examples, settings, self._generator, state, self._save_state)
         tested = examples.windows[..., torch.as_tensor(self.test, device=device)]
         named = name_windows(network, state.best, tested).T.cpu().numpy().astype(np.int16)
         if self.file is not None:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 
@@ -14,33 +13,10 @@ from torch import Tensor
 from .multi3net_examples import Examples
 from .multi3net_network import Network
 from .multi3net_scores import check_score, mean_loss, targets
+from .multi3net_settings import Settings
 
 DECAY, SQUARE_DECAY, FLOOR = 0.9, 0.999, 1e-8
 """Adam's constants (Kingma and Ba 2015)."""
-WARM_UP = 20
-"""Steps in which the learning rate rises, where its fall is laid down beforehand."""
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """How long and how fast to train; see `Multi3Net`."""
-
-    rate: float
-    batch: int
-    epochs: int
-    stopping: bool
-    patience: int
-    plateau: int
-    drop: float
-    decay: float
-    smoothing: float
-    mixing: float
-
-    def pace(self, step: int, steps: int) -> float:
-        """Share of the learning rate at one of all steps: a half cosine where nothing else lowers it."""
-        if self.stopping:
-            return 1.0
-        return min(1.0, step / WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
 
 
 @dataclass(eq=False)
@@ -129,7 +105,7 @@ class State:
 def train(
     network: Network,
     examples: Examples,
-    schedule: Schedule,
+    settings: Settings,
     generator: Callable[[int], torch.Generator],
     state: State | None = None,
     after_epoch: Callable[[State], None] | None = None,
@@ -145,7 +121,7 @@ def train(
     network : Network
     examples : Examples
         Where it has no checking windows, the training loss says when to stop.
-    schedule : Schedule
+    settings : Settings
     generator : callable
         Draws of an epoch, 1 and up; 0 is for the first weights.
     state : State, optional
@@ -155,27 +131,27 @@ def train(
     """
     device = examples.windows.device
     state = state or State.start(
-        network.initial(generator(0)).to(examples.windows), len(examples.windows), schedule.rate
+        network.initial(generator(0)).to(examples.windows), len(examples.windows), settings.rate
     )
-    wanted = targets(examples.labels[examples.train], network.classes, schedule.smoothing)
-    steps = schedule.epochs * _n_batches(len(examples.train), schedule.batch)
+    wanted = targets(examples.labels[examples.train], network.classes, settings.smoothing)
+    steps = settings.epochs * _n_batches(len(examples.train), settings.batch)
     active = examples.of(state.places)
-    while len(state.places) and state.epoch < schedule.epochs:
+    while len(state.places) and state.epoch < settings.epochs:
         draws = generator(state.epoch + 1)
         losses = []
-        for rows in _batches(len(examples.train), schedule.batch, draws):
+        for rows in _batches(len(examples.train), settings.batch, draws):
             rows = rows.to(device)
             shown = active.windows[..., examples.train[rows]], wanted[:, rows]
             masks = [mask.to(active.windows) for mask in network.masks(len(rows), draws)]
-            if schedule.mixing:
-                shown = _mixed(*shown, schedule.mixing, draws)
-            losses.append(_step(network, state, *shown, masks, schedule, steps))
+            if settings.mixing:
+                shown = _mixed(*shown, settings.mixing, draws)
+            losses.append(_step(network, state, *shown, masks, settings, steps))
         state.epoch += 1
-        if not schedule.stopping:
+        if not settings.stopping:
             state.best, state.epochs = state.weights, torch.full_like(state.epochs, state.epoch)
         else:
             score = check_score(network, state.weights, active) if len(examples.check) else -sum(losses)
-            if _judge(state, score, schedule):
+            if _judge(state, score, settings):
                 active = examples.of(state.places)
         if after_epoch is not None:
             after_epoch(state)
@@ -188,7 +164,7 @@ def _step(
     windows: Tensor,
     wanted: Tensor,
     masks: list[Tensor],
-    schedule: Schedule,
+    settings: Settings,
     steps: int,
 ) -> Tensor:
     """One of all steps of Adam; the loss of each place before it."""
@@ -200,13 +176,13 @@ def _step(
     state.momentum.lerp_(slope, 1 - DECAY)
     state.square.mul_(SQUARE_DECAY).addcmul_(slope, slope, value=1 - SQUARE_DECAY)
     spread = (state.square / (1 - SQUARE_DECAY**state.step)).sqrt_().add_(FLOOR)
-    rate = state.rate * schedule.pace(state.step, steps)
-    state.weights.mul_(1 - rate * schedule.decay)
+    rate = state.rate * settings.pace(state.step, steps)
+    state.weights.mul_(1 - rate * settings.decay)
     state.weights.addcmul_(state.momentum.div(spread), rate, value=-1 / (1 - DECAY**state.step))
     return losses.detach()
 
 
-def _judge(state: State, score: Tensor, schedule: Schedule) -> bool:
+def _judge(state: State, score: Tensor, settings: Settings) -> bool:
     """Keep the weights that improved, slow down or stop the others; whether any stopped."""
     better = score > state.score
     state.best[state.places[better]] = state.weights[better]
@@ -214,10 +190,10 @@ def _judge(state: State, score: Tensor, schedule: Schedule) -> bool:
     state.score = torch.where(better, score, state.score)
     state.since = torch.where(better, 0, state.since + 1)
     state.waited = torch.where(better, 0, state.waited + 1)
-    slower = state.waited >= schedule.plateau
-    state.rate = torch.where(slower[:, None], state.rate * schedule.drop, state.rate)
+    slower = state.waited >= settings.plateau
+    state.rate = torch.where(slower[:, None], state.rate * settings.drop, state.rate)
     state.waited = torch.where(slower, 0, state.waited)
-    going = state.since < schedule.patience
+    going = state.since < settings.patience
     if bool(going.all()):
         return False
     state.keep(going)
