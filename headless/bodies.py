@@ -3,27 +3,17 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Sequence
-from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from blender_addon.w2w.core.agreement import rank_agreement
 from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.files import reserved, write_json
+from blender_addon.w2w.core.files import reserved
 from blender_addon.w2w.core.shapes import MORPHOLOGIES, shaped
 
 from .load_clip import quiet_output
 from .needs_blender import needs_blender
-from .own_files import json_content, refuse
-from .pipeline import Study
-from .results import DIGITS, place
-
-COMPARISON = "bodies.json"
 
 GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
 SHAPE_PARAMETERS = ("height", "weight", "muscle", "age", "arms", "legs")
@@ -59,45 +49,6 @@ def parse_bodies(text: str) -> list[tuple[str, Body]]:
     if len({name.lower() for name, _ in bodies}) < len(bodies):
         raise ValueError(f"two of the bodies are the same: {text}")
     return bodies
-
-
-def keep_foreign_comparison(out: Path) -> None:
-    """Refuse to overwrite a `bodies.json` that W2W did not write.
-
-    Raises
-    ------
-    ForeignFileError
-    """
-    content = json_content(out / COMPARISON)
-    ours = isinstance(content, dict) and content.keys() == {"bodies", "agreement"}
-    refuse(out, [COMPARISON] if os.path.lexists(out / COMPARISON) and not ours else [])
-
-
-def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
-    """Write `bodies.json`: each body's best spot and set, and how far the maps agree pair by pair.
-
-    Returns
-    -------
-    dict
-        What was written.
-    """
-    content = {
-        "bodies": {
-            name: {
-                "body": study.body.name,
-                "height_m": round(study.body.height, 3),
-                "best_single_patch": place(study, study.recommendation.best),
-                "subset": [study.patches.names[patch] for patch in study.recommendation.subset.order],
-            }
-            for name, study in studies
-        },
-        "agreement": [
-            {"bodies": [first, second], **_agreement(a, b)}
-            for (first, a), (second, b) in combinations(studies, 2)
-        ],
-    }
-    write_json(out / COMPARISON, content)
-    return content
 
 
 def _body(text: str) -> Body:
@@ -152,23 +103,3 @@ def _shaped(words: list[str]) -> Body:
         if name not in SHAPE_PARAMETERS:
             raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
     return shaped(Body.bundled(), gender=GENDERS[words[0]], **given)
-
-
-def _agreement(first: Study, second: Study) -> dict[str, Any]:
-    """Spearman's rho of two maps over the same places, of the mean and by activity."""
-    a, b = first.recommendation.utility, second.recommendation.utility
-    mean = rank_agreement(a.mean, b.mean, a.mean_samples, b.mean_samples)
-    shared = [name for name in a.activities if name in b.activities]
-    by_activity = {
-        name: rank_agreement(a.f1[:, a.activities.index(name)], b.f1[:, b.activities.index(name)]).spearman
-        for name in shared
-    }
-    return {
-        "spearman_mean": _number(mean.spearman),
-        "interval": [_number(mean.low), _number(mean.high)],
-        "spearman_by_activity": {name: _number(value) for name, value in by_activity.items()},
-    }
-
-
-def _number(value: float) -> float | None:
-    return round(float(value), DIGITS) if value == value else None

@@ -30,7 +30,8 @@ from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR
 from blender_addon.w2w.core.study import StudyConfig
 from blender_addon.w2w.core.utility import unavailable
 
-from .bodies import keep_foreign_comparison, parse_bodies, write_comparison
+from .bodies import parse_bodies
+from .comparison import keep_foreign_comparison, write_comparison
 from .engine import Engine
 from .event_log import SILENT, EventLog, event_line
 from .execute import ended, execute
