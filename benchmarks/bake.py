@@ -22,21 +22,21 @@ from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.imu import Synthesis, synthesize
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.patches import PatchSet, sample_patches
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR, preset
-from blender_addon.w2w.core.skeleton import N_JOINTS
-from blender_addon.w2w.core.skinning import patch_matrices
-from blender_addon.w2w.core.source_motion import UnusableMotion
-from blender_addon.w2w.scene.actions import show_action, write_action
-from blender_addon.w2w.scene.bake import PatchBaker, read_empties
-from blender_addon.w2w.scene.body import add_body
-from blender_addon.w2w.scene.heatmap import add_heatmaps, show_heatmap
-from blender_addon.w2w.scene.motions import carry, read_motion
-from blender_addon.w2w.scene.patches import patch_empties, place_patches
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.imu.presets import DEFAULT_SENSOR, preset
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import patch_matrices
+from w2w.core.motion.source import UnusableMotion
+from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.scene.actions import show_action, write_action
+from w2w.scene.bake import PatchBaker, read_empties
+from w2w.scene.body import add_body
+from w2w.scene.heatmap import add_heatmaps, show_heatmap
+from w2w.scene.load import carry, read_motion
+from w2w.scene.patches import patch_empties, place_patches
 
 RATE = 24.0
 AIMS = {"general path": 9.0, "fast path, from the action": 60.0, "fast path, from a Motion": 100.0}

@@ -28,10 +28,10 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation, Slerp
 
 from benchmarks.lever_arms import fitted_arm, lever_effects
-from blender_addon.w2w.core.files import write_json
-from blender_addon.w2w.core.filtering import butterworth
-from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis, synthesize
-from blender_addon.w2w.core.imu_datasets import BroadTrial, read_broad
+from w2w.core.datasets.imu_datasets import BroadTrial, read_broad
+from w2w.core.files import write_json
+from w2w.core.filtering import butterworth
+from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
 
 DEFAULT_TRIALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "broad"
 LARGEST_SHIFT_S = 0.05

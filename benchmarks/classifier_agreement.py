@@ -20,11 +20,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from blender_addon.w2w.core.agreement import spearman_rows
-from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
-from blender_addon.w2w.core.intervals import clip_resamples, count_by_clip, f1_scores
-from blender_addon.w2w.core.utility import CLASSIFIERS, UtilityMap, utility_map
-from headless.finished import FinishedStudy
+from headless.runs.results_folder import FinishedStudy
+from w2w.core.ranking.agreement import spearman_rows
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
+from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
 
 RESAMPLES = 300
 

@@ -21,13 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
-from blender_addon.w2w.core.amass import read_amass
-from blender_addon.w2w.core.bone_maps import BONE_MAPS, BoneMap
-from blender_addon.w2w.core.files import write_npz
-from blender_addon.w2w.core.library import read_library
-from blender_addon.w2w.core.npz_slices import StoredArray
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.source_motion import UnusableMotion
+from w2w.core.files import write_npz
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.motion.bone_maps import BONE_MAPS, BoneMap
+from w2w.core.motion.library import read_library
+from w2w.core.motion.motion import read_amass
+from w2w.core.motion.source import UnusableMotion
+from w2w.core.ranking.inputs import StoredArray
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 PROMISED = (UnusableMotion, ValueError, OSError)
@@ -102,7 +102,7 @@ def mutated_npz(data: bytes, rng: np.random.Generator) -> bytes:
 
 def readers(place: Path) -> Iterator[tuple[str, str, list[bytes], Callable[[Path], object]]]:
     """Name, suffix, whole files and function of each reader."""
-    from blender_addon.w2w.scene.motion_files import check_fbx
+    from w2w.scene.importers import check_fbx
 
     whole = place / "whole.npz"
     rng = np.random.default_rng(0)
@@ -157,11 +157,11 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
 
 def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     """Damaged FBX and BVH files as a library: what became of each clip."""
-    from blender_addon.w2w.core.body import Body
-    from blender_addon.w2w.core.study import StudyConfig, place_patches
-    from headless.engine import run_jobs
-    from headless.job import WORK, Job
-    from headless.run_folder import make_folders
+    from headless.runs.clip import WORK, Job
+    from headless.runs.folder import make_folders
+    from headless.runs.workers import run_jobs
+    from w2w.core.body.body import Body
+    from w2w.core.study import StudyConfig, place_patches
 
     rng = np.random.default_rng(seed)
     whole = [p for kind in ("mixamo/**/*.fbx", "bvh/**/*.bvh") for p in sorted(DATA.glob(kind))]

@@ -25,20 +25,20 @@ from scipy.signal import welch
 from scipy.spatial.transform import Rotation
 
 from benchmarks.lever_arms import fitted_arm, lever_effects
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.files import write_json
-from blender_addon.w2w.core.filtering import butterworth
-from blender_addon.w2w.core.gait_sites import SITES
-from blender_addon.w2w.core.imu import Synthesis, synthesize
-from blender_addon.w2w.core.imu_datasets import GaitTrial, read_gait
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.patches import sample_patches
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.retarget import retarget
-from blender_addon.w2w.core.root_path import smoothed_root
-from blender_addon.w2w.core.skinning import patch_matrices
-from blender_addon.w2w.core.source_motion import SourceMotion
-from blender_addon.w2w.scene.clips import read_clip
+from w2w.core.body.body import Body
+from w2w.core.datasets.gait_sites import SITES
+from w2w.core.datasets.imu_datasets import GaitTrial, read_gait
+from w2w.core.files import write_json
+from w2w.core.filtering import butterworth
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.retarget import retarget
+from w2w.core.motion.skinning import patch_matrices
+from w2w.core.motion.source import SourceMotion
+from w2w.core.motion.variants import smoothed_root
+from w2w.core.patches.patches import sample_patches
+from w2w.scene.takes import read_clip
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "gait"
 TRIAL = "S02-Trial-Walk-1"

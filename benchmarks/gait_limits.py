@@ -34,14 +34,14 @@ from benchmarks.gait import (
     sensed_frames,
     site_poses,
 )
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.files import write_json
-from blender_addon.w2w.core.gait_sites import SITES
-from blender_addon.w2w.core.imu import Synthesis, synthesize
-from blender_addon.w2w.core.imu_datasets import GaitTrial, read_gait
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.retarget import retarget
-from blender_addon.w2w.core.source_motion import SourceMotion, unscaled_rotations
+from w2w.core.body.body import Body
+from w2w.core.datasets.gait_sites import SITES
+from w2w.core.datasets.imu_datasets import GaitTrial, read_gait
+from w2w.core.files import write_json
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.motion.retarget import retarget
+from w2w.core.motion.source import SourceMotion, unscaled_rotations
 
 MILLIMETRES = 1e-3
 """The BVH's unit of length."""

@@ -17,13 +17,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.amass import read_amass
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.joint_sets import HUMAN36M_17
-from blender_addon.w2w.core.keypoints import fit_keypoints
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import JOINT_INDEX
-from blender_addon.w2w.core.skinning import joint_transforms, on_the_ground
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.keypoints.fit import fit_keypoints
+from w2w.core.keypoints.joint_sets import HUMAN36M_17
+from w2w.core.motion.motion import Motion, read_amass
+from w2w.core.motion.skinning import joint_transforms, on_the_ground
 
 RATE, SECONDS = 30.0, 30.0
 STANDS_FOR = {"spine": "spine2", "nose": "head"}

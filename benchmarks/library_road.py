@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.library import read_library
-from blender_addon.w2w.core.study import StudyConfig, place_patches
-from headless import clip_job
-from headless.clip_job import do_clip
-from headless.job import WORK, Job
-from headless.load_clip import quiet_output
-from headless.run_folder import make_folders
+from headless.runs import clip as clip_job
+from headless.runs.clip import WORK, Job, do_clip
+from headless.runs.folder import make_folders
+from headless.runs.load_clip import quiet_output
+from w2w.core.body.body import Body
+from w2w.core.motion.library import read_library
+from w2w.core.study import StudyConfig, place_patches
 
 from .fbx_variants import LABELS
 
@@ -75,11 +74,12 @@ def _prepare(out: Path, config: StudyConfig) -> None:
 
 def _stages() -> list[tuple[Any, str, str]]:
     """Functions whose time counts as a stage; none calls another of them."""
-    from blender_addon.w2w.core import virtual_imu
-    from blender_addon.w2w.core.motion import Motion
-    from blender_addon.w2w.core.recording import ImuRecording
-    from blender_addon.w2w.core.sensor import SensorModel
-    from blender_addon.w2w.scene import clips, motions
+    from w2w.core.imu import virtual as virtual_imu
+    from w2w.core.imu.recording import ImuRecording
+    from w2w.core.imu.sensor import SensorModel
+    from w2w.core.motion.motion import Motion
+    from w2w.scene import load as motions
+    from w2w.scene import takes as clips
 
     return [
         (clips, "import_file", "Blender's import, in C++"),

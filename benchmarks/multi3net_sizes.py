@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
-from blender_addon.w2w.core.intervals import clip_resamples, count_by_clip, f1_scores
-from blender_addon.w2w.core.placements import DEFAULT_SIDE, placement_patches
-from blender_addon.w2w.core.utility import UtilityMap
-from headless.finished import FinishedStudy
+from headless.runs.results_folder import FinishedStudy
+from w2w.core.patches.naming import DEFAULT_SIDE, placement_patches
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
+from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.utility import UtilityMap
 
 from .classifier_agreement import RESAMPLES, rank_again
 

@@ -22,13 +22,12 @@ from threadpoolctl import threadpool_limits
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from blender_addon.w2w.core.body import BUNDLED_BODY, Body
-from blender_addon.w2w.core.farthest_points import Sampling, farthest_points
-from blender_addon.w2w.core.geodesics import ExactSolver
-from blender_addon.w2w.core.patches import sample_patches
-from blender_addon.w2w.core.pose_library import random_poses
-from blender_addon.w2w.core.strip_graph import StripGraph
-from blender_addon.w2w.core.triangles import MIN_HEIGHT, triangle_rotation_error
+from w2w.core.body.body import BUNDLED_BODY, Body
+from w2w.core.patches.carriers import MIN_HEIGHT, random_poses, triangle_rotation_error
+from w2w.core.patches.geodesics import ExactSolver
+from w2w.core.patches.patches import sample_patches
+from w2w.core.patches.sampling import Sampling, farthest_points
+from w2w.core.patches.strip_graph import StripGraph
 
 PATCHES = 512
 MOST_SECONDS = 3.0

@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from blender_addon.w2w.core.clip_blocks import FeatureFiles
-from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
-from blender_addon.w2w.core.features import feature_names
-from blender_addon.w2w.core.files import write_npz
-from blender_addon.w2w.core.motion_signature import SIZE
-from blender_addon.w2w.core.study import StudyConfig
+from w2w.core.clip_ranking import RankedClip, rank_clips
+from w2w.core.files import write_npz
+from w2w.core.motion.duplicates import SIZE
+from w2w.core.ranking.features import feature_names
+from w2w.core.ranking.inputs import FeatureFiles
+from w2w.core.study import StudyConfig
 
 ACTIVITIES = 24
 DISTINCT_BYTES = 100 * 2**20

@@ -26,10 +26,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from blender_addon.w2w.core.files import write_json
-from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis, synthesize
-from blender_addon.w2w.core.sensor import SensorModel, Triad
-from blender_addon.w2w.core.sensor_presets import preset
+from w2w.core.files import write_json
+from w2w.core.imu.presets import preset
+from w2w.core.imu.sensor import SensorModel, Triad
+from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
 
 N_SENSORS = 512
 SECONDS = 60
@@ -140,11 +140,11 @@ def best_of(work: Callable[[], object], repeats: int) -> tuple[float, float]:
 
 def record_long_clip(minutes: float) -> None:
     """Record the bundled body over a long clip and print the peak memory of this process, MB."""
-    from blender_addon.w2w.core.body import Body
-    from blender_addon.w2w.core.motion import Motion
-    from blender_addon.w2w.core.patches import sample_patches
-    from blender_addon.w2w.core.skeleton import N_JOINTS
-    from blender_addon.w2w.core.virtual_imu import record_motion
+    from w2w.core.body.body import Body
+    from w2w.core.body.skeleton import N_JOINTS
+    from w2w.core.imu.virtual import record_motion
+    from w2w.core.motion.motion import Motion
+    from w2w.core.patches.patches import sample_patches
 
     body = Body.bundled()
     patches = sample_patches(body, N_SENSORS, mode="fast")

@@ -32,16 +32,16 @@ from typing import Any
 
 import numpy as np
 
-from blender_addon.w2w.core.agreement import rank_agreement
-from blender_addon.w2w.core.augmentation import remounted
-from blender_addon.w2w.core.classifiers.extra_trees import ExtraTrees
-from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
-from blender_addon.w2w.core.features import window_features
-from blender_addon.w2w.core.files import write_json
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.utility import UtilityMap, utility_map
-from blender_addon.w2w.core.windows import WindowSpec, cut_windows
-from headless.finished import FinishedStudy
+from headless.runs.results_folder import FinishedStudy
+from w2w.core.files import write_json
+from w2w.core.imu.augmentation import remounted
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.agreement import rank_agreement
+from w2w.core.ranking.classifiers.extra_trees import ExtraTrees
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
+from w2w.core.ranking.features import window_features
+from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.ranking.windows import WindowSpec, cut_windows
 
 ACTIVITIES = 24
 CLIPS = 589
@@ -138,8 +138,8 @@ def benchmark_networks(windows: np.ndarray, classes: int, repeats: int = 5) -> d
     import torch
     from torch.nn.functional import cross_entropy
 
-    from blender_addon.w2w.core.classifiers.multi3net_examples import Examples
-    from blender_addon.w2w.core.classifiers.multi3net_network import Network
+    from w2w.core.ranking.classifiers.multi3net.examples import Examples
+    from w2w.core.ranking.classifiers.multi3net.network import Network
 
     torch.set_num_threads(1)
     settings = Multi3Net()

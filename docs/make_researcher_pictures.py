@@ -12,7 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from blender_addon.w2w.core.utility import UtilityMap
+from w2w.core.ranking.utility import UtilityMap
 
 PROJECT = Path(__file__).resolve().parents[1]
 RESULTS = PROJECT / "demo_output" / "results"

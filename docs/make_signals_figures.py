@@ -13,10 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis, synthesize
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.sensor import SensorModel, Triad
-from blender_addon.w2w.core.sensor_presets import preset
+from w2w.core.imu.presets import preset
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel, Triad
+from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 AXES = ("x", "y", "z")

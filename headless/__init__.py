@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""W2W's command line. In the source tree the package `w2w` stands beside it, in `blender_addon`."""
+
+import sys
+from pathlib import Path
+
+_TREE = Path(__file__).resolve().parents[1] / "blender_addon"
+if (_TREE / "w2w").is_dir() and str(_TREE) not in sys.path:
+    sys.path.insert(0, str(_TREE))  # first: the index has another package of this name

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 if __name__ == "__main__":  # before the imports, which take seconds
-    from headless.stopping import stop_on_signals
+    from .stopping import stop_on_signals
 
     stop_on_signals()
 
@@ -14,24 +14,24 @@ import sys
 
 import typer
 
-from .demo import demo
-from .demo_library import demo_library
-from .dsads import dsads
-from .exit_codes import NOTHING_TO_DO
-from .inspect_file import inspect
+from .commands.demo import demo
+from .commands.demo_library import demo_library
+from .commands.dsads import dsads
+from .commands.inspect import inspect
+from .commands.place import place
+from .commands.run import run
+from .commands.sensors import sensors
+from .commands.status import status
+from .commands.study import STUDY
+from .commands.sweep import sweep
+from .commands.synth import synth
+from .commands.tables import tables
+from .commands.validate import VALIDATE
+from .console import NOTHING_TO_DO
 from .needs_blender import NoBlenderError
-from .place import place
-from .report import report
-from .run import run
-from .sensors import sensors
-from .status import status
+from .reports.html import report
 from .stopping import ignore_signals, stop_on_signals
-from .study import STUDY
-from .sweep import sweep
-from .synth import synth
-from .tables import tables
 from .temporary import use_own_temporary_folder
-from .validate import VALIDATE
 
 APP = typer.Typer(
     name="w2w",

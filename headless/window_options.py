@@ -10,9 +10,9 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from blender_addon.w2w.core.windows import WindowSpec
+from w2w.core.ranking.windows import WindowSpec
 
-from .job import Outcome
+from .runs.clip import Outcome
 
 Window = Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")]
 Stride = Annotated[

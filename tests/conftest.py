@@ -11,9 +11,9 @@ import pytest
 from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import N_JOINTS
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.motion.motion import Motion
 
 from .made_motions import MadeClip, write_files
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.bone_maps import BONE_MAPS
-from blender_addon.w2w.core.rehab_skeleton import BONE_INDEX, BONE_PARENTS, BONES, Figure
+from w2w.core.motion.bone_maps import BONE_MAPS
+from w2w.core.rehab.skeleton import BONE_INDEX, BONE_PARENTS, BONES, Figure
 
 SECONDS = 3.0
 SPEED = 1.2

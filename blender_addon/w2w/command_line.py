@@ -32,6 +32,6 @@ def run(arguments: list[str]) -> int:
         The exit code.
     """
     sys.path.insert(0, str(ROOT))  # an extension's own name depends on where it is installed
-    from headless.from_blender import run_arguments
+    from headless.start import run_arguments
 
     return run_arguments(arguments)

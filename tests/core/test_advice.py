@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.advice import advise
-from blender_addon.w2w.core.constraints import Constraints
-from blender_addon.w2w.core.patches import sample_patches
-from blender_addon.w2w.core.utility import utility_map
+from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking.utility import utility_map
+from w2w.core.selection.advice import advise
+from w2w.core.selection.constraints import Constraints
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from blender_addon.w2w.core.agreement import rank_agreement, spearman_rows
+from w2w.core.ranking.agreement import rank_agreement, spearman_rows
 
 
 def test_spearman_equals_scipy_with_ties():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.amass import read_amass
-from blender_addon.w2w.core.skeleton import N_JOINTS, Y_UP_TO_Z_UP
-from blender_addon.w2w.core.source_motion import UnusableMotion
+from w2w.core.body.skeleton import N_JOINTS, Y_UP_TO_Z_UP
+from w2w.core.motion.motion import read_amass
+from w2w.core.motion.source import UnusableMotion
 
 BODY = 22
 """Joints before the hands."""
@@ -58,7 +58,7 @@ def to_y_up(arrays):
     poses, trans = arrays["poses"].copy(), arrays["trans"]
     turn = Rotation.from_matrix(Y_UP_TO_Z_UP.T)
     poses[:, :3] = (turn * Rotation.from_rotvec(poses[:, :3])).as_rotvec()
-    from blender_addon.w2w.core.motion import SMPL_PELVIS
+    from w2w.core.motion.motion import SMPL_PELVIS
 
     return poses, (trans + SMPL_PELVIS) @ Y_UP_TO_Z_UP - SMPL_PELVIS
 

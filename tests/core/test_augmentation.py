@@ -7,20 +7,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from blender_addon.w2w.core.augmentation import (
-    Augmentation,
-    at_tempo,
-    mirrored,
-    remounted,
-    scaled,
-    time_warped,
-)
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.imu import Synthesis, synthesize
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
-from blender_addon.w2w.core.skinning import joint_transforms
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
+from w2w.core.imu.augmentation import Augmentation, at_tempo, mirrored, remounted, scaled, time_warped
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import joint_transforms
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis, synthesize
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.sensor import SensorModel
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
 
 
 def poses(positions, rotations=None):

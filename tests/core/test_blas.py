@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.blas import multiply, solve_positive, upper_gram
+from w2w.core.blas import multiply, solve_positive, upper_gram
 
 SIZES = st.integers(1, 40)
 LAYOUTS = st.sampled_from(["rows", "columns", "part", "every second", "turned over"])

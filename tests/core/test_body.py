@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.body import Body
+from w2w.core.body.body import Body
 
 
 def test_round_trip(bundled_body, tmp_path):

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.body_parts import PARTS, find_places
-from blender_addon.w2w.core.patches import sample_patches
-from blender_addon.w2w.core.regions import regions_of
+from w2w.core.body.regions import regions_of
+from w2w.core.patches.naming import PARTS, find_places
+from w2w.core.patches.patches import sample_patches
 
 
 @pytest.fixture(scope="module")

@@ -5,14 +5,8 @@ import json
 
 import pytest
 
-from blender_addon.w2w.core.bone_maps import (
-    BoneMap,
-    best_match,
-    bundled_bone_maps,
-    missing_joints,
-    plain_name,
-)
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
+from w2w.core.motion.bone_maps import BoneMap, best_match, bundled_bone_maps, missing_joints, plain_name
 
 MIXAMO = (
     "Hips Spine Spine1 Spine2 Neck Head LeftShoulder LeftArm LeftForeArm LeftHand LeftHandMiddle1 "

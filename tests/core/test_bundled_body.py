@@ -12,9 +12,9 @@ from scipy.sparse.csgraph import connected_components
 
 from assets.templates.make_body import quality
 from assets.templates.make_body.makehuman import CACHE, WHEEL_NAME
-from blender_addon.w2w.core.body import BUNDLED_BODY, TEMPLATES, Body
-from blender_addon.w2w.core.shapes import volume
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
+from w2w.core.body.body import BUNDLED_BODY, TEMPLATES, Body
+from w2w.core.body.shapes import volume
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 CUBE_FACES = np.array(

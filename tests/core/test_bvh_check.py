@@ -3,8 +3,8 @@
 
 import pytest
 
-from blender_addon.w2w.core.bvh_check import check_bvh
-from blender_addon.w2w.core.source_motion import UnusableMotion
+from w2w.core.motion.bvh_check import check_bvh
+from w2w.core.motion.source import UnusableMotion
 
 BVH = "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh"
 SKELETON = """HIERARCHY

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.colours import NEUTRAL_GREY, colour_table, score_colours, score_range
+from w2w.core.colours import NEUTRAL_GREY, colour_table, score_colours, score_range
 
 COLOUR_BLINDNESS = {
     "protanopia": [

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom, norm
 
-from blender_addon.w2w.core.intervals import score_places
-from blender_addon.w2w.core.placement import best_single, greedy_subset
-from blender_addon.w2w.core.utility import UtilityMap, utility_map
+from w2w.core.ranking.f1 import score_places
+from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.selection.subsets import best_single, greedy_subset
 
 CLIPS = 400
 RESAMPLES = 4000

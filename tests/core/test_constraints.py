@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.constraints import Constraints, read_costs
-from blender_addon.w2w.core.patches import sample_patches
+from w2w.core.patches.patches import sample_patches
+from w2w.core.selection.constraints import Constraints, read_costs
 
 
 @pytest.fixture(scope="module")

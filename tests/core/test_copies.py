@@ -4,13 +4,13 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.augmentation import SWITCHES, Augmentation, parse_augmentation
-from blender_addon.w2w.core.copies import body_variant, record_copies
-from blender_addon.w2w.core.imu import Synthesis
-from blender_addon.w2w.core.patches import sample_patches
-from blender_addon.w2w.core.sensor import SensorModel
-from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR, preset
-from blender_addon.w2w.core.virtual_imu import record_motion
+from w2w.core.imu.augmentation import SWITCHES, Augmentation, parse_augmentation
+from w2w.core.imu.copies import body_variant, record_copies
+from w2w.core.imu.presets import DEFAULT_SENSOR, preset
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import record_motion
+from w2w.core.patches.patches import sample_patches
 
 SETTINGS = Synthesis(rate_hz=50.0)
 IDEAL = SensorModel.ideal()

@@ -6,12 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.crossval import (
-    grouped_folds,
-    same_motion_groups,
-    subject_folds,
-    untestable,
-)
+from w2w.core.ranking.folds import grouped_folds, same_motion_groups, subject_folds, untestable
 
 
 @st.composite

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.csv_tables import csv_text, read_table
+from w2w.core.csv_tables import csv_text, read_table
 
 
 @pytest.mark.parametrize(

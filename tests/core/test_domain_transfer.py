@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.domain_transfer import mounting, transfer, turned
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.signal_correlation import magnitude_correlation
-from blender_addon.w2w.core.windows import WindowSpec
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.windows import WindowSpec
+from w2w.core.validation.correlation import magnitude_correlation
+from w2w.core.validation.transfer import mounting, transfer, turned
 
 RATE = 50.0
 TURN = Rotation.from_euler("xyz", [20, -130, 70], degrees=True)

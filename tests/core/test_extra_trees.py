@@ -4,8 +4,8 @@
 import numpy as np
 from sklearn.ensemble import ExtraTreesClassifier
 
-from blender_addon.w2w.core.classifiers.extra_trees import ExtraTrees
-from blender_addon.w2w.core.utility import utility_map
+from w2w.core.ranking.classifiers.extra_trees import ExtraTrees
+from w2w.core.ranking.utility import utility_map
 
 
 def library(seed=0, n_clips=24, n_places=3):

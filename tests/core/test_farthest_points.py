@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
-from blender_addon.w2w.core.farthest_points import Sampling, farthest_points, mirrored_farthest_points
-from blender_addon.w2w.core.geodesics import ExactSolver
-from blender_addon.w2w.core.strip_graph import StripGraph
+from w2w.core.patches.geodesics import ExactSolver
+from w2w.core.patches.sampling import Sampling, farthest_points, mirrored_farthest_points
+from w2w.core.patches.strip_graph import StripGraph
 
 
 def assert_each_pick_is_farthest(vertices: np.ndarray, faces: np.ndarray, sampling: Sampling) -> None:

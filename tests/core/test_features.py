@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.stats import kurtosis, skew
 
-from blender_addon.w2w.core.features import BAND_EDGES_HZ, feature_names, window_features
+from w2w.core.ranking.features import BAND_EDGES_HZ, feature_names, window_features
 
 RATE = 50.0
 

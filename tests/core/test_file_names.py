@@ -5,9 +5,9 @@ import os
 
 import pytest
 
-from blender_addon.w2w.core.file_names import name_bytes, shown
-from blender_addon.w2w.core.files import write_json, write_text
-from blender_addon.w2w.core.library import read_library, unique_names
+from w2w.core.file_names import name_bytes, shown
+from w2w.core.files import write_json, write_text
+from w2w.core.motion.library import read_library, unique_names
 
 
 def test_names_that_are_text_stay_as_they_are():

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.files import atomic_write, write_json, write_npz
+from w2w.core.files import atomic_write, write_json, write_npz
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 from scipy.spatial import Delaunay
 
-from blender_addon.w2w.core.geodesics import ExactSolver
-from blender_addon.w2w.core.strip_graph import StripGraph
+from w2w.core.patches.geodesics import ExactSolver
+from w2w.core.patches.strip_graph import StripGraph
 
 
 def flat_disc(seed: int, n: int = 150) -> tuple[np.ndarray, np.ndarray]:

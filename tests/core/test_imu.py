@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp, trapezoid
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.imu import STANDARD_GRAVITY, Synthesis, synthesize
-from blender_addon.w2w.core.trajectory import spline_windows
+from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
+from w2w.core.imu.trajectory import spline_windows
 
 UP = np.array([0, 0, STANDARD_GRAVITY])
 EXACT = Synthesis(rate_hz=100, cutoff_hz=None)

@@ -7,9 +7,9 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from benchmarks import broad
-from blender_addon.w2w.core.filtering import butterworth
-from blender_addon.w2w.core.imu import Synthesis, synthesize
-from blender_addon.w2w.core.imu_datasets import BroadTrial, read_broad
+from w2w.core.datasets.imu_datasets import BroadTrial, read_broad
+from w2w.core.filtering import butterworth
+from w2w.core.imu.synthesis import Synthesis, synthesize
 
 POSE_RATE = 60.0
 LOWPASS_HZ = 10.0

@@ -4,12 +4,7 @@
 import numpy as np
 from sklearn.metrics import confusion_matrix, f1_score
 
-from blender_addon.w2w.core.intervals import (
-    bootstrap_f1,
-    clip_resamples,
-    count_by_clip,
-    f1_scores,
-)
+from w2w.core.ranking.f1 import bootstrap_f1, clip_resamples, count_by_clip, f1_scores
 
 
 def simulate(rng, n_clips=30, n_activities=3, n_sensors=1, right=0.7, clip_spread=0.2):

@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.amass import read_amass
-from blender_addon.w2w.core.joint_sets import BODY_34, HUMAN36M_17, JOINT_SETS, KINECT_20, MM_FIT_17, mirrored
-from blender_addon.w2w.core.keypoints import fit_keypoints, guess_up
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS
-from blender_addon.w2w.core.skinning import joint_transforms, on_the_ground
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.keypoints.fit import fit_keypoints, guess_up
+from w2w.core.keypoints.joint_sets import BODY_34, HUMAN36M_17, JOINT_SETS, KINECT_20, MM_FIT_17, mirrored
+from w2w.core.motion.motion import Motion, read_amass
+from w2w.core.motion.skinning import joint_transforms, on_the_ground
 
 RATE = 30.0
 NOISE = 0.01

@@ -5,8 +5,8 @@ import csv
 
 import pytest
 
-from blender_addon.w2w.core.labels import LibraryError, by_label, same_label
-from blender_addon.w2w.core.library import read_library
+from w2w.core.motion.labels import LibraryError, by_label, same_label
+from w2w.core.motion.library import read_library
 
 ROWS = (("file", "activity", "subject"), ("a.fbx", "Gehen, müde", "Zoë"), ("b.fbx", "Laufen", "Jörg"))
 

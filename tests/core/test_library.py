@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.library import LibraryError, activity_of, read_library, unique_names
+from w2w.core.motion.library import LibraryError, activity_of, read_library, unique_names
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core import mmfit
-from blender_addon.w2w.core.mmfit import CAMERA_RATE, RATE_HZ, guessed_unit, read_labels, read_mmfit
+from w2w.core.datasets import mmfit
+from w2w.core.datasets.mmfit import CAMERA_RATE, RATE_HZ, guessed_unit, read_labels, read_mmfit
 
 G = 9.80665
 N_FRAMES = 600

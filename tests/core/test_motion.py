@@ -4,11 +4,10 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.amass import read_amass
-from blender_addon.w2w.core.motion import SMPL_PELVIS, Motion
-from blender_addon.w2w.core.skeleton import BODY_HANDS, N_JOINTS
-from blender_addon.w2w.core.skinning import on_the_ground, skin, skinning_transforms
-from blender_addon.w2w.core.source_motion import UnusableMotion
+from w2w.core.body.skeleton import BODY_HANDS, N_JOINTS
+from w2w.core.motion.motion import SMPL_PELVIS, Motion, read_amass
+from w2w.core.motion.skinning import on_the_ground, skin, skinning_transforms
+from w2w.core.motion.source import UnusableMotion
 
 
 def test_round_trip_keeps_everything_but_the_hands(waving, tmp_path):

@@ -6,10 +6,10 @@ import socket
 
 import pytest
 
-from blender_addon.w2w.core.amass import read_amass
-from blender_addon.w2w.core.bvh_check import check_bvh
-from blender_addon.w2w.core.motion_file import MAX_FILE_BYTES, readable_size, size_and_head
-from blender_addon.w2w.core.source_motion import UnusableMotion, reason_of
+from w2w.core.motion.bvh_check import check_bvh
+from w2w.core.motion.motion import read_amass
+from w2w.core.motion.motion_file import MAX_FILE_BYTES, readable_size, size_and_head
+from w2w.core.motion.source import UnusableMotion, reason_of
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no such files")
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.augmentation import at_tempo, mirrored, scaled
-from blender_addon.w2w.core.motion_signature import mirrored_signatures, motion_signature
-from blender_addon.w2w.core.study import same_clips
+from w2w.core.imu.augmentation import at_tempo, mirrored, scaled
+from w2w.core.motion.duplicates import mirrored_signatures, motion_signature
+from w2w.core.study import same_clips
 
 
 def test_the_mirrored_signature_is_that_of_the_mirrored_motion(waving):

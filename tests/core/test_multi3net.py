@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.classifiers.multi3net import Multi3Net, rows_to_learn
-from blender_addon.w2w.core.utility import utility_map
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net, rows_to_learn
+from w2w.core.ranking.utility import utility_map
 
 SMALL = Multi3Net(width=8, hidden=16, embedding=8, spectrum=6, batch=16, epochs=12, patience=12, rate=0.005)
 STOPPING = replace(SMALL, stopping=True)
@@ -32,8 +32,8 @@ def library(n_clips=24, n_classes=3, n_places=4, samples=20, seed=0):
 
 def parts(torch, places, settings=SMALL, dtype=None):
     """What `train` takes, for some places of the library."""
-    from blender_addon.w2w.core.classifiers.multi3net_examples import Examples
-    from blender_addon.w2w.core.classifiers.multi3net_network import Network
+    from w2w.core.ranking.classifiers.multi3net.examples import Examples
+    from w2w.core.ranking.classifiers.multi3net.network import Network
 
     windows, labels, fold, _ = library()
     windows = windows[:, places].astype(dtype or np.float32)
@@ -64,7 +64,7 @@ def test_learns_what_it_can_and_finds_noise_harder(settings):
 )
 def test_a_place_among_others_is_trained_as_alone(torch, settings):
     """In double precision, dropout and blending on, whether or not others stop before it."""
-    from blender_addon.w2w.core.classifiers.multi3net_training import train
+    from w2w.core.ranking.classifiers.multi3net.training import train
 
     network, examples, schedule, draws = parts(torch, [0, 1, 2, 3], settings, np.float64)
     together = train(network, examples, schedule, draws)
@@ -78,7 +78,7 @@ def test_a_place_among_others_is_trained_as_alone(torch, settings):
 
 
 def test_single_precision_is_the_same_within_rounding(torch):
-    from blender_addon.w2w.core.classifiers.multi3net_training import train
+    from w2w.core.ranking.classifiers.multi3net.training import train
 
     settings = replace(SMALL, epochs=5)
     together = train(*parts(torch, [0, 1, 2, 3], settings))
@@ -115,8 +115,8 @@ def test_labels_shuffled_by_clip_give_chance():
 @WAYS
 def test_what_is_tested_has_no_say_in_training(torch, settings):
     """Other windows in the tested fold leave the trained weights as they are."""
-    from blender_addon.w2w.core.classifiers.multi3net_examples import Examples
-    from blender_addon.w2w.core.classifiers.multi3net_training import train
+    from w2w.core.ranking.classifiers.multi3net.examples import Examples
+    from w2w.core.ranking.classifiers.multi3net.training import train
 
     network, examples, schedule, draws = parts(torch, [0, 1], settings)
     first = train(network, examples, schedule, draws)
@@ -151,7 +151,7 @@ def test_checking_windows_are_whole_clips_of_another_fold_and_no_class_goes_unta
 @WAYS
 def test_training_goes_on_where_it_was_stopped(tmp_path, settings):
     pytest.importorskip("torch")
-    from blender_addon.w2w.core.classifiers import multi3net_group
+    from w2w.core.ranking.classifiers.multi3net import group as multi3net_group
 
     windows, labels, fold, _ = library(n_places=3)
     work = (windows, labels, fold, np.ones(len(labels), bool))
@@ -194,7 +194,7 @@ def test_training_goes_on_where_it_was_stopped(tmp_path, settings):
 
 
 @pytest.mark.parametrize(
-    "changed", ["torch.__version__", "blender_addon.w2w.core.classifiers.multi3net_group.PROGRAM"]
+    "changed", ["torch.__version__", "w2w.core.ranking.classifiers.multi3net.group.PROGRAM"]
 )
 def test_what_another_version_left_is_not_taken_up(tmp_path, monkeypatch, changed):
     pytest.importorskip("torch")
@@ -217,7 +217,7 @@ def test_without_torch_it_says_how_to_get_it_and_nothing_else_needs_it():
         patch.setitem(sys.modules, "torch", None)
         with pytest.raises(ValueError, match=r"needs PyTorch: get it with `pip install torch==2\.13\.0`"):
             SMALL.predict_folds(windows, labels, fold, np.ones(len(labels), bool))
-    code = "import sys, blender_addon.w2w.core.study, headless.run; assert 'torch' not in sys.modules"
+    code = "import sys, w2w.core.study, headless.commands.run; assert 'torch' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

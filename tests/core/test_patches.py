@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.geodesics import ExactSolver
-from blender_addon.w2w.core.patches import PatchSet, sample_patches
-from blender_addon.w2w.core.strip_graph import StripGraph
-from blender_addon.w2w.core.surface_interpolation import interpolation_weights
+from w2w.core.body.body import Body
+from w2w.core.patches.geodesics import ExactSolver
+from w2w.core.patches.interpolation import interpolation_weights
+from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.patches.strip_graph import StripGraph
 
 
 @pytest.fixture(scope="module")

@@ -6,18 +6,24 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.classifiers.ridge import Ridge
-from blender_addon.w2w.core.clip_blocks import FeatureFiles, WindowFiles, clip_inputs
-from blender_addon.w2w.core.clip_ranking import RankedClip, rank_clips
-from blender_addon.w2w.core.files import write_npz
-from blender_addon.w2w.core.intervals import score_places
-from blender_addon.w2w.core.motion_signature import SIZE
-from blender_addon.w2w.core.npz_slices import StoredArray
-from blender_addon.w2w.core.place_blocks import ArrayBlocks, SomeWindows, spans
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.study import StudyConfig
-from blender_addon.w2w.core.utility import UtilityMap, utility_map
-from blender_addon.w2w.core.windows import WindowSpec, cut_windows
+from w2w.core.clip_ranking import RankedClip, rank_clips
+from w2w.core.files import write_npz
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.motion.duplicates import SIZE
+from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.f1 import score_places
+from w2w.core.ranking.inputs import (
+    ArrayBlocks,
+    FeatureFiles,
+    SomeWindows,
+    StoredArray,
+    WindowFiles,
+    clip_inputs,
+    spans,
+)
+from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.core.study import StudyConfig
 
 ACTIVITIES = ("bow", "jump", "run")
 

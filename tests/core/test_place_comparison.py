@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.activity_groups import PAPER_GROUPS, choose_activities
-from blender_addon.w2w.core.library import Clip, Library
-from blender_addon.w2w.core.place_comparison import compare_places
-from blender_addon.w2w.core.utility import utility_map
+from w2w.core.motion.activity_groups import PAPER_GROUPS, choose_activities
+from w2w.core.motion.library import Clip, Library
+from w2w.core.ranking.comparison import compare_places
+from w2w.core.ranking.utility import utility_map
 
 GOOD, SAME, BAD = 0, 1, 2
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from blender_addon.w2w.core.placement import exact_subset, greedy_subset, marginal_gain
-from blender_addon.w2w.core.placements import places_named
+from w2w.core.patches.naming import places_named
+from w2w.core.selection.subsets import exact_subset, greedy_subset, marginal_gain
 
 MAPS = arrays(
     np.float64,

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.landmarks import SENSOR_SITES, has_smpl_topology
-from blender_addon.w2w.core.patches import PatchSet, sample_patches
-from blender_addon.w2w.core.placements import PLACEMENTS, placement_patches, region_centre, resolve
-from blender_addon.w2w.core.regions import regions_of
-from blender_addon.w2w.core.skeleton import JOINT_NAMES
+from w2w.core.body.body import Body
+from w2w.core.body.landmarks import SENSOR_SITES, has_smpl_topology
+from w2w.core.body.regions import regions_of
+from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.patches.naming import PLACEMENTS, placement_patches, region_centre, resolve
+from w2w.core.patches.patches import PatchSet, sample_patches
 
 SITES = {site.name: site for site in SENSOR_SITES}
 

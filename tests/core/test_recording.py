@@ -8,15 +8,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core import recording_formats as formats
-from blender_addon.w2w.core.imu_datasets import (
-    DSADS_SITES,
-    read_broad,
-    read_dsads,
-    read_gait,
-    read_utd_mhad,
-)
-from blender_addon.w2w.core.recording import ImuRecording
+from w2w.core.datasets.imu_datasets import DSADS_SITES, read_broad, read_dsads, read_gait, read_utd_mhad
+from w2w.core.imu import formats
+from w2w.core.imu.recording import ImuRecording
 
 GAIT_TRIAL = "S02-Trial-Walk-1"
 REUSE_FOLDER = settings(

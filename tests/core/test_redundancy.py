@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from sklearn.metrics import matthews_corrcoef
 
-from blender_addon.w2w.core.redundancy import prediction_correlation, redundancy_clusters
+from w2w.core.selection.advice import prediction_correlation, redundancy_clusters
 
 
 def test_correlation_is_the_multi_class_matthews_coefficient():

@@ -8,10 +8,10 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.regions import label_regions, mirrored_region, regions_of
-from blender_addon.w2w.core.shapes import shaped
-from blender_addon.w2w.core.skeleton import JOINT_INDEX
+from w2w.core.body.body import Body
+from w2w.core.body.regions import label_regions, mirrored_region, regions_of
+from w2w.core.body.shapes import shaped
+from w2w.core.body.skeleton import JOINT_INDEX
 
 FINGERS = ("thumb", "index finger", "middle finger", "ring finger", "little finger")
 LIMB_SIDES = ("front", "back", "lateral", "medial")
@@ -172,7 +172,7 @@ def test_fingers_lie_side_by_side_from_thumb_to_little_finger(bundled_body) -> N
 
 
 def test_fingers_that_cannot_be_told_apart_are_one_region(bundled_body, monkeypatch) -> None:
-    monkeypatch.setattr("blender_addon.w2w.core.region_limbs.FINGER_PROMINENCE", 0.9)
+    monkeypatch.setattr("w2w.core.body.region_limbs.FINGER_PROMINENCE", 0.9)
     codes, names = label_regions(bundled_body)
     assert EXPECTED - set(names) == {f"{side} {finger}" for side in ("left", "right") for finger in FINGERS}
     x = bundled_body.vertices[:, 0]

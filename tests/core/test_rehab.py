@@ -8,19 +8,10 @@ from hypothesis import strategies as st
 from scipy.signal import find_peaks
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.rehab import EXERCISES, RehabClip, generate_clip, generate_library
-from blender_addon.w2w.core.rehab_curves import (
-    SWAY_BAND,
-    glide,
-    min_jerk,
-    pulse,
-    soft_excess,
-    soft_limit,
-    sway,
-    through,
-)
-from blender_addon.w2w.core.rehab_pose import reach, turn, two_bones
-from blender_addon.w2w.core.rehab_skeleton import (
+from w2w.core.rehab.clips import EXERCISES, RehabClip, generate_clip, generate_library
+from w2w.core.rehab.curves import SWAY_BAND, glide, min_jerk, pulse, soft_excess, soft_limit, sway, through
+from w2w.core.rehab.pose import reach, turn, two_bones
+from w2w.core.rehab.skeleton import (
     BONE_INDEX,
     BONE_PARENTS,
     BONES,
@@ -29,7 +20,7 @@ from blender_addon.w2w.core.rehab_skeleton import (
     centre_of_mass,
     forward_kinematics,
 )
-from blender_addon.w2w.core.rehab_stairs import RISE, RUN, stairs_for
+from w2w.core.rehab.stairs import RISE, RUN, stairs_for
 
 CLIPS = 5
 

@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.retarget import BY_STRUCTURE, is_crumpled, retarget
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
-from blender_addon.w2w.core.skinning import joint_transforms
-from blender_addon.w2w.core.source_motion import SourceMotion, UnusableMotion
-from blender_addon.w2w.core.swing_twist import smallest_rotation
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.retarget import BY_STRUCTURE, is_crumpled, retarget
+from w2w.core.motion.skinning import joint_transforms
+from w2w.core.motion.source import SourceMotion, UnusableMotion
+from w2w.core.rotations import smallest_rotation
 
 MIXAMO_NAMES = (
     "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase "

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.retarget import on_the_ground, rest_alignment, retarget
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
-from blender_addon.w2w.core.skinning import joint_transforms, skin, skinning_transforms
-from blender_addon.w2w.core.source_motion import SourceMotion
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.retarget import on_the_ground, rest_alignment, retarget
+from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
+from w2w.core.motion.source import SourceMotion
 
 from .test_retarget import arms_at, as_source
 

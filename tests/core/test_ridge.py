@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
-from blender_addon.w2w.core.classifiers.ridge import Ridge
+from w2w.core.ranking.classifiers.ridge import Ridge
 
 
 def library(seed=0, n_clips=40, n_classes=4, n_sensors=3, n_features=12, spread=1.5):

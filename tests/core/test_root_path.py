@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.root_path import smoothed_root
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.variants import smoothed_root
 
 RATE = 100.0
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from sklearn.metrics import f1_score
 
-from blender_addon.w2w.core.score_table import score_table
-from blender_addon.w2w.core.utility import utility_map
+from w2w.core.ranking.score_table import score_table
+from w2w.core.ranking.utility import utility_map
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 GROUPS = {"run": "moving", "walk": "moving", "jump": "sport"}

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.sensor import SensorModel, Triad
-from blender_addon.w2w.core.sensor_errors import FLICKER_FLOOR
-from blender_addon.w2w.core.sensor_presets import DEFAULT_SENSOR, PRESETS, preset
+from w2w.core.imu.errors import FLICKER_FLOOR
+from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS, preset
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel, Triad
 
 G = 9.80665
 

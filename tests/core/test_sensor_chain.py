@@ -7,9 +7,9 @@ from scipy.integrate import quad
 from scipy.signal import welch
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core import sensor_errors as errors
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.sensor import SensorModel, Triad
+from w2w.core.imu import errors
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel, Triad
 
 RATE = 200.0
 

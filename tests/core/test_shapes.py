@@ -10,16 +10,9 @@ from hypothesis import strategies as st
 
 from assets.templates.make_body import quality
 from assets.templates.make_body.makehuman import CACHE, N_BODY_VERTICES, WHEEL_NAME, Source
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.shapes import (
-    MORPHOLOGIES,
-    RANGES,
-    ShapeTargets,
-    bundled_targets,
-    mass,
-    shaped,
-)
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, MIRRORED_JOINTS
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import MORPHOLOGIES, RANGES, ShapeTargets, bundled_targets, mass, shaped
+from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
 
 BODY = Body.bundled()
 

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.site_validation import site_windows, validate_sites
-from blender_addon.w2w.core.windows import WindowSpec
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.windows import WindowSpec
+from w2w.core.validation.sites import site_windows, validate_sites
 
 RATE, SECONDS = 25.0, 4.0
 ACTIVITIES = ("slow", "fast", "turning")

@@ -4,9 +4,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
-from blender_addon.w2w.core.skinning import (
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import (
     frames_from_edges,
     joint_transforms,
     patch_matrices,

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from blender_addon.w2w.core.facility_location import FacilityLocation
-from blender_addon.w2w.core.small_sets import best_small_set
+from w2w.core.selection.exact import FacilityLocation, best_small_set
 
 MAPS = arrays(
     np.float64,

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
-from blender_addon.w2w.core.smpl import BodyError, load_body
+from w2w.core.adopt.smpl import BodyError, load_body
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 
 OFFICIAL_NAMES = {
     "__builtin__ set", "chumpy.ch Ch", "chumpy.reordering Select", "numpy dtype", "numpy ndarray",

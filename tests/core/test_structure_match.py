@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
-from blender_addon.w2w.core.skinning import joint_transforms
-from blender_addon.w2w.core.source_motion import SourceMotion
-from blender_addon.w2w.core.structure_match import match_by_structure
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import joint_transforms
+from w2w.core.motion.source import SourceMotion
+from w2w.core.motion.structure_match import match_by_structure
 
 
 def nameless(body, seed, scale=1.0, names="bone", swing=0.5):
@@ -108,7 +108,7 @@ def test_sides_in_names_are_believed(bundled_body):
     ],
 )  # fmt: skip
 def test_sides_are_read_from_names(name, side):
-    from blender_addon.w2w.core.structure_match import _told_side
+    from w2w.core.motion.structure_match import _told_side
 
     assert _told_side(name) == side
 

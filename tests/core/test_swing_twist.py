@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.swing_twist import frame_of, smallest_rotation, turn_about
+from w2w.core.rotations import frame_of, smallest_rotation, turn_about
 
 EPS = np.finfo(float).eps
 

@@ -7,13 +7,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.farthest_points import farthest_points
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.pose_library import RANGES, random_poses
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
-from blender_addon.w2w.core.strip_graph import StripGraph
-from blender_addon.w2w.core.triangles import MIN_HEIGHT, carrier_triangles, triangle_rotation_error
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
+from w2w.core.motion.motion import Motion
+from w2w.core.patches.carriers import (
+    MIN_HEIGHT,
+    RANGES,
+    carrier_triangles,
+    random_poses,
+    triangle_rotation_error,
+)
+from w2w.core.patches.sampling import farthest_points
+from w2w.core.patches.strip_graph import StripGraph
 
 
 @pytest.fixture(scope="module")

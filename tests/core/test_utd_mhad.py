@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from blender_addon.w2w.core.imu_datasets import read_utd_mhad
+from w2w.core.datasets.imu_datasets import read_utd_mhad
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from sklearn.metrics import f1_score
 
-from blender_addon.w2w.core.classifiers.ridge import Ridge
-from blender_addon.w2w.core.placement import best_single, greedy_subset, multi_sensor_check
-from blender_addon.w2w.core.utility import UtilityMap, utility_map
+from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.selection.subsets import best_single, greedy_subset, multi_sensor_check
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 

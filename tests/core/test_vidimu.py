@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.joint_sets import BODY_34
-from blender_addon.w2w.core.vidimu import LOWER, SITES, UPPER, angular_velocity, read_trial, read_vidimu
+from w2w.core.datasets.vidimu import LOWER, SITES, UPPER, angular_velocity, read_trial, read_vidimu
+from w2w.core.keypoints.joint_sets import BODY_34
 
 N = 100
 SPIN = {name: np.array([0.5 * k, -1.0, 0.3]) for k, name in enumerate(SITES)}

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core import virtual_imu
-from blender_addon.w2w.core.imu import Synthesis, synthesize
-from blender_addon.w2w.core.sensor_presets import preset
-from blender_addon.w2w.core.skinning import patch_matrices
-from blender_addon.w2w.core.virtual_imu import record_motion
+from w2w.core.imu import virtual as virtual_imu
+from w2w.core.imu.presets import preset
+from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.imu.virtual import record_motion
+from w2w.core.motion.skinning import patch_matrices
 
 
 class Patches(NamedTuple):

@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.crossval import grouped_folds, same_motion_groups
-from blender_addon.w2w.core.features import BAND_EDGES_HZ, CHANNELS, feature_names, window_features
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.windows import TooShortError, WindowSpec, cut_windows
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.features import BAND_EDGES_HZ, CHANNELS, feature_names, window_features
+from w2w.core.ranking.folds import grouped_folds, same_motion_groups
+from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
 
 
 def counted(n_samples, rate=50.0):

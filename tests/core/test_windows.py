@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.windows import TooShortError, WindowSpec, cut_windows
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
 
 
 def recording(n_frames, rate=50.0, n_sensors=2):

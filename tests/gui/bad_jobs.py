@@ -16,18 +16,18 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
-from headless.from_blender import find_libraries  # noqa: E402
+from headless.blender import find_libraries  # noqa: E402
 
 find_libraries()
 import numpy as np  # noqa: E402
 
-from blender_addon.w2w.core.body import Body  # noqa: E402
-from blender_addon.w2w.core.library import read_library  # noqa: E402
-from blender_addon.w2w.core.study import StudyConfig, place_patches  # noqa: E402
-from headless.clip_files import WORK  # noqa: E402
-from headless.engine import run_alone, run_jobs  # noqa: E402
-from headless.job import Job  # noqa: E402
-from headless.run_folder import make_folders  # noqa: E402
+from headless.runs.clip import Job  # noqa: E402
+from headless.runs.clip_files import WORK  # noqa: E402
+from headless.runs.folder import make_folders  # noqa: E402
+from headless.runs.workers import run_alone, run_jobs  # noqa: E402
+from w2w.core.body.body import Body  # noqa: E402
+from w2w.core.motion.library import read_library  # noqa: E402
+from w2w.core.study import StudyConfig, place_patches  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -207,6 +207,6 @@ def test_libraries_can_be_made_for_a_blender_without_the_extension(library: Path
     program.write_text(f'#!/bin/sh\nexec "{PROJECT}/tools/real_blender.sh" run blender "$@"\n')
     program.chmod(0o755)
     subprocess.run(["make", "setup", f"BLENDER={program}"], cwd=PROJECT, check=True, timeout=TIMEOUT_S)
-    script = ["--background", "--python", "/project/headless/inspect_file.py", "--"]
+    script = ["--background", "--python", "/project/headless/w2w.py", "--", "inspect"]
     ended = done(blender(*script, inside(library / "running" / "good 1.fbx"), resources="bare"))
     assert (ended.returncode, "would be used" in ended.stdout) == (0, True), ended.stderr

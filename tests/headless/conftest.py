@@ -12,19 +12,19 @@ import pytest
 from joblib.externals.loky import ProcessPoolExecutor
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.advice import advise
-from blender_addon.w2w.core.library import Clip, Library
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.patches import sample_patches
-from blender_addon.w2w.core.placement import multi_sensor_check
-from blender_addon.w2w.core.skeleton import N_JOINTS
-from blender_addon.w2w.core.study import Recommendation, StudyConfig
-from blender_addon.w2w.core.utility import utility_map
-from headless import load_alone
-from headless.job import Outcome
-from headless.pipeline import Study, write_config
-from headless.results import write_results
-from headless.run_folder import make_folders
+from headless.reports.summary import write_results
+from headless.runs import workers as load_alone
+from headless.runs.clip import Outcome
+from headless.runs.folder import make_folders
+from headless.runs.study import Study, write_config
+from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.motion.library import Clip, Library
+from w2w.core.motion.motion import Motion
+from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking.utility import utility_map
+from w2w.core.selection.advice import advise
+from w2w.core.selection.subsets import multi_sensor_check
+from w2w.core.study import Recommendation, StudyConfig
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.files import write_npz
 from headless.__main__ import APP
+from w2w.core.files import write_npz
 
 GOOD = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
@@ -216,11 +216,10 @@ def test_events_for_machines(library, tmp_path):
 
 
 def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundled_body, tmp_path):
-    from blender_addon.w2w.core.library import Clip
-    from blender_addon.w2w.core.study import StudyConfig, place_patches
-    from headless.clip_job import do_clip
-    from headless.job import WORK, Job
-    from headless.run_folder import make_folders
+    from headless.runs.clip import WORK, Job, do_clip
+    from headless.runs.folder import make_folders
+    from w2w.core.motion.library import Clip
+    from w2w.core.study import StudyConfig, place_patches
 
     amass(tmp_path / "half an hour.npz", frames=1801, mocap_framerate=np.array(1.0))
     make_folders(tmp_path)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from headless.__main__ import APP
-from headless.bodies import parse_bodies
-from headless.demo_library import write_demo_library
+from headless.commands.demo_library import write_demo_library
+from headless.options import parse_bodies
+from w2w.core.body.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 
 
 def test_bodies_are_understood():

@@ -7,7 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from headless.run import run
+from headless.commands.run import run
 
 
 @pytest.fixture

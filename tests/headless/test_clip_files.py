@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from blender_addon.w2w.core.recording import ImuRecording
-from blender_addon.w2w.core.windows import WindowSpec, cut_windows
-from headless.clip_files import ClipWindows, copy_file, features_file, ranking_inputs, write_features
+from headless.runs.clip_files import ClipWindows, copy_file, features_file, ranking_inputs, write_features
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.windows import WindowSpec, cut_windows
 
 SPEC = WindowSpec(length_s=1.0, stride_s=0.5)
 WINDOWS = SimpleNamespace(inputs="windows")

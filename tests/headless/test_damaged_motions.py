@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.fbx_variants import rewrite
-from blender_addon.w2w.core.library import Clip
-from blender_addon.w2w.core.source_motion import UnusableMotion
-from headless.load_alone import load_alone
+from headless.runs.workers import load_alone
+from w2w.core.motion.library import Clip
+from w2w.core.motion.source import UnusableMotion
 
 pytestmark = pytest.mark.usefixtures("one_reader")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from blender_addon.w2w.core.placement import Subset
-from headless.draw import draw_alone
-from headless.study_rehab import FIGURE, draw_figure
+from headless.commands.study_rehab import FIGURE, draw_figure
+from headless.reports.draw import draw_alone
+from w2w.core.selection.subsets import Subset
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -16,12 +16,12 @@ from pathlib import Path
 import cloudpickle
 import pytest
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.library import read_library
-from blender_addon.w2w.core.study import StudyConfig, place_patches
-from headless.engine import EngineError, run_jobs
-from headless.job import WORK, Job
-from headless.run_folder import make_folders
+from headless.runs.clip import WORK, Job
+from headless.runs.folder import make_folders
+from headless.runs.workers import EngineError, run_jobs
+from w2w.core.body.body import Body
+from w2w.core.motion.library import read_library
+from w2w.core.study import StudyConfig, place_patches
 
 ROOT = Path(__file__).resolve().parents[2]
 CLIPS = {

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blender_addon.w2w.core.colours import colour_table
-from headless.figure_page import DPI, MARGIN
-from headless.figure_places import BADGE, apart
-from headless.figures import VIEW_SIZE, heatmap_figure, subset_figure
+from headless.reports.heatmap_figure import VIEW_SIZE, heatmap_figure, subset_figure
+from headless.reports.page import BADGE, DPI, MARGIN, apart
+from w2w.core.colours import colour_table
 
 SIZE = 300
 TOP, BOTTOM, LEFT, RIGHT = 20, 280, 60, 240

@@ -5,7 +5,8 @@ import sys
 
 import pytest
 
-from headless import from_blender
+from headless import blender as from_blender
+from headless import start
 
 MISSING = "a_library_that_nobody_has"
 
@@ -57,13 +58,13 @@ def test_where_there_are_none_it_says_the_command_that_gets_them(tree, monkeypat
 
 @pytest.mark.usefixtures("tree")
 def test_an_installed_extension_without_its_wheels_says_what_it_lacks(capsys):
-    assert from_blender.run_arguments(["status", "OUT"]) == 1
+    assert start.run_arguments(["status", "OUT"]) == 1
     said = capsys.readouterr().err
     assert MISSING in said
     assert "install the extension from a zip" in said
 
 
 def test_the_command_gives_the_exit_code(tmp_path, capsys):
-    assert from_blender.run_arguments(["status", str(tmp_path)]) == 2
-    assert from_blender.run_arguments(["--help"]) == 0
+    assert start.run_arguments(["status", str(tmp_path)]) == 2
+    assert start.run_arguments(["--help"]) == 0
     assert "blender --command w2w" in capsys.readouterr().out

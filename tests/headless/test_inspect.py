@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.library import read_library
 from headless.__main__ import APP
-from headless.inspect_file import label_said
+from headless.commands.inspect import label_said
+from w2w.core.motion.library import read_library
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -90,7 +90,12 @@ def test_npz_motions_need_it_for_pictures_only(tmp_path, motions):
     out = tmp_path / "out"
     code, output = w2w(tmp_path, "run", motions, "--out", out, "--patches", 8, "--workers", 1, "--log-json")
     assert code == 0, output
-    assert json.loads((out / "summary.json").read_text())["clips"] == {"found": 8, "used": 8, "skipped": 0}
+    assert json.loads((out / "summary.json").read_text())["clips"] == {
+        "found": 8,
+        "used": 8,
+        "ranked": 8,
+        "skipped": 0,
+    }
     assert (out / "report.html").is_file()
     assert not list((out / "heatmaps").iterdir())
     assert NOT_INSTALLED in output

@@ -11,12 +11,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.library import Clip
-from blender_addon.w2w.core.study import StudyConfig
 from headless.__main__ import APP
-from headless.clip_job import do_clip, file_sha256, record_death, work_in_worker
-from headless.job import Job
-from headless.run_folder import make_folders
+from headless.runs.clip import Job, do_clip, file_sha256, record_death, work_in_worker
+from headless.runs.folder import make_folders
+from w2w.core.motion.library import Clip
+from w2w.core.study import StudyConfig
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no such files and names")
 
@@ -135,7 +134,7 @@ def test_what_killed_a_worker_is_not_read_again_by_the_run(tmp_path):
     source = file_sha256(path)
     killed = job(tmp_path, path)
     killed.marker.parent.mkdir(parents=True, exist_ok=True)
-    killed.marker.write_text(f"0.0\n{source}\n")
+    killed.marker.write_text(f"{source}\n")
     path.unlink()
     os.mkfifo(path)  # read now, it would be waited on for ever
     outcome = record_death(killed)
@@ -150,10 +149,10 @@ def test_the_worker_notes_what_it_read_before_it_begins(tmp_path, monkeypatch):
     found = []
 
     def killing(job):
-        found.append(job.marker.read_text().splitlines()[1:])
+        found.append(job.marker.read_text().splitlines())
         raise MemoryError
 
-    monkeypatch.setattr("headless.clip_job._make", killing)
+    monkeypatch.setattr("headless.runs.clip._make", killing)
     work_in_worker(job(tmp_path, path))
     assert found == [[file_sha256(path)]]
 
@@ -166,7 +165,7 @@ def test_an_error_without_words_is_a_reason_all_the_same(tmp_path, monkeypatch):
     def failing(_):
         raise ValueError
 
-    monkeypatch.setattr("headless.clip_job._make", failing)
+    monkeypatch.setattr("headless.runs.clip._make", failing)
     outcome = do_clip(job(tmp_path, path))
     assert not outcome.used
     assert outcome.reason == "W2W failed on it, please report this: ValueError"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.utility import UtilityMap
 from headless.__main__ import APP
+from w2w.core.ranking.utility import UtilityMap
 
 
 def run(*arguments):

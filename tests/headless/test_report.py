@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.patches import PatchSet
-from blender_addon.w2w.core.utility import UtilityMap
 from headless.__main__ import APP
-from headless.report import write_report
-from headless.report_data import as_script_json, packed, title
+from headless.reports.html import write_report
+from headless.reports.report_data import as_script_json, packed, title
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.utility import UtilityMap
 
 
 class Reader(HTMLParser):

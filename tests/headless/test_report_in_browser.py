@@ -14,10 +14,10 @@ import pytest
 from matplotlib.image import imread
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.patches import PatchSet
-from blender_addon.w2w.core.utility import UtilityMap
-from headless.report import write_report
+from headless.reports.html import write_report
+from w2w.core.body.body import Body
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.utility import UtilityMap
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")

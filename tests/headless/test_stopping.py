@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from headless.folder_lock import FolderBusyError, only_run
-from headless.watch import read_state
+from headless.runs.folder import FolderBusyError, only_run
+from headless.runs.monitor import read_state
 
 if not sys.platform.startswith("linux"):
     pytest.skip("it looks into /proc", allow_module_level=True)

@@ -8,10 +8,10 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.placements import PLACEMENTS
 from headless.__main__ import APP
-from headless.finished import FinishedStudy
-from headless.study_mixamo import show_placements
+from headless.commands.study_mixamo import show_placements
+from headless.runs.results_folder import FinishedStudy
+from w2w.core.patches.naming import PLACEMENTS
 
 CLIPS = {
     "mixamo/degocyx1211__GameJam1/Idle.fbx": ("idle", "balance_intensive"),
@@ -64,7 +64,7 @@ def test_the_mixamo_study_runs_on_a_library(shared_data, tmp_path):
     assert done.exit_code == 0, done.output
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert set(summary["activities"]) == {"idle", "running"}
-    assert summary["clips"] == {"found": 4, "used": 4, "skipped": 0}
+    assert summary["clips"] == {"found": 4, "used": 4, "ranked": 4, "skipped": 0}
     assert "which take no part: 1" in done.output
     assert (tmp_path / "out" / "unusual_places.csv").is_file()
     assert (tmp_path / "out" / "report.html").is_file()

@@ -13,17 +13,19 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.resume import hashes
-from blender_addon.w2w.core.files import write_npz
-from blender_addon.w2w.core.library import Clip
-from blender_addon.w2w.core.study import StudyConfig, place_patches
-from headless import clip_job, execute, watch, worker_guard
 from headless.__main__ import APP
-from headless.clip_job import do_clip, record_death
-from headless.job import WORK, Job, Outcome
-from headless.run_folder import make_folders
-from headless.status import describe
-from headless.watch import Watch, read_state
-from headless.worker_guard import guarded, timed_out
+from headless.commands import execute
+from headless.commands.status import describe
+from headless.runs import clip as clip_job
+from headless.runs import guard as worker_guard
+from headless.runs import monitor as watch
+from headless.runs.clip import WORK, Job, Outcome, do_clip, record_death
+from headless.runs.folder import make_folders
+from headless.runs.guard import guarded, timed_out
+from headless.runs.monitor import Watch, read_state
+from w2w.core.files import write_npz
+from w2w.core.motion.library import Clip
+from w2w.core.study import StudyConfig, place_patches
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -83,7 +85,7 @@ def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(job, monkeypatch
 GUARDED = """
 import sys, time
 from pathlib import Path
-from headless.worker_guard import guarded, untimed
+from headless.runs.guard import guarded, untimed
 with guarded(0.5, said=Path(sys.argv[1])):
     if sys.argv[2] == "slow folder":
         with untimed():

@@ -6,13 +6,13 @@ import json
 
 import numpy as np
 import pytest
+from headless.commands.sweep.cases import FACTORS, cases
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.utility import UtilityMap
 from headless.__main__ import APP
-from headless.clip_files import ClipWindows
-from headless.finished import FinishedStudy
-from headless.sweep_cases import FACTORS, cases
+from headless.runs.clip_files import ClipWindows
+from headless.runs.results_folder import FinishedStudy
+from w2w.core.ranking.utility import UtilityMap
 
 PLACES = 10
 

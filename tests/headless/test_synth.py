@@ -6,9 +6,9 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.recording_formats import read_csv
-from blender_addon.w2w.core.sensor_presets import PRESETS
 from headless.__main__ import APP
+from w2w.core.imu.formats import read_csv
+from w2w.core.imu.presets import PRESETS
 
 JACKS = "mixamo/Sushim30__ARFitness/Jumping Jacks.fbx"
 

@@ -21,8 +21,8 @@ DONE_WITHOUT = {"decor-0", "wayland-client", "wayland-cursor", "wayland-egl", "i
 
 RENDER = """
 import numpy as np
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.scene.render import render_views
+from w2w.core.body.body import Body
+from w2w.scene.render import render_views
 body = Body.bundled()
 render_views(body, np.full(body.vertices.shape, 0.5), size=64, views=["front"])
 """

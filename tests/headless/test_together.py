@@ -6,13 +6,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core import utility
-from blender_addon.w2w.core.classifiers.multi3net import Multi3Net
-from blender_addon.w2w.core.recording import ImuRecording
-from headless.clip_files import features_file, write_features
-from headless.finished import FinishedClip, FinishedStudy
-from headless.run_folder import make_folders
-from headless.together import sensors_together
+from headless.runs.clip_files import features_file, write_features
+from headless.runs.folder import make_folders
+from headless.runs.results_folder import FinishedClip, FinishedStudy, sensors_together
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking import utility
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 
 RATE, SAMPLES, CLIPS = 25.0, 50, 8
 MOVES = {"rest": (0, 0), "wave": (1, 0), "step": (0, 1), "march": (1, 1)}

@@ -8,17 +8,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.imu import Synthesis
-from blender_addon.w2w.core.joint_sets import BODY_34
-from blender_addon.w2w.core.mmfit import DEVICES
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.sensor import SensorModel
-from blender_addon.w2w.core.site_simulation import SiteSimulator
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS
-from blender_addon.w2w.core.skinning import joint_transforms
-from blender_addon.w2w.core.vidimu import LOWER
 from headless.__main__ import APP
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.datasets.mmfit import DEVICES
+from w2w.core.datasets.vidimu import LOWER
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import SiteSimulator
+from w2w.core.keypoints.joint_sets import BODY_34
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import joint_transforms
 
 FRAMES = 240
 JOINTS = (

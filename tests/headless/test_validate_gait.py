@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blender_addon.w2w.core.imu_datasets import read_gait
 from headless.__main__ import APP
-from headless.validate_gait import PHASES, phases
+from headless.validation.gait import PHASES, phases
+from w2w.core.datasets.imu_datasets import read_gait
 
 TRIAL = "S02-Trial-Walk-1"
 

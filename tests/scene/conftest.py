@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.patches import PatchSet, sample_patches
-from blender_addon.w2w.scene.body import BodyObjects, add_body
+from w2w.core.body.body import Body
+from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.scene.body import BodyObjects, add_body
 
 
 @pytest.fixture

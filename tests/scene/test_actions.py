@@ -8,18 +8,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import JOINT_NAMES
-from blender_addon.w2w.core.skinning import joint_transforms
-from blender_addon.w2w.scene.actions import (
-    InexpressibleActionError,
-    bone_curves,
-    read_action,
-    show_action,
-    write_action,
-)
-from blender_addon.w2w.scene.body import add_body
-from blender_addon.w2w.scene.fcurves import action_curves
+from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import joint_transforms
+from w2w.scene.actions import InexpressibleActionError, bone_curves, read_action, show_action, write_action
+from w2w.scene.body import add_body
+from w2w.scene.fcurves import action_curves
 
 
 def turn_angles(motion, other):

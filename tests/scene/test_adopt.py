@@ -7,14 +7,14 @@ import pytest
 from mathutils import Matrix
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.landmarks import has_smpl_topology
-from blender_addon.w2w.core.mesh_files import read_mesh
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, Y_UP_TO_Z_UP
-from blender_addon.w2w.core.skinning import skin, skinning_transforms
-from blender_addon.w2w.core.smpl import BodyError
-from blender_addon.w2w.scene.adopt import adopt_file, adopt_mesh
-from blender_addon.w2w.scene.body import add_body
+from w2w.core.adopt.mesh_files import read_mesh
+from w2w.core.adopt.smpl import BodyError
+from w2w.core.body.landmarks import has_smpl_topology
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, Y_UP_TO_Z_UP
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import skin, skinning_transforms
+from w2w.scene.adopt import adopt_file, adopt_mesh
+from w2w.scene.body import add_body
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

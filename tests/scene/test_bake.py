@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.retarget import retarget
-from blender_addon.w2w.scene.actions import bone_curves, frames_of, show_action, write_action
-from blender_addon.w2w.scene.bake import PatchBaker, bake, read_empties
-from blender_addon.w2w.scene.clips import read_clip
-from blender_addon.w2w.scene.patches import patch_empties, place_patches
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.retarget import retarget
+from w2w.scene.actions import bone_curves, frames_of, show_action, write_action
+from w2w.scene.bake import PatchBaker, bake, read_empties
+from w2w.scene.patches import patch_empties, place_patches
+from w2w.scene.takes import read_clip
 
 from .conftest import difference
 

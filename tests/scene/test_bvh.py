@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.retarget import BY_STRUCTURE, matched_joints, retarget
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
-from blender_addon.w2w.core.skinning import joint_transforms, skin, skinning_transforms
-from blender_addon.w2w.core.source_motion import UnusableMotion
-from blender_addon.w2w.scene.clips import read_clip
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.retarget import BY_STRUCTURE, matched_joints, retarget
+from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
+from w2w.core.motion.source import UnusableMotion
+from w2w.scene.takes import read_clip
 
 pytestmark = pytest.mark.filterwarnings("ignore:Gimbal lock")
 

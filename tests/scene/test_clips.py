@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.source_motion import UnusableMotion
-from blender_addon.w2w.scene.clips import find_takes, imported, read_clip, read_take
+from w2w.core.motion.source import UnusableMotion
+from w2w.scene.takes import find_takes, imported, read_clip, read_take
 
 
 @pytest.fixture(autouse=True)

@@ -6,9 +6,9 @@ import struct
 import bpy
 import pytest
 
-from blender_addon.w2w.core.source_motion import UnusableMotion
-from blender_addon.w2w.scene.clips import read_clip
-from blender_addon.w2w.scene.motion_files import SAVE_ANEW, check_fbx, import_fault
+from w2w.core.motion.source import UnusableMotion
+from w2w.scene.importers import SAVE_ANEW, check_fbx, import_fault
+from w2w.scene.takes import read_clip
 
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 TEXT_OF_2010 = "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx"

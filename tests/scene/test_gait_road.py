@@ -7,9 +7,9 @@ import pytest
 pytest.importorskip("bpy")
 
 from benchmarks import gait
-from blender_addon.w2w.core.imu_datasets import read_gait
-from blender_addon.w2w.core.retarget import retarget
-from blender_addon.w2w.core.root_path import smoothed_root
+from w2w.core.datasets.imu_datasets import read_gait
+from w2w.core.motion.retarget import retarget
+from w2w.core.motion.variants import smoothed_root
 
 LOWPASS_HZ = 10.0
 

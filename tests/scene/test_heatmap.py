@@ -7,18 +7,13 @@ import bpy
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
-from blender_addon.w2w.core.skinning import patch_matrices
-from blender_addon.w2w.scene.bake import read_empties
-from blender_addon.w2w.scene.heatmap import (
-    add_heatmaps,
-    heatmap_names,
-    remove_heatmaps,
-    show_heatmap,
-)
-from blender_addon.w2w.scene.patches import patch_empties
-from blender_addon.w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer, render_views
-from blender_addon.w2w.scene.study_file import write_study
+from w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
+from w2w.core.motion.skinning import patch_matrices
+from w2w.scene.bake import read_empties
+from w2w.scene.heatmap import add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
+from w2w.scene.patches import patch_empties
+from w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer, render_views
+from w2w.scene.study_file import write_study
 
 from .conftest import difference
 

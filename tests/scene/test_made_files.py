@@ -5,12 +5,12 @@ import bpy
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.bone_maps import BoneMap
-from blender_addon.w2w.core.rehab_skeleton import BONE_INDEX
-from blender_addon.w2w.core.retarget import BY_STRUCTURE, retarget
-from blender_addon.w2w.core.skeleton import JOINT_INDEX
-from blender_addon.w2w.core.skinning import joint_transforms, skin, skinning_transforms
-from blender_addon.w2w.scene.clips import find_takes, imported, read_clip
+from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.retarget import BY_STRUCTURE, retarget
+from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
+from w2w.core.rehab.skeleton import BONE_INDEX
+from w2w.scene.takes import find_takes, imported, read_clip
 
 from ..made_motions import FILES, PLAYED_BY, SPEED
 

@@ -14,11 +14,11 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon.w2w.core.rehab import EXERCISES, RehabClip, generate_clip  # noqa: E402
-from blender_addon.w2w.core.rehab_skeleton import BONE_PARENTS, BONES, PREFIX  # noqa: E402
-from blender_addon.w2w.scene import mixamo_export  # noqa: E402
-from blender_addon.w2w.scene.mixamo_export import rest_axes, write_mixamo_fbx  # noqa: E402
-from headless.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
+from headless.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
+from w2w.core.rehab.clips import EXERCISES, RehabClip, generate_clip  # noqa: E402
+from w2w.core.rehab.skeleton import BONE_PARENTS, BONES, PREFIX  # noqa: E402
+from w2w.scene import mixamo_export  # noqa: E402
+from w2w.scene.mixamo_export import rest_axes, write_mixamo_fbx  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 KINDS = ("objects", "armatures", "actions", "scenes")
@@ -100,8 +100,8 @@ def test_the_same_clip_gives_the_same_bytes_in_another_process(exported, tmp_pat
     if clip.activity == "sit_to_stand":  # one process is enough: it takes a second to start
         elsewhere = tmp_path / "elsewhere.fbx"
         code = (
-            "from blender_addon.w2w.core.rehab import generate_clip\n"
-            "from blender_addon.w2w.scene.mixamo_export import write_mixamo_fbx\n"
+            "from w2w.core.rehab.clips import generate_clip\n"
+            "from w2w.scene.mixamo_export import write_mixamo_fbx\n"
             f"write_mixamo_fbx(generate_clip({clip.activity!r}, 1), {str(elsewhere)!r})"
         )
         environment = os.environ | {"PYTHONHASHSEED": "12345"}

@@ -8,18 +8,12 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skinning import patch_matrices
-from blender_addon.w2w.scene.actions import show_action, write_action
-from blender_addon.w2w.scene.bake import read_empties
-from blender_addon.w2w.scene.body import add_body
-from blender_addon.w2w.scene.patches import (
-    carrier_triangles,
-    patch_empties,
-    place_patches,
-    remove_patches,
-    resize_patches,
-)
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import patch_matrices
+from w2w.scene.actions import show_action, write_action
+from w2w.scene.bake import read_empties
+from w2w.scene.body import add_body
+from w2w.scene.patches import carrier_triangles, patch_empties, place_patches, remove_patches, resize_patches
 
 from .conftest import difference
 

@@ -7,12 +7,12 @@ import bpy
 import numpy as np
 import pytest
 
-from blender_addon.w2w.core.bone_maps import best_match
-from blender_addon.w2w.core.retarget import retarget
-from blender_addon.w2w.core.skeleton import JOINT_INDEX
-from blender_addon.w2w.core.skinning import joint_transforms, skin, skinning_transforms
-from blender_addon.w2w.core.source_motion import UnusableMotion
-from blender_addon.w2w.scene.clips import read_clip
+from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.motion.bone_maps import best_match
+from w2w.core.motion.retarget import retarget
+from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
+from w2w.core.motion.source import UnusableMotion
+from w2w.scene.takes import read_clip
 
 SEGMENTS = [
     (JOINT_INDEX[f"{side}_{start}"], JOINT_INDEX[f"{side}_{end}"])

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-import blender_addon.w2w as extension
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, N_JOINTS
-from blender_addon.w2w.ui import preferences, signal_cache
+import w2w as extension
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.motion.motion import Motion
+from w2w.ui import preferences, signal_cache
 
 MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepping": ("right_knee", 0.8)}
 """Joint that each activity turns, and how far, radians."""

@@ -14,14 +14,14 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import bpy
 bpy.ops.wm.read_factory_settings(use_empty=True)
-import blender_addon.w2w as extension
+import w2w as extension
 extension.register()
 bpy.ops.w2w.add_body()
 study = bpy.context.scene.w2w.body.w2w
 study.patch_count, study.patch_method = 24, "fast"
 bpy.ops.w2w.place_patches()
 if sys.argv[2] == "job":
-    from blender_addon.w2w.ui import jobs, patch_ops
+    from w2w.ui import jobs, patch_ops
     steps = patch_ops.place_steps(bpy.context.scene.w2w.body)
     next(steps)
     jobs.running = jobs.Job("Place Patches", steps)

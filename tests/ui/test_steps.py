@@ -15,21 +15,21 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.library import MOTION_SUFFIXES
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.placement import greedy_subset
-from blender_addon.w2w.core.shapes import shaped
-from blender_addon.w2w.core.study import record
-from blender_addon.w2w.core.utility import CLASSIFIERS
-from blender_addon.w2w.scene.actions import read_action
-from blender_addon.w2w.scene.body import armature_of, body_of
-from blender_addon.w2w.scene.patches import carrier_triangles, patch_empties
-from blender_addon.w2w.ui import jobs, menus, packing, preferences, properties, signal_cache
-from blender_addon.w2w.ui.baking import bake_steps
-from blender_addon.w2w.ui.motion_import import import_steps, wanted_in_folder
-from blender_addon.w2w.ui.pick_tool import patch_at
-from blender_addon.w2w.ui.study import (
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import shaped
+from w2w.core.motion.library import MOTION_SUFFIXES
+from w2w.core.motion.motion import Motion
+from w2w.core.ranking.utility import CLASSIFIERS
+from w2w.core.selection.subsets import greedy_subset
+from w2w.core.study import record
+from w2w.scene.actions import read_action
+from w2w.scene.body import armature_of, body_of
+from w2w.scene.patches import carrier_triangles, patch_empties
+from w2w.ui import jobs, menus, packing, preferences, properties, signal_cache
+from w2w.ui.baking import bake_steps
+from w2w.ui.motion_import import import_steps, wanted_in_folder
+from w2w.ui.pick_tool import patch_at
+from w2w.ui.state import (
     BAKED,
     STALE,
     bake_settings,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.skeleton import MIRRORED_JOINTS
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import MIRRORED_JOINTS
 
 from . import rig
 from .cavities import close_cavities

@@ -11,11 +11,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.motion import Motion
-from blender_addon.w2w.core.shapes import volume
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS
-from blender_addon.w2w.core.skinning import skin, skinning_transforms
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import volume
+from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import skin, skinning_transforms
 
 POSES: dict[str, tuple[str, tuple[float, float, float]]] = {
     "arms down": ("shoulder", (0.0, np.deg2rad(80.0), 0.0)),

@@ -9,7 +9,7 @@ from functools import cached_property
 import igl
 import numpy as np
 
-from blender_addon.w2w.core.body import vertex_normals
+from w2w.core.body.body import vertex_normals
 
 MIN_FACING = 0.3
 """Cosine below which a closest point is taken to lie on another sheet (the next finger, the other lip)."""

@@ -7,9 +7,9 @@ import hashlib
 
 import numpy as np
 
-from blender_addon.w2w.core.body import Body
-from blender_addon.w2w.core.shapes import LIMB_STEP, ShapeTargets
-from blender_addon.w2w.core.skeleton import JOINT_INDEX, MIRRORED_JOINTS
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import LIMB_STEP, ShapeTargets
+from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
 
 from . import rig
 from .makehuman import AVERAGE, N_BODY_VERTICES, SEXES, Source

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .place_blocks import PlaceBlocks
+from .ranking.inputs import PlaceBlocks
 from .study import Recommendation, StudyConfig, recommend, same_clips
 
 

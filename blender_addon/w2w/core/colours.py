@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from cmap import Colormap
 
-from .patches import PatchSet
+from .patches.patches import PatchSet
 
 COLOUR_MAP = "viridis"
 """Rises evenly in lightness and stays in order for colour-blind eyes (Smith & van der Walt 2015,

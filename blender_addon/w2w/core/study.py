@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from .augmentation import Augmentation
-from .body import Body
-from .constraints import Constraints
-from .copies import record_copies
-from .crossval import same_motion_groups
-from .features import window_features
-from .imu import Synthesis, synthesize
-from .motion import Motion
-from .motion_signature import mirrored_signatures
-from .patches import DEFAULT_PATCHES, PatchSet, sample_patches
-from .place_blocks import PlaceBlocks
-from .placement import Subset, best_single, greedy_subset
-from .recording import ImuRecording
-from .sensor import SensorModel
-from .sensor_presets import DEFAULT_SENSOR, preset
-from .utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
-from .virtual_imu import record_motion
-from .windows import WindowSpec, cut_windows
+from .body.body import Body
+from .imu.augmentation import Augmentation
+from .imu.copies import record_copies
+from .imu.presets import DEFAULT_SENSOR, preset
+from .imu.recording import ImuRecording
+from .imu.sensor import SensorModel
+from .imu.synthesis import Synthesis, synthesize
+from .imu.virtual import record_motion
+from .motion.duplicates import mirrored_signatures
+from .motion.motion import Motion
+from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
+from .ranking.features import window_features
+from .ranking.folds import same_motion_groups
+from .ranking.inputs import PlaceBlocks
+from .ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
+from .ranking.windows import WindowSpec, cut_windows
+from .selection.constraints import Constraints
+from .selection.subsets import Subset, best_single, greedy_subset
 
 SAME_MOTION = 0.1
 """Signatures nearer than this show one motion: on real Mixamo downloads it joins the same clip

@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.motion import Motion
-from ..core.skeleton import JOINT_NAMES
+from ..core.body.skeleton import JOINT_NAMES
+from ..core.motion.motion import Motion
 from .body import body_space, matrix
 from .fcurves import LINEAR, action_curves, basis_matrices
 

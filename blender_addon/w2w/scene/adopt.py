@@ -8,13 +8,13 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.body import Body
-from ..core.bone_maps import BONE_MAPS, BoneMap
-from ..core.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
-from ..core.smpl import BodyError, body_from_mesh, body_from_rig, load_body
-from ..core.source_motion import UnusableMotion
+from ..core.adopt.smpl import BodyError, body_from_mesh, body_from_rig, load_body
+from ..core.body.body import Body
+from ..core.body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
+from ..core.motion.bone_maps import BONE_MAPS, BoneMap
+from ..core.motion.source import UnusableMotion
 from .body import matrix, rest_vertices
-from .clips import imported
+from .takes import imported
 
 WRISTS = {BODY_HANDS[0]: JOINT_INDEX["left_wrist"], BODY_HANDS[1]: JOINT_INDEX["right_wrist"]}
 """Joints that stand in for hands a rig of SMPL-H or SMPL-X has fingers for."""

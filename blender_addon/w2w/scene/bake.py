@@ -11,14 +11,14 @@ from typing import Literal
 import bpy
 import numpy as np
 
-from ..core.body import Body
-from ..core.motion import Motion
-from ..core.patches import PatchSet
-from ..core.skinning import frames_from_edges, patch_matrices
+from ..core.body.body import Body
+from ..core.motion.motion import Motion
+from ..core.motion.skinning import frames_from_edges, patch_matrices
+from ..core.patches.patches import PatchSet
 from . import actions
-from .bake_path import why_not_fast
 from .body import armature_of, body_of, body_space, matrix
 from .evaluated import EvaluatedVertices
+from .fast_path import why_not_fast
 from .playback import active_action, each_frame, playing, without_empties
 
 EVEN_SCALE = 1e-4

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from ..core.body import Body
-from ..core.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
+from ..core.body.body import Body
+from ..core.body.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
 
 MIRROR_ATTRIBUTE = "mirror vertex"
 """Integer attribute with each vertex's mirror image, on meshes that know it."""

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ..core.colours import COLOUR_MAP, patch_colours
-from ..core.patches import PatchSet
+from ..core.patches.patches import PatchSet
 
 MEAN = "Mean F1"
 PREFIX = "F1: "

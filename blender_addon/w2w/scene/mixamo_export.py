@@ -15,8 +15,8 @@ import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.rehab import RehabClip
-from ..core.rehab_skeleton import BONE_PARENTS, BONES, PREFIX
+from ..core.rehab.clips import RehabClip
+from ..core.rehab.skeleton import BONE_PARENTS, BONES, PREFIX
 
 TAKE = "mixamo.com"
 """Name of the animation in every file that Mixamo hands out."""

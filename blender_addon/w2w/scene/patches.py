@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ..core.patches import PatchSet
+from ..core.patches.patches import PatchSet
 
 PATCH = "patch"
 """Custom property of an empty: number of its patch."""

@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from ..core.body import Body
+from ..core.body.body import Body
 
 Marker = tuple[Sequence[float], Sequence[float]]
 """Where a marker is, metres, and its sRGB colour."""

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import bpy
 import numpy as np
 
-from ..core.body import Body
-from ..core.skeleton import JOINT_NAMES
+from ..core.body.body import Body
+from ..core.body.skeleton import JOINT_NAMES
 from . import actions
 from .body import armature_of, matrix
 

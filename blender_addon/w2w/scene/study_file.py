@@ -10,10 +10,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.body import Body
+from ..core.body.body import Body
 from ..core.files import UNFINISHED
-from ..core.motion import Motion
-from ..core.patches import PatchSet
+from ..core.motion.motion import Motion
+from ..core.patches.patches import PatchSet
 from . import heatmap
 from .actions import show_action, write_action
 from .body import BodyObjects, add_body

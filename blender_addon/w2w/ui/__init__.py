@@ -8,22 +8,22 @@ from types import ModuleType
 import bpy
 
 from . import (
-    body_ops,
     jobs,
     lists,
     menus,
-    motion_ops,
     overlay,
     panels,
-    patch_ops,
     pick_tool,
     preferences,
     properties,
     result_panels,
-    signal_ops,
     source_view,
-    utility_ops,
 )
+from . import step1_body as body_ops
+from . import step2_motions as motion_ops
+from . import step3_patches as patch_ops
+from . import step4_signals as signal_ops
+from . import step5_ranking as utility_ops
 
 MODULES: tuple[ModuleType, ...] = (
     preferences,

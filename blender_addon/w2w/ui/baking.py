@@ -11,20 +11,20 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.clip_blocks import clip_inputs
 from ..core.clip_ranking import RankedClip, rank_clips
-from ..core.motion import Motion
-from ..core.motion_signature import motion_signature
-from ..core.patches import PatchSet
+from ..core.motion.duplicates import motion_signature
+from ..core.motion.motion import Motion
+from ..core.patches.patches import PatchSet
+from ..core.ranking.inputs import clip_inputs
+from ..core.ranking.utility import inputs_of
 from ..core.study import Recommendation, StudyConfig, describe, record_baked
-from ..core.utility import inputs_of
 from ..scene.actions import InexpressibleActionError, read_action
 from ..scene.bake import Bake, PatchBaker
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
 from .preferences import cache_folder
 from .signal_cache import BakedClip
-from .study import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
+from .state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
 
 SHOWN_REASONS = 2
 

@@ -10,7 +10,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
-from .text_lines import FONT
+from .text import FONT
 
 Colour = tuple[float, float, float, float]
 

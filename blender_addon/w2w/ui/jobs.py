@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import bpy
 
-from ..core.source_motion import UnusableMotion
+from ..core.motion.source import UnusableMotion
 
 BUDGET = 0.03
 """Seconds of work between two redraws."""

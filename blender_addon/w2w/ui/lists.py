@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from .study import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
+from .state import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
 
 ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
 

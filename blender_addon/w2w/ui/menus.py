@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 from bl_operators.presets import AddPresetBase
 
-from ..core.library import MOTION_SUFFIXES
+from ..core.motion.library import MOTION_SUFFIXES
 
 PRESETS = Path(__file__).parent / "presets"
 PRESET_FOLDER = "w2w/study"

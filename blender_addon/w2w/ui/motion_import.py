@@ -10,11 +10,11 @@ from typing import NamedTuple
 import bpy
 
 from ..core.file_names import shown
-from ..core.library import MOTION_SUFFIXES, LibraryError, activity_of, read_library, unique_names
-from ..core.source_motion import UnusableMotion, reason_of
+from ..core.motion.library import MOTION_SUFFIXES, LibraryError, activity_of, read_library, unique_names
+from ..core.motion.source import UnusableMotion, reason_of
 from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
-from ..scene.motions import Carried, carry, read_motion
+from ..scene.load import Carried, carry, read_motion
 from .jobs import Step, Steps
 
 

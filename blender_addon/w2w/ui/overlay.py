@@ -9,14 +9,14 @@ import bpy
 import numpy as np
 
 from ..core.colours import colour_table
-from ..core.patches import PatchSet
+from ..core.patches.patches import PatchSet
 from ..scene.actions import FIRST_FRAME, scene_rate
 from ..scene.patches import PATCH
 from . import signal_cache
 from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
 from .results import colour_range, mean_scores, shown_scores, ticked, view_index
-from .study import current_body, patches_of, playing_clip, utility_of
+from .state import current_body, patches_of, playing_clip, utility_of
 from .surface import Surface
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from ..core.patches import PatchSet
-from ..core.utility import UtilityMap
+from ..core.patches.patches import PatchSet
+from ..core.ranking.utility import UtilityMap
 
 KEPT = 8
 """Unpacked results kept in memory."""

@@ -8,11 +8,10 @@ from pathlib import Path
 import bpy
 
 from . import jobs
-from .panel_text import draw_message, draw_progress, draw_text
 from .result_panels import W2WPanel
 from .shape import draw_sliders
 from .source_view import source_collections
-from .study import (
+from .state import (
     BAKED,
     bake_settings,
     bodies,
@@ -29,6 +28,7 @@ from .study import (
     usable,
     utility_of,
 )
+from .text import draw_message, draw_progress, draw_text
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.colours import score_colours
-from ..core.recording import ImuRecording
+from ..core.imu.recording import ImuRecording
 from .drawing import Colour, clipped, polyline, rectangle, text, width_of
 
 WIDTH, MARGIN, LINE = 350, 12, 15

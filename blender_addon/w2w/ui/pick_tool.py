@@ -9,8 +9,8 @@ from bpy.props import BoolProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
 from ..scene.evaluated import EvaluatedVertices
-from .study import current_body, patches_of
-from .utility_ops import pick
+from .state import current_body, patches_of
+from .step5_ranking import pick
 
 TOOL = "w2w.pick_tool"
 

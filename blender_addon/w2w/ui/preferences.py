@@ -13,9 +13,9 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
-from .text_lines import wrapped
+from .text import wrapped
 
-EXTENSION = __package__.removesuffix(".blender_addon.w2w.ui")
+EXTENSION = __package__.removesuffix(".w2w.ui")
 """Name under which Blender knows the extension; the package's own where it runs as a plain module."""
 
 THREADS_VARIABLE = "OMP_NUM_THREADS"

@@ -14,11 +14,11 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..core.imu import Synthesis
-from ..core.patches import DEFAULT_PATCHES
-from ..core.sensor_presets import DEFAULT_SENSOR, PRESETS
-from ..core.utility import CLASSIFIERS
-from ..core.windows import WindowSpec
+from ..core.imu.presets import DEFAULT_SENSOR, PRESETS
+from ..core.imu.synthesis import Synthesis
+from ..core.patches.patches import DEFAULT_PATCHES
+from ..core.ranking.utility import CLASSIFIERS
+from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
 from . import shape, updates
 from .results import MEAN_VIEW

@@ -6,9 +6,9 @@ from __future__ import annotations
 import bpy
 
 from . import jobs
-from .panel_text import draw_text
 from .results import mean_scores, ticked
-from .study import current_body, patches_of, utility_of
+from .state import current_body, patches_of, utility_of
+from .text import draw_text
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout

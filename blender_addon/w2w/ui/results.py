@@ -6,14 +6,13 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..core.placement import greedy_subset
+from ..core.ranking.utility import UtilityMap
+from ..core.selection.subsets import greedy_subset
 from ..core.study import Recommendation
-from ..core.utility import UtilityMap
 from ..scene import heatmap
 from ..scene.patches import patch_empties
 from .packing import pack
-from .silence import without_updates
-from .study import patches_of, utility_of
+from .state import patches_of, utility_of, without_updates
 
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4

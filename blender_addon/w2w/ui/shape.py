@@ -6,12 +6,11 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, FloatProperty
 
-from ..core.body import Body
-from ..core.shapes import RANGES, shaped
+from ..core.body.body import Body
+from ..core.body.shapes import RANGES, shaped
 from ..scene.reshape import reshape_body
 from . import jobs
-from .silence import is_silent, without_updates
-from .study import usable
+from .state import is_silent, usable, without_updates
 
 ALWAYS = ("gender", "muscle", "age", "arms", "legs")
 OPTIONAL = ("height", "weight")

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core.files import write_npz
-from ..core.recording import ImuRecording
+from ..core.imu.recording import ImuRecording
 from .preferences import cache_folder
 
 KEPT = 4

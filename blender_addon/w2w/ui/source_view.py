@@ -7,12 +7,12 @@ from pathlib import Path
 
 import bpy
 
-from ..core.source_motion import UnusableMotion
+from ..core.motion.source import UnusableMotion
 from ..scene.actions import FIRST_FRAME, scene_rate
 from ..scene.body import armature_of, matrix
-from ..scene.clips import find_takes, import_file, motion_amount, read_take
+from ..scene.takes import find_takes, import_file, motion_amount, read_take
 from . import jobs
-from .study import current_body
+from .state import current_body
 
 SOURCE = "w2w source"
 """Custom property of a collection that holds a clip's own armature: the clip's name."""

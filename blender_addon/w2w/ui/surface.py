@@ -11,7 +11,7 @@ from bpy_extras.view3d_utils import (
 )
 from mathutils import Vector
 
-from ..core.patches import PatchSet
+from ..core.patches.patches import PatchSet
 from ..scene.patches import patch_empties
 
 SKIN = 0.01

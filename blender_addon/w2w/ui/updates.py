@@ -10,7 +10,7 @@ from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
 from . import results
 from .jobs import redraw
-from .silence import is_silent, without_updates
+from .state import is_silent, without_updates
 
 Context = bpy.types.Context
 Group = bpy.types.PropertyGroup

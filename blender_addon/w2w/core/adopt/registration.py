@@ -1,0 +1,331 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Non-rigid registration: lay the bundled body on another body's surface, to hand over rig and weights.
+
+First the skeleton: joint rotations and one scale a body part, by Gauss-Newton on landmarks and then
+on closest points (articulated ICP). Then the skin: every vertex moves to the target's surface under
+a smooth displacement field (after Amberg, Romdhani and Vetter 2007, doi:10.1109/CVPR.2007.383165),
+first stiff, then softer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.sparse import csr_matrix, diags, identity
+from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+from trimesh.triangles import closest_point, points_to_barycentric
+
+from ..body.body import Body, vertex_normals
+from ..body.skeleton import MIRRORED_JOINTS, N_JOINTS, PARENTS
+
+N_POSE = 3 * N_JOINTS
+"""Parameters before the root's translation: a rotation vector for each joint."""
+
+TURN_PRIOR = 0.01
+SCALE_PRIOR = 0.05
+"""Metres of surface distance that a turn by a radian, or a scale by a factor e, is worth."""
+
+LANDMARK_WEIGHT = 0.3
+"""Trust in landmarks, which are a centimetre or two apart on two bodies, once surfaces can be matched."""
+
+LANDMARK_STEPS, SURFACE_STEPS = 12, 20
+"""Gauss-Newton steps on landmarks alone, and on closest points found anew at every step."""
+
+TOWARDS_POINT = 0.2
+"""Pull along the surface, towards the closest point itself, against the pull across it."""
+
+SKELETON_SAMPLE = 5
+"""Every so many-th vertex is enough to fit the skeleton."""
+
+STIFFNESS = (300.0, 100.0, 30.0, 10.0, 3.0, 1.0, 0.3, 0.1, 0.03, 0.01, 0.01)
+"""Weight of the displacement's smoothness against the match, round after round."""
+
+THERE = 0.3
+"""Weight of matching template vertices to target triangles, against target vertices to template triangles."""
+
+NEAREST_FACES = 8
+"""Faces, by the nearness of their middles, among which the closest point is looked for."""
+
+SAME_SIDE = 0.3
+"""Least cosine between the normals of a point and its match: skin matches skin of the same side."""
+
+REACH = 0.08
+"""Points farther apart than this, metres, do not match."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A triangle mesh that can be asked for its closest points.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+    faces : ndarray, shape (F, 3)
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+
+    def __post_init__(self) -> None:
+        corners = self.vertices[self.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+        object.__setattr__(self, "face_normals", normals)
+        object.__setattr__(self, "tree", cKDTree(corners.mean(axis=1)))
+
+    def closest(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Closest points of the side that faces the same way.
+
+        Parameters
+        ----------
+        points, normals : ndarray, shape (N, 3)
+
+        Returns
+        -------
+        closest : ndarray, shape (N, 3)
+        faces : ndarray of int, shape (N,)
+            The face each lies on.
+        distance : ndarray, shape (N,)
+            Infinite where no near face looks the same way.
+        """
+        _, near = self.tree.query(points, k=NEAREST_FACES)
+        repeated = np.repeat(points, NEAREST_FACES, axis=0)
+        found = closest_point(self.vertices[self.faces[near.ravel()]], repeated)
+        distance = np.linalg.norm(found - repeated, axis=1).reshape(near.shape)
+        alike = np.einsum("nka,na->nk", self.face_normals[near], normals) > SAME_SIDE
+        distance = np.where(alike, distance, np.inf)
+        best = distance.argmin(axis=1)
+        rows = np.arange(len(points))
+        return found.reshape(*near.shape, 3)[rows, best], near[rows, best], distance[rows, best]
+
+    def shares(self, points: np.ndarray, faces: np.ndarray) -> csr_matrix:
+        """Barycentric coordinates of the points nearest to some points on given faces.
+
+        Parameters
+        ----------
+        points : ndarray, shape (N, 3)
+        faces : ndarray of int, shape (N,)
+
+        Returns
+        -------
+        csr_matrix, shape (N, V)
+        """
+        triangles = self.vertices[self.faces[faces]]
+        share = points_to_barycentric(triangles, closest_point(triangles, points))
+        share = np.clip(np.nan_to_num(share, nan=1 / 3), 0, 1)
+        share /= share.sum(axis=1, keepdims=True)
+        places = (share.ravel(), (np.repeat(np.arange(len(points)), 3), self.faces[faces].ravel()))
+        return csr_matrix(places, shape=(len(points), len(self.vertices)))
+
+
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """A template laid on a target.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        The template's vertices on the target's surface.
+    joints : ndarray, shape (24, 3)
+        The template's joints carried along.
+    weights : ndarray, shape (T, 24)
+        Skinning weights of the target's vertices.
+    residual : ndarray, shape (T,)
+        Distance of the target's vertices from the registered template, metres.
+    """
+
+    vertices: np.ndarray
+    joints: np.ndarray
+    weights: np.ndarray
+    residual: np.ndarray
+
+
+def register(
+    template: Body, vertices: np.ndarray, faces: np.ndarray, landmarks: tuple[np.ndarray, np.ndarray]
+) -> Registered:
+    """Lay a template body on a target mesh and hand its rig and weights over.
+
+    Parameters
+    ----------
+    template : Body
+    vertices : ndarray, shape (T, 3)
+        Target vertices in the template's axes, metres.
+    faces : ndarray, shape (F, 3)
+        Target triangles, counter-clockwise seen from outside.
+    landmarks : tuple of ndarray of int, each shape (L,)
+        Template vertices and target vertices that mark the same places.
+
+    Returns
+    -------
+    Registered
+    """
+    target = Surface(vertices, faces)
+    posed = _fit_skeleton(template, target, (landmarks[0], vertices[landmarks[1]]))
+    skin = _fit_skin(posed, template.faces, target)
+    registered = Surface(skin, template.faces)
+    _, face, distance = registered.closest(vertices, vertex_normals(vertices, faces))
+    weights = registered.shares(vertices, face) @ template.weights
+    lost = ~np.isfinite(distance)
+    if lost.any():  # deep in folds normals look every way: take what is near
+        distance[lost], nearest = cKDTree(skin).query(vertices[lost])
+        weights[lost] = template.weights[nearest]
+    return Registered(skin, carried_joints(template, skin), weights, distance)
+
+
+def carried_joints(body: Body, vertices: np.ndarray) -> np.ndarray:
+    """Joints of a body whose vertices have been moved.
+
+    Each joint goes with the similarity transform of the skin around it: of the vertices that
+    it and its parent move together.
+
+    Parameters
+    ----------
+    body : Body
+    vertices : ndarray, shape (V, 3)
+
+    Returns
+    -------
+    ndarray, shape (24, 3)
+    """
+    joints = np.empty((N_JOINTS, 3))
+    for joint in range(N_JOINTS):
+        others = [PARENTS[joint]] if joint else [child for child in range(N_JOINTS) if PARENTS[child] == 0]
+        influence = body.weights[:, joint] * body.weights[:, others].sum(axis=1)
+        joints[joint] = _similarity(body.vertices, vertices, influence, body.joints[joint])
+    return joints
+
+
+def _similarity(start: np.ndarray, end: np.ndarray, influence: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """A point moved by the weighted best similarity transform (Umeyama 1991, doi:10.1109/34.88573)."""
+    share = influence / influence.sum()
+    middle, goal = share @ start, share @ end
+    spread = start - middle
+    u, sizes, vt = np.linalg.svd((spread * share[:, None]).T @ (end - goal))
+    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    scale = (sizes * signs).sum() / (share @ (spread**2).sum(axis=1))
+    return goal + scale * ((point - middle) @ (u * signs) @ vt)
+
+
+def _fit_skeleton(template: Body, target: Surface, marks: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """The template's vertices, posed and scaled part by part to lie near the target."""
+    marked = _Posable(template, marks[0])
+    sampled = _Posable(template, np.arange(0, len(template.vertices), SKELETON_SAMPLE))
+    whole = _Posable(template)
+    parameters = np.zeros(N_POSE + 3 + N_JOINTS)
+    parameters[N_POSE : N_POSE + 3] = (marks[1] - template.vertices[marks[0]]).mean(axis=0)
+    for _ in range(LANDMARK_STEPS):
+        gap, slope = _linearised(marked, parameters)
+        parameters = _step(parameters, [((gap - marks[1]).ravel(), slope.reshape(gap.size, -1))])
+    for _ in range(SURFACE_STEPS):
+        points, slope = _linearised(sampled, parameters)
+        normals = vertex_normals(whole(parameters), template.faces)[::SKELETON_SAMPLE]
+        goal, face, distance = target.closest(points, normals)
+        trust = np.where(distance < REACH, np.sqrt(len(marks[0]) / len(points)), 0.0)
+        across = trust[:, None] * target.face_normals[face]
+        gap = points - goal
+        towards = TOWARDS_POINT * trust[:, None]
+        at_marks, mark_slope = _linearised(marked, parameters)
+        parameters = _step(
+            parameters,
+            [
+                (np.einsum("na,na->n", across, gap), np.einsum("na,nap->np", across, slope)),
+                ((towards * gap).ravel(), (towards[..., None] * slope).reshape(gap.size, -1)),
+                (
+                    LANDMARK_WEIGHT * (at_marks - marks[1]).ravel(),
+                    LANDMARK_WEIGHT * mark_slope.reshape(at_marks.size, -1),
+                ),
+            ],
+        )
+    return whole(parameters)
+
+
+def _linearised(posable: _Posable, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 3) under some parameters and their derivatives (N, 3, P), by differences."""
+    size = 1e-6
+    varied = posable(parameters + size * np.vstack([np.zeros(len(parameters)), np.eye(len(parameters))]))
+    return varied[0], np.moveaxis(varied[1:] - varied[0], 0, -1) / size
+
+
+def _step(parameters: np.ndarray, terms: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """One Gauss-Newton step on residuals and their slopes, with the priors on turns and scales."""
+    normal = _prior()
+    right = -normal @ parameters
+    for residual, slope in terms:
+        normal = normal + slope.T @ slope
+        right = right - slope.T @ residual
+    return parameters + np.linalg.solve(normal, right)
+
+
+def _prior() -> np.ndarray:
+    """Quadratic form that keeps turns small, and scales near their mean and alike left and right."""
+    turns = np.zeros(N_POSE + 3)
+    turns[3:N_POSE] = TURN_PRIOR**2
+    from_mean = np.eye(N_JOINTS) - 1 / N_JOINTS
+    from_mirror = np.eye(N_JOINTS) - np.eye(N_JOINTS)[list(MIRRORED_JOINTS)]
+    scales = SCALE_PRIOR**2 * (from_mean + from_mirror.T @ from_mirror)
+    return block_diag(np.diag(turns), scales)
+
+
+class _Posable:
+    """Some vertices of a body under pose, place and one scale a body part."""
+
+    def __init__(self, body: Body, vertices: np.ndarray | slice = slice(None)) -> None:
+        self.joints = body.joints
+        weights = body.weights[vertices]
+        homogeneous = np.concatenate([body.vertices[vertices], np.ones((len(weights), 1))], axis=1)
+        self.rows = (weights[:, :, None] * homogeneous[:, None, :]).reshape(len(weights), -1)
+
+    def __call__(self, parameters: np.ndarray) -> np.ndarray:
+        """Positions (..., N, 3) under parameters (..., P)."""
+        many = parameters.shape[:-1]
+        turns = Rotation.from_rotvec(parameters[..., :N_POSE].reshape(-1, 3)).as_matrix()
+        turns = turns.reshape(*many, N_JOINTS, 3, 3)
+        scales = np.exp(parameters[..., N_POSE + 3 :])
+        places = np.empty((*many, N_JOINTS, 3))
+        places[..., 0, :] = self.joints[0] + parameters[..., N_POSE : N_POSE + 3]
+        for joint in range(1, N_JOINTS):
+            parent = PARENTS[joint]
+            turns[..., joint, :, :] = turns[..., parent, :, :] @ turns[..., joint, :, :]
+            offset = turns[..., parent, :, :] @ (self.joints[joint] - self.joints[parent])
+            places[..., joint, :] = places[..., parent, :] + scales[..., parent, None] * offset
+        linear = scales[..., None, None] * turns
+        transforms = np.empty((*many, N_JOINTS, 4, 3))
+        transforms[..., :3, :] = linear.swapaxes(-1, -2)
+        transforms[..., 3, :] = places - np.einsum("...jab,jb->...ja", linear, self.joints)
+        return self.rows @ transforms.reshape(*many, -1, 3)
+
+
+def _fit_skin(posed: np.ndarray, faces: np.ndarray, target: Surface) -> np.ndarray:
+    """Displace vertices onto the target, smoothly.
+
+    Matching vertices to the target's flat triangles cuts its rounded parts short, so the target's
+    own vertices are matched to the template's triangles as well.
+    """
+    smoothness = _bending(faces, len(posed))
+    target_normals = vertex_normals(target.vertices, target.faces)
+    skin = posed
+    for stiffness in STIFFNESS:
+        goal, _, distance = target.closest(skin, vertex_normals(skin, faces))
+        trust = THERE * (distance < REACH)
+        surface = Surface(skin, faces)
+        _, face, distance = surface.closest(target.vertices, target_normals)
+        near = np.flatnonzero(distance < REACH)
+        share = surface.shares(target.vertices[near], face[near])
+        system = stiffness * smoothness + diags(trust) + share.T @ share + 1e-6 * identity(len(posed))
+        wanted = trust[:, None] * (goal - posed) + share.T @ (target.vertices[near] - share @ posed)
+        skin = posed + splu(system.tocsc()).solve(wanted)
+    return skin
+
+
+def _bending(faces: np.ndarray, n_vertices: int) -> csr_matrix:
+    """Squared uniform graph Laplacian, shape (V, V)."""
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    rows, columns = np.concatenate([start, end]), np.concatenate([end, start])
+    joined = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n_vertices, n_vertices))
+    joined.data[:] = 1.0
+    laplacian = identity(n_vertices) - diags(1 / np.asarray(joined.sum(axis=1)).ravel()) @ joined
+    return (laplacian.T @ laplacian).tocsr()

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bring a rigged body to W2W's convention: metres, z up, facing -y, soles on the ground, in a T-pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..body.body import Body
+from ..body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from ..rotations import smallest_rotation
+
+UNITS = {1.0: "metres", 0.01: "centimetres", 0.001: "millimetres"}
+SHORTEST, TALLEST = 0.4, 2.5
+"""Heights of people, metres."""
+
+AXIS_ALIGNED = np.radians(25)
+"""A body turned by less than this from the file's axes stands along them: people lean and look aside."""
+
+BENT = np.radians(20)
+"""An elbow or knee bent by more than this is straightened."""
+
+AWAY = np.radians(12)
+"""A limb that points this far from the T-pose's is moved there; less is how people are built."""
+
+LIMBS = tuple(
+    tuple(JOINT_INDEX[f"{side}_{part}"] for part in parts)
+    for side in ("left", "right")
+    for parts in (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"))
+)
+
+
+def metres_per_unit(height: float) -> float:
+    """Size of a file's unit of length, from the height of the body in it.
+
+    Raises
+    ------
+    ValueError
+        If no usual unit makes it the height of a person.
+    """
+    for unit in UNITS:
+        if SHORTEST <= height * unit <= TALLEST:
+            return unit
+    raise ValueError(
+        f"the body is {height:g} units tall: expected {SHORTEST:g} to {TALLEST:g} metres, "
+        "or as much in centimetres or millimetres"
+    )
+
+
+def to_axes(left: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Rotation from a file's axes to W2W's, from where a body's left and its head are.
+
+    Parameters
+    ----------
+    left, up : ndarray, shape (3,)
+        Directions in the file's axes, of any length; need not be square to each other.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        A permutation of the axes where the body nearly stands along them.
+    """
+    up = up / np.linalg.norm(up)
+    left = left - up * (left @ up)
+    left = left / np.linalg.norm(left)
+    turn = np.stack([left, np.cross(up, left), up])
+    snapped = np.zeros((3, 3))
+    longest = np.abs(turn).argmax(axis=1)
+    snapped[np.arange(3), longest] = np.sign(turn[np.arange(3), longest])
+    aligned = Rotation.from_matrix(turn @ snapped.T) if np.linalg.det(snapped) > 0.5 else None
+    return snapped if aligned is not None and aligned.magnitude() < AXIS_ALIGNED else turn
+
+
+def in_t_pose(
+    vertices: np.ndarray,
+    joints: np.ndarray,
+    weights: np.ndarray,
+    reference: Body,
+    limbs: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Straighten and raise limbs until a body stands as in W2W's rest pose.
+
+    Limbs that already point as the T-pose's do, but for a body's own build, stay as they are;
+    others turn first in the frontal plane, as an A-pose was made from a T-pose. Posing the result
+    back with linear blend skinning gives the vertices that were passed.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        In W2W's axes, metres.
+    joints : ndarray, shape (24, 3)
+    weights : ndarray, shape (V, 24)
+    reference : Body
+        A body in the T-pose: where limbs should point.
+    limbs : ndarray, shape (24, 3), optional
+        Joints that tell where the limbs point now, where those they turn about are placed otherwise
+        than the reference's.
+
+    Returns
+    -------
+    vertices : ndarray, shape (V, 3)
+    joints : ndarray, shape (24, 3)
+    """
+    turns = _turns_to_t_pose(joints if limbs is None else limbs, reference.joints)
+    if np.array_equal(turns, np.tile(np.eye(3), (N_JOINTS, 1, 1))):
+        return vertices, joints
+    straight = joints.copy()
+    for joint in range(1, N_JOINTS):
+        parent = PARENTS[joint]
+        straight[joint] = straight[parent] + turns[parent] @ (joints[joint] - joints[parent])
+    # the posed vertex is sum w (turn^T (x - straight) + joint): solve for the rest position x
+    back = turns.swapaxes(1, 2)
+    linear = np.einsum("vj,jab->vab", weights, back)
+    constant = weights @ (joints - np.einsum("jab,jb->ja", back, straight))
+    return np.linalg.solve(linear, (vertices - constant)[..., None])[..., 0], straight
+
+
+def on_the_ground(vertices: np.ndarray, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same body with its soles on z = 0 and its pelvis above the origin."""
+    foot = np.array([*joints[0, :2], vertices[:, 2].min()])
+    return vertices - foot, joints - foot
+
+
+def _turns_to_t_pose(joints: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """World rotation of each body part, shape (24, 3, 3)."""
+    turns = np.tile(np.eye(3), (N_JOINTS, 1, 1))
+    for start, middle, end in LIMBS:
+        upper, lower = joints[middle] - joints[start], joints[end] - joints[middle]
+        unbend = smallest_rotation(lower, upper) if _angle(lower, upper) > BENT else np.eye(3)
+        reach, wanted = upper + unbend @ lower, reference[end] - reference[start]
+        raised = _raised(reach, wanted)
+        turns[start] = raised
+        turns[middle:] = np.where(_below(middle)[middle:, None, None], raised @ unbend, turns[middle:])
+    return turns
+
+
+def _raised(reach: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Rotation of a whole limb to where the T-pose has it."""
+    if _angle(reach, wanted) <= AWAY:
+        return np.eye(3)
+    frontal = np.array([1.0, 0.0, 1.0])
+    turn = smallest_rotation(frontal * reach, frontal * wanted)
+    if _angle(turn @ reach, wanted) > AWAY:
+        turn = smallest_rotation(reach, wanted)
+    return turn
+
+
+def _below(joint: int) -> np.ndarray:
+    """Which joints move with a joint, itself among them, shape (24,)."""
+    below = np.zeros(N_JOINTS, dtype=bool)
+    below[joint] = True
+    for other in range(joint + 1, N_JOINTS):
+        below[other] = below[PARENTS[other]]
+    return below
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+
+
+BLEND = (-0.1, 0.35)
+"""Where the arm's share begins and is whole, in lengths of the upper arm outward from the shoulder joint."""
+
+AROUND = (0.4, 0.7)
+"""Distances from the arm's axis, in the same unit, between which the rule ceases to hold."""
+
+WITHIN = 0.8
+"""The rule holds for so far inward and outward of the joint, in the same unit."""
+
+SLICE = (0.2, 0.4)
+"""Part of the upper arm whose middle is taken for the arm's."""
+
+TOWARDS_MIDDLE = 0.5
+"""How far the joint is moved, of its way to the middle of the arm."""
+
+
+def with_smpl_shoulders(
+    vertices: np.ndarray, joints: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Give a rig SMPL's shoulders.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        In W2W's T-pose.
+    joints : ndarray, shape (24, 3)
+    weights : ndarray, shape (V, 24)
+        Rows sum to 1.
+
+    Returns
+    -------
+    joints : ndarray, shape (24, 3)
+        Only the shoulders differ.
+    weights : ndarray, shape (V, 24)
+        Only vertices near the shoulders differ; rows sum to 1.
+    """
+    joints, weights = joints.copy(), weights.copy()
+    for side, outward in (("left", 1.0), ("right", -1.0)):
+        arm = [JOINT_INDEX[f"{side}_{part}"] for part in ("shoulder", "elbow", "wrist", "hand")]
+        start, bone = joints[arm[0]].copy(), joints[arm[1]] - joints[arm[0]]
+        place = (vertices - start) / np.linalg.norm(bone)
+        along = bone / np.linalg.norm(bone)
+        share = weights[:, arm].sum(axis=1)
+        joints[arm[0]] += TOWARDS_MIDDLE * np.linalg.norm(bone) * _middle(place, along, share)
+        wanted, held = _blend(place * [outward, 1, 1])
+        share = np.clip(share + held * (wanted - share), 0, 1)
+        _share_out(weights, arm, JOINT_INDEX[f"{side}_collar"], share)
+    return joints, weights
+
+
+def _middle(place: np.ndarray, along: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """From the joint to the middle line of the upper arm, in the frontal plane; 0 where no arm is."""
+    depth = place @ along
+    of_arm = (depth > SLICE[0]) & (depth < SLICE[1]) & (share > 0.5)
+    if not of_arm.any():
+        return np.zeros(3)
+    offset = (place[of_arm].min(axis=0) + place[of_arm].max(axis=0)) / 2
+    aside = offset - along * (offset @ along)
+    return aside * [1, 0, 1]  # front to back the joints agree already
+
+
+def _blend(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """SMPL's share of the arm at each vertex, and how much that counts there, both shape (V,)."""
+    depth, aside = place[:, 0], np.linalg.norm(place[:, 1:], axis=1)
+    return _smoothstep(depth, *BLEND), (1 - _smoothstep(aside, *AROUND)) * (np.abs(depth) < WITHIN)
+
+
+def _share_out(weights: np.ndarray, arm: list[int], collar: int, share: np.ndarray) -> None:
+    """Scale each row's weights on the arm to a share and the others to the rest, in place.
+
+    Where a vertex follows nothing of the kind yet, shoulder and collar take what is due.
+    """
+    trunk = np.setdiff1d(np.arange(weights.shape[1]), arm)
+    for joints, taker, due in ((arm, arm[0], share), (trunk, collar, 1 - share)):
+        held = weights[:, joints].sum(axis=1)
+        bare = held < 1e-6
+        weights[:, joints] *= np.where(bare, 0, due / np.where(bare, 1, held))[:, None]
+        weights[bare, taker] = due[bare]
+
+
+def _smoothstep(values: np.ndarray, start: float, end: float) -> np.ndarray:
+    share = np.clip((values - start) / (end - start), 0, 1)
+    return share * share * (3 - 2 * share)

@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A user's own SMPL body: official model files, or a mesh with SMPL's faces and no rig."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..body.body import Body
+from ..body.landmarks import SENSOR_SITES
+from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from .mesh_files import read_mesh
+from .pickles import read_arrays, read_npz_member
+from .registration import register
+from .rest_pose import in_t_pose, metres_per_unit, on_the_ground, to_axes, with_smpl_shoulders
+from .topology import N_TRIANGLES, N_VERTICES, SmplMesh, recognise
+
+MODEL_ARRAYS = ("v_template", "f", "J_regressor", "weights", "kintree_table")
+
+SHAPES = "shapedirs"
+"""Array of an official model with the directions in which its shape varies: (V, 3, shapes)."""
+
+BODY_JOINTS = min(BODY_HANDS)
+"""Joints before the hands: the same in SMPL, SMPL-H and SMPL-X."""
+
+EXPECTED = (
+    "expected an official SMPL model (.npz or .pkl), a mesh with SMPL's faces (.obj or .ply), "
+    "or a body that W2W saved (.npz)"
+)
+
+LANDMARKS = {
+    332: (("head",), (0, -1, 0)),
+    411: (("head",), (0, 0, 1)),
+    2445: (("left_hand",), (1, 0, 0)),
+    5905: (("right_hand",), (-1, 0, 0)),
+    3216: (("left_foot",), (0, -1, 0)),
+    6617: (("right_foot",), (0, -1, 0)),
+    3387: (("left_ankle", "left_foot"), (0, 1, -0.5)),
+    6787: (("right_ankle", "right_foot"), (0, 1, -0.5)),
+}
+"""SMPL vertices at nose, crown, middle fingertips, big toes and heels (``vertex_ids`` of the smplx
+package), and where to find the same on any body: joints, and the direction they are farthest in."""
+
+CROWN, HEELS = 411, (3387, 6787)
+FOREARMS = (1961, 5424)
+
+WORST_FIT = 0.005
+"""Mean distance, metres, above which the bundled body does not lie on a mesh as it should."""
+
+
+class BodyError(ValueError):
+    """A file that is no body W2W can adopt; the message says what was expected and what was found."""
+
+
+def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
+    """Read a body from a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        An official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``); a mesh with SMPL's faces, in
+        whatever pose, vertex order, axes and unit (``.obj``, ``.ply``); or a body that `Body.save` wrote.
+    betas : ndarray, shape (n,), optional
+        Shape coefficients of an official model; its mean shape is taken unless told.
+
+    Returns
+    -------
+    Body
+        In the T-pose, z up, facing -y, metres, soles on z = 0; a mesh with SMPL's faces comes in
+        SMPL's vertex order.
+
+    Raises
+    ------
+    BodyError
+        If it is none of these; the message says what was expected and what was found.
+    """
+    path = Path(path)
+    kind = path.suffix.lower()
+    wanted = MODEL_ARRAYS if betas is None else (*MODEL_ARRAYS, SHAPES)
+    if not path.is_file():
+        raise BodyError(f"{path} is not there: {EXPECTED}")
+    try:
+        if kind in (".pkl", ".pickle"):
+            with path.open("rb") as stream:
+                return body_from_model(read_arrays(stream, wanted), path.stem, betas)
+        if kind == ".npz":
+            return _body_from_npz(path, wanted, betas)
+        if kind in (".obj", ".ply"):
+            if betas is not None:
+                raise BodyError("a mesh has a shape of its own: betas need an official SMPL model")
+            return body_from_mesh(*read_mesh(path), path.stem)
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise BodyError(f"{path}: {error}") from error
+    raise BodyError(f"{path}: '{kind}' files hold no body that can be read here: {EXPECTED}")
+
+
+def body_from_model(model: dict[str, Any], name: str, betas: np.ndarray | None = None) -> Body:
+    """A body from the arrays of an official model (Loper et al. 2015, doi:10.1145/2816795.2818013).
+
+    Parameters
+    ----------
+    model : dict
+        ``v_template`` (V, 3) in y-up axes, metres; ``f`` (F, 3); ``J_regressor`` (J, V);
+        ``weights`` (V, J); ``kintree_table`` (2, J), parents in its first row. J is 24 for SMPL,
+        52 for SMPL-H, 55 for SMPL-X; fingers, jaw and eyes go to the joint that carries them.
+        For `betas` also ``shapedirs`` (V, 3, n).
+    name : str
+    betas : ndarray, shape (n,), optional
+        Shape coefficients, at most as many as the model has; the joints follow the shape.
+
+    Returns
+    -------
+    Body
+
+    Raises
+    ------
+    BodyError
+        If an array is missing or of another shape.
+    """
+    missing = [key for key in MODEL_ARRAYS if key not in model]
+    if missing:
+        held = ", ".join(sorted(model)[:10]) or "nothing"
+        raise BodyError(f"it lacks {', '.join(missing)} and holds {held}: {EXPECTED}")
+    arrays = {key: np.asarray(model[key]) for key in MODEL_ARRAYS}
+    vertices, regressor, weights = (_floats(arrays, key) for key in ("v_template", "J_regressor", "weights"))
+    n_joints = weights.shape[-1]
+    expected = {
+        "v_template": (len(vertices), 3),
+        "J_regressor": (n_joints, len(vertices)),
+        "weights": (len(vertices), n_joints),
+        "kintree_table": (2, n_joints),
+        "f": (len(arrays["f"]), 3),
+    }
+    for key, shape in expected.items():
+        if arrays[key].shape != shape:
+            raise BodyError(f"its '{key}' has shape {arrays[key].shape}, expected {shape}")
+    parents = arrays["kintree_table"][0].astype(np.uint32).astype(np.int32)
+    alike = tuple(parents[:BODY_JOINTS]) == PARENTS[:BODY_JOINTS]
+    if not alike or (parents[BODY_JOINTS:] >= np.arange(BODY_JOINTS, n_joints)).any():
+        raise BodyError(f"its {n_joints} joints are not joined like SMPL's 24, SMPL-H's 52 or SMPL-X's 55")
+    if betas is not None:
+        vertices = vertices + _shape_offsets(model, np.asarray(betas, dtype=np.float64), vertices.shape)
+    joints, weights = _as_24_joints(regressor @ vertices, weights, parents)
+    vertices, joints = on_the_ground(vertices @ Y_UP_TO_Z_UP.T, joints @ Y_UP_TO_Z_UP.T)
+    faces = arrays["f"].astype(np.int64)
+    mesh = recognise(faces, vertices)
+    numbered_so = mesh is not None and np.array_equal(mesh.order, np.arange(len(vertices)))
+    return Body(vertices, faces, joints, _normalised(weights), name, mesh.mirror if numbered_so else None)
+
+
+def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Body:
+    """A body from a mesh with SMPL's faces: rig and weights come from the bundled body.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        In any axes and unit.
+    polygons : ndarray of int, shape (F, 3) or (F, 4)
+        -1 in the fourth column of a triangle.
+    name : str
+
+    Returns
+    -------
+    Body
+        In SMPL's vertex order and faces.
+
+    Raises
+    ------
+    BodyError
+        If the faces are not SMPL's, or the bundled body cannot be laid on the mesh.
+    """
+    mesh = smpl_mesh(vertices, polygons)
+    template = Body.bundled()
+    placed = _in_our_axes(vertices[mesh.order])
+    fit = register(template, placed, mesh.faces, _landmarks(template))
+    error = float(fit.residual.mean())
+    if error > WORST_FIT:
+        raise BodyError(
+            f"its faces are SMPL's, but the bundled body cannot be laid on it (it stays {1000 * error:.1f} "
+            "mm away on average): expected a body in a T-pose or an A-pose"
+        )
+    straight, straight_joints = in_t_pose(placed, fit.joints, fit.weights, template)
+    joints, weights = with_smpl_shoulders(straight, straight_joints, fit.weights)
+    # a shoulder joint stays where it is when the arm turns about it
+    posed = fit.joints + joints - straight_joints
+    straight, joints = in_t_pose(placed, posed, weights, template, limbs=fit.joints)
+    straight, joints = on_the_ground(straight, joints)
+    return Body(straight, mesh.faces, joints, weights, name, mesh.mirror)
+
+
+def body_from_rig(
+    vertices: np.ndarray, polygons: np.ndarray, joints: np.ndarray, weights: np.ndarray, name: str
+) -> Body:
+    """A body from a mesh that comes with a rig of the 24 joints.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        In the rig's rest pose, in any axes and unit.
+    polygons : ndarray of int, shape (F, 3) or (F, 4)
+        -1 in the fourth column of a triangle.
+    joints : ndarray, shape (24, 3)
+    weights : ndarray, shape (V, 24)
+    name : str
+
+    Returns
+    -------
+    Body
+        In SMPL's vertex order where its faces are SMPL's.
+
+    Raises
+    ------
+    BodyError
+        If it is not the size of a person or a vertex has no weight.
+    """
+    bare = int((weights.sum(axis=1) <= 0).sum())
+    if bare:
+        raise BodyError(f"{bare} of its {len(vertices)} vertices follow none of the 24 joints")
+    turn = to_axes(
+        joints[JOINT_INDEX["left_shoulder"]] - joints[JOINT_INDEX["right_shoulder"]],
+        joints[JOINT_INDEX["neck"]] - joints[JOINT_INDEX["pelvis"]],
+    )
+    vertices, joints = vertices @ turn.T, joints @ turn.T
+    unit = metres_per_unit(float(np.ptp(vertices[:, 2])))
+    mesh = recognise(polygons, vertices)
+    faces = _triangles(polygons) if mesh is None else mesh.faces
+    order = slice(None) if mesh is None else mesh.order
+    weights = _normalised(weights[order])
+    straight, joints = in_t_pose(vertices[order] * unit, joints * unit, weights, Body.bundled())
+    straight, joints = on_the_ground(straight, joints)
+    return Body(straight, faces, joints, weights, name, None if mesh is None else mesh.mirror)
+
+
+def smpl_mesh(vertices: np.ndarray, polygons: np.ndarray) -> SmplMesh:
+    """Recognise a mesh by its faces.
+
+    Raises
+    ------
+    BodyError
+        If they are not SMPL's; the message says what was found.
+    """
+    if not np.isfinite(vertices).all():
+        raise BodyError("it holds positions that are not finite")
+    mesh = recognise(polygons, vertices)
+    if mesh is None:
+        n_triangles = int((polygons >= 0).sum() - 2 * len(polygons))
+        alike = (len(vertices), n_triangles) == (N_VERTICES, N_TRIANGLES)
+        found = "joined in another way" if alike else f"{len(vertices)} vertices and {n_triangles} triangles"
+        raise BodyError(
+            f"its faces are not SMPL's: expected {N_VERTICES} vertices and {N_TRIANGLES} triangles (or the "
+            f"quads they are cut from) joined as SMPL joins them, found {found}. A body with other faces "
+            "needs its own rig: import it as a rigged FBX with SMPL's bone names"
+        )
+    return mesh
+
+
+def _body_from_npz(path: Path, wanted: tuple[str, ...], betas: np.ndarray | None) -> Body:
+    with np.load(path, allow_pickle=False) as data:
+        names = set(data.files)
+    if {"vertices", "faces", "joints"} <= names:
+        if betas is not None:
+            raise BodyError("a saved body has a shape of its own: betas need an official SMPL model")
+        return Body.load(path)
+    model = {name: read_npz_member(path, name) if name in wanted else None for name in names}
+    return body_from_model(model, path.stem, betas)
+
+
+def _shape_offsets(model: dict[str, Any], betas: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """How far betas move each vertex (Loper et al. 2015, eq. 8), shape (V, 3)."""
+    if model.get(SHAPES) is None:
+        raise BodyError(f"it lacks {SHAPES}, so betas cannot shape it")
+    directions = np.asarray(model[SHAPES])
+    if directions.ndim != 3 or directions.shape[:2] != shape or directions.dtype.kind not in "fiu":
+        raise BodyError(f"its '{SHAPES}' has shape {directions.shape}, expected ({shape[0]}, 3, shapes)")
+    if betas.ndim != 1 or len(betas) > directions.shape[2] or not np.isfinite(betas).all():
+        raise BodyError(f"betas must be at most {directions.shape[2]} finite numbers, not {betas.tolist()}")
+    return directions[:, :, : len(betas)].astype(np.float64) @ betas
+
+
+def _floats(arrays: dict[str, np.ndarray], key: str) -> np.ndarray:
+    if arrays[key].dtype.kind not in "fiu" or arrays[key].ndim != 2:
+        raise BodyError(f"its '{key}' is no table of numbers")
+    return arrays[key].astype(np.float64)
+
+
+def _normalised(weights: np.ndarray) -> np.ndarray:
+    weights = np.maximum(weights, 0)
+    return weights / weights.sum(axis=1, keepdims=True)
+
+
+def _as_24_joints(
+    joints: np.ndarray, weights: np.ndarray, parents: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joints and weights of SMPL-H and SMPL-X with fingers gathered in the hands, face in the head."""
+    if len(joints) == N_JOINTS:
+        return joints, weights
+    carrier = np.arange(len(joints))
+    for joint in range(BODY_JOINTS, len(joints)):
+        carrier[joint] = carrier[parents[joint]]
+    gathered, body_joints = np.zeros((len(weights), N_JOINTS)), np.empty((N_JOINTS, 3))
+    gathered[:, :BODY_JOINTS], body_joints[:BODY_JOINTS] = weights[:, :BODY_JOINTS], joints[:BODY_JOINTS]
+    hands = {JOINT_INDEX["left_wrist"]: BODY_HANDS[0], JOINT_INDEX["right_wrist"]: BODY_HANDS[1]}
+    for joint in range(BODY_JOINTS, len(joints)):
+        body_joint = hands.get(carrier[joint], carrier[joint])
+        gathered[:, body_joint] += weights[:, joint]
+    for wrist, hand in hands.items():
+        knuckles = np.flatnonzero(parents == wrist)
+        body_joints[hand] = joints[knuckles].mean(axis=0)
+    return body_joints, gathered
+
+
+def _in_our_axes(vertices: np.ndarray) -> np.ndarray:
+    """Vertices in SMPL's order, turned and scaled to W2W's axes and metres."""
+    up = vertices[CROWN] - vertices[list(HEELS)].mean(axis=0)
+    placed = vertices @ to_axes(vertices[FOREARMS[0]] - vertices[FOREARMS[1]], up).T
+    return placed * metres_per_unit(float(np.ptp(placed[:, 2])))
+
+
+def _landmarks(template: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of the template, and of SMPL, that mark the same places."""
+    part = template.weights.argmax(axis=1)
+    same = {}
+    for smpl_vertex, (joints, direction) in LANDMARKS.items():
+        members = np.flatnonzero(np.isin(part, [JOINT_INDEX[joint] for joint in joints]))
+        same[smpl_vertex] = int(members[np.argmax(template.vertices[members] @ np.array(direction, float))])
+    for site in SENSOR_SITES:
+        same.setdefault(site.smpl_vertex, site.vertex(template))
+    return np.array(list(same.values())), np.array(list(same))
+
+
+def _triangles(polygons: np.ndarray) -> np.ndarray:
+    """Polygons cut into triangles from their first corners."""
+    first = polygons[:, :3]
+    if polygons.shape[1] == 3:
+        return first
+    second = polygons[polygons[:, 3] >= 0][:, [0, 2, 3]]
+    return np.concatenate([first, second])

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""SMPL's mesh recognised by how it is joined, whatever its pose, shape and vertex order.
+
+A walk over the faces from a well-defined first edge numbers the vertices the same way on every copy
+of a mesh. A digest of the walk tells whether the mesh is SMPL's; one number a vertex then gives
+SMPL's own order back. Neither holds a position or a list of faces.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter, deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..body.body import TEMPLATES
+
+N_VERTICES, N_TRIANGLES = 6890, 13776
+N_QUADS, N_LONE_TRIANGLES = 6876, 24
+"""Sizes of SMPL's mesh, and the polygons of the same mesh before its quads were cut."""
+
+NUMBERING = TEMPLATES / "smpl_numbering.npz"
+"""SMPL's number of every vertex in walking order, and which way each quad is cut; made by
+`describe_topology` from the meshes of SMPL-Body (Max Planck Institute for Intelligent Systems,
+CC BY 4.0)."""
+
+TRIANGLES_SHA256 = "c8c3c29bde967a6c8d3624257581620b59737dfcd7ff6f77fbbf35a6035c491a"
+QUADS_SHA256 = "252fced9b788233ae088f05e5bec2e7307040b237d9409a2c114762c47f3feb1"
+"""Digests of the walks over SMPL's triangles and over its quads."""
+
+COLOUR_ROUNDS = 6
+"""Rounds of neighbours that tell vertices apart when the first edge is chosen."""
+
+
+@dataclass(frozen=True, eq=False)
+class SmplMesh:
+    """A mesh found to be SMPL's.
+
+    Parameters
+    ----------
+    order : ndarray of int, shape (6890,)
+        For each of SMPL's vertices, its index in the file.
+    faces : ndarray, shape (13776, 3)
+        Triangles in SMPL's numbering, counter-clockwise seen from outside.
+    mirror : ndarray of int, shape (6890,)
+        For each of SMPL's vertices, the one on the other side that is joined like it.
+    """
+
+    order: np.ndarray
+    faces: np.ndarray
+    mirror: np.ndarray
+
+
+def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
+    """Tell whether polygons are joined as SMPL's are.
+
+    SMPL's mesh is joined alike on its left and right, so only its outside tells the sides apart:
+    faces listed clockwise are turned over first.
+
+    Parameters
+    ----------
+    polygons : ndarray of int, shape (F, 3) or (F, 4)
+        Vertex indices; -1 in the fourth column of a triangle. Either all cut into triangles
+        as SMPL is, or mostly quads as SMPL-Body publishes it.
+    vertices : ndarray, shape (V, 3)
+        Positions, for which side is out.
+
+    Returns
+    -------
+    SmplMesh or None
+        None where the mesh is another.
+    """
+    faces = [tuple(face[face >= 0].tolist()) for face in np.asarray(polygons)]
+    sizes = Counter(map(len, faces))
+    if len(vertices) != N_VERTICES or sizes not in (
+        Counter({3: N_TRIANGLES}),
+        Counter({4: N_QUADS, 3: N_LONE_TRIANGLES}),
+    ):
+        return None
+    if _signed_volume(polygons, vertices) < 0:
+        faces = [face[::-1] for face in faces]
+    walk = canonical_walk(faces, N_VERTICES)
+    if walk is None or walk_digest(walk, N_VERTICES) != (QUADS_SHA256 if sizes[4] else TRIANGLES_SHA256):
+        return None
+    if sizes[4]:
+        faces = _cut(walk)
+        walk = canonical_walk(faces, N_VERTICES)
+    order, number = np.empty(N_VERTICES, dtype=np.intp), np.empty(N_VERTICES, dtype=np.int32)
+    with np.load(NUMBERING) as numbering:
+        order[numbering["smpl_vertex"]] = walk.vertices
+    number[order] = np.arange(N_VERTICES)
+    # seen from inside, left and right change places: the same walk meets each vertex's mirror image
+    reflected = canonical_walk([face[::-1] for face in faces], N_VERTICES)
+    mirror = np.empty(N_VERTICES, dtype=np.int32)
+    mirror[number[walk.vertices]] = number[reflected.vertices]
+    return SmplMesh(order, number[np.array(faces)], mirror)
+
+
+def _signed_volume(polygons: np.ndarray, vertices: np.ndarray) -> float:
+    """Volume of the first three corners of every face with the mesh's middle: its sign tells the winding."""
+    a, b, c = (vertices - vertices.mean(axis=0))[polygons[:, :3].T]
+    return float(np.einsum("fa,fa->", a, np.cross(b, c))) / 6
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A walk over all faces of a mesh that depends on nothing but how they are joined.
+
+    Parameters
+    ----------
+    vertices : ndarray of int, shape (V,)
+        Vertices in the order they were met.
+    corners : tuple of tuple of int
+        For each face in the order it was met, its vertices from the one it was entered at.
+    """
+
+    vertices: np.ndarray
+    corners: tuple[tuple[int, ...], ...]
+
+
+def canonical_walk(faces: list[tuple[int, ...]], n_vertices: int) -> Walk | None:
+    """Walk over a closed, connected, consistently wound mesh in an order that relabelling cannot change.
+
+    Parameters
+    ----------
+    faces : list of tuple of int
+    n_vertices : int
+
+    Returns
+    -------
+    Walk or None
+        None where the mesh is open, has an edge of more than two faces, or falls into parts.
+    """
+    beyond = _edges(faces)
+    if beyond is None:
+        return None
+    walks = [_walk(faces, beyond, edge) for edge in _first_edges(faces, n_vertices)]
+    walk = min(walks, key=lambda walk: _code(walk, n_vertices).tobytes())
+    return walk if len(walk.vertices) == n_vertices and len(walk.corners) == len(faces) else None
+
+
+def walk_digest(walk: Walk, n_vertices: int) -> str:
+    """SHA-256 of a walk's faces, written in the numbers the walk gave their vertices."""
+    return hashlib.sha256(_code(walk, n_vertices).tobytes()).hexdigest()
+
+
+def describe_topology(triangles: np.ndarray, quads: np.ndarray) -> tuple[dict[str, np.ndarray], str, str]:
+    """What `NUMBERING` and the two digests hold, from SMPL's faces.
+
+    Parameters
+    ----------
+    triangles : ndarray, shape (13776, 3)
+        In SMPL's numbering and winding.
+    quads : ndarray, shape (6900, 4)
+        The same mesh before its quads were cut, -1 in the fourth column of triangles.
+
+    Returns
+    -------
+    arrays : dict of str to ndarray
+    triangles_sha256, quads_sha256 : str
+    """
+    walk = canonical_walk([tuple(face) for face in triangles.tolist()], N_VERTICES)
+    polygons = [tuple(corner for corner in face if corner >= 0) for face in quads.tolist()]
+    quad_walk = canonical_walk(polygons, N_VERTICES)
+    joined = {(face[k], face[k - 1]) for face in triangles.tolist() for k in range(3)}
+    cut = [(face[0], face[2]) in joined for face in quad_walk.corners if len(face) == 4]
+    arrays = {"smpl_vertex": walk.vertices.astype(np.uint16), "cut": np.packbits(cut)}
+    return arrays, walk_digest(walk, N_VERTICES), walk_digest(quad_walk, N_VERTICES)
+
+
+def _cut(walk: Walk) -> list[tuple[int, ...]]:
+    """Triangles of a mesh of quads, each cut the way SMPL has it."""
+    with np.load(NUMBERING) as numbering:
+        from_first = iter(np.unpackbits(numbering["cut"], count=N_QUADS).tolist())
+    triangles = []
+    for face in walk.corners:
+        if len(face) == 3:
+            triangles.append(face)
+        else:
+            a, b, c, d = face if next(from_first) else face[1:] + face[:1]
+            triangles += [(a, b, c), (a, c, d)]
+    return triangles
+
+
+def _edges(faces: list[tuple[int, ...]]) -> dict[tuple[int, int], int] | None:
+    """Face to the left of each directed edge; None unless every edge runs once each way."""
+    left = {(face[k - 1], face[k]): index for index, face in enumerate(faces) for k in range(len(face))}
+    if len(left) != sum(map(len, faces)) or any((end, start) not in left for start, end in left):
+        return None
+    return left
+
+
+def _first_edges(faces: list[tuple[int, ...]], n_vertices: int) -> list[tuple[int, int]]:
+    """All edges out of the vertex whose surroundings are rarest."""
+    edges = np.array([(face[k - 1], face[k]) for face in faces for k in range(len(face))])
+    colours = _colours(edges, n_vertices)
+    values, inverse, uses = np.unique(colours, return_inverse=True, return_counts=True)
+    rarest = np.lexsort([values, uses])[0]
+    starts = np.flatnonzero(inverse == rarest)
+    return [tuple(edge) for edge in edges[np.isin(edges[:, 0], starts)].tolist()]
+
+
+def _colours(edges: np.ndarray, n_vertices: int) -> np.ndarray:
+    """Colour refinement (Weisfeiler and Leman 1968): vertices that look alike share a number."""
+    colours = np.bincount(edges[:, 0], minlength=n_vertices).astype(np.uint64)
+    for _ in range(COLOUR_ROUNDS):
+        around = np.zeros(n_vertices, dtype=np.uint64)
+        np.add.at(around, edges[:, 0], _mixed(colours[edges[:, 1]]))
+        colours = _mixed(colours) + around
+    return colours
+
+
+def _mixed(values: np.ndarray) -> np.ndarray:
+    """The splitmix64 finaliser (Steele, Lea and Flood 2014): spreads close numbers over 64 bits."""
+    values = values + np.uint64(0x9E3779B97F4A7C15)
+    values = (values ^ (values >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    values = (values ^ (values >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return values ^ (values >> np.uint64(31))
+
+
+def _walk(faces: list[tuple[int, ...]], left: dict[tuple[int, int], int], first: tuple[int, int]) -> Walk:
+    """Breadth first over the faces, each entered over the edge it was first reached by."""
+    met: dict[int, None] = {}
+    corners: dict[int, tuple[int, ...]] = {}
+    waiting = deque([first])
+    while waiting:
+        start, end = waiting.popleft()
+        face = left[start, end]
+        if face in corners:
+            continue
+        entered = faces[face].index(start)
+        turned = faces[face][entered:] + faces[face][:entered]
+        corners[face] = turned
+        met.update(dict.fromkeys(turned))
+        waiting.extend((turned[k], turned[k - 1]) for k in range(len(turned)))
+    return Walk(np.fromiter(met, dtype=np.intp), tuple(corners.values()))
+
+
+def _code(walk: Walk, n_vertices: int) -> np.ndarray:
+    """A walk's faces in the numbers it gave their vertices, -1 behind each face."""
+    number = np.full(n_vertices + 1, -1, dtype="<i4")
+    number[walk.vertices] = np.arange(len(walk.vertices))
+    flat = [corner for face in walk.corners for corner in (*face, -1)]
+    return number[flat]

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A body in its rest pose: mesh, joints and skinning weights, read from and written to npz."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from ..files import write_npz
+from .skeleton import JOINT_NAMES, N_JOINTS, PARENTS
+
+PACKAGE = Path(__file__).resolve().parents[2]
+_TEMPLATES = (PACKAGE / "templates", PACKAGE.parents[1] / "assets" / "templates")
+TEMPLATES = next((folder for folder in _TEMPLATES if folder.is_dir()), _TEMPLATES[0])
+"""Folder of the bundled body, patches and bone-name maps."""
+
+BUNDLED_BODY = TEMPLATES / "body.npz"
+
+WEIGHT_TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A skinned body in its rest pose.
+
+    The rest pose is a T-pose in Blender's world: z up, metres, facing -y, its left side
+    towards +x, soles on z = 0. In the rest pose every joint frame is the world frame, as
+    in SMPL (Loper et al. 2015), so a joint's rotation is zero in the T-pose.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3), float64
+        Rest positions, metres.
+    faces : ndarray, shape (F, 3), int32
+        Triangles, counter-clockwise seen from outside.
+    joints : ndarray, shape (24, 3), float64
+        Rest positions of the joints in the order of `skeleton.JOINT_NAMES`, metres.
+    weights : ndarray, shape (V, 24), float64
+        Linear blend skinning weights; every row sums to 1.
+    name : str
+        What to call this body in reports.
+    mirror : ndarray, shape (V,), int32, optional
+        Index of each vertex's mirror image across x = 0, where the mesh is symmetric.
+
+    Raises
+    ------
+    ValueError
+        If shapes disagree, a face names a vertex that does not exist, a value is not
+        finite or the weights of a vertex do not sum to 1.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    joints: np.ndarray
+    weights: np.ndarray
+    name: str = "body"
+    mirror: np.ndarray | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        _set(self, "vertices", np.ascontiguousarray(self.vertices, dtype=np.float64))
+        _set(self, "faces", np.ascontiguousarray(self.faces, dtype=np.int32))
+        _set(self, "joints", np.ascontiguousarray(self.joints, dtype=np.float64))
+        _set(self, "weights", np.ascontiguousarray(self.weights, dtype=np.float64))
+        if self.mirror is not None:
+            _set(self, "mirror", np.ascontiguousarray(self.mirror, dtype=np.int32))
+        _check(self)
+
+    @property
+    def parents(self) -> tuple[int, ...]:
+        """Parent of each joint, -1 for the root."""
+        return PARENTS
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the 24 joints."""
+        return JOINT_NAMES
+
+    @property
+    def height(self) -> float:
+        """Height of the rest pose, metres."""
+        return float(np.ptp(self.vertices[:, 2]))
+
+    @cached_property
+    def vertex_normals(self) -> np.ndarray:
+        """Area-weighted outward unit normals of the rest pose, shape (V, 3)."""
+        return vertex_normals(self.vertices, self.faces)
+
+    def save(self, path: str | Path) -> None:
+        """Write the body to an npz file, whole or not at all."""
+        arrays = {
+            "vertices": self.vertices,
+            "faces": self.faces,
+            "joints": self.joints,
+            "weights": self.weights.astype(np.float32),
+            "name": np.array(self.name),
+        }
+        if self.mirror is not None:
+            arrays["mirror"] = self.mirror
+        write_npz(path, arrays)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Body:
+        """Read a body that `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file is not a W2W body.
+        """
+        with np.load(path, allow_pickle=False) as data:
+            missing = {"vertices", "faces", "joints", "weights", "name"} - set(data.files)
+            if missing:
+                raise ValueError(f"{path} is not a W2W body: it lacks {', '.join(sorted(missing))}")
+            weights = data["weights"].astype(np.float64)
+            return cls(
+                vertices=data["vertices"],
+                faces=data["faces"],
+                joints=data["joints"],
+                weights=weights / weights.sum(axis=1, keepdims=True),
+                name=str(data["name"]),
+                mirror=data["mirror"] if "mirror" in data.files else None,
+            )
+
+    @classmethod
+    def bundled(cls) -> Body:
+        """The CC0 body that comes with W2W."""
+        return cls.load(BUNDLED_BODY)
+
+
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Area-weighted unit normals of a triangle mesh.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+    faces : ndarray, shape (F, 3)
+
+    Returns
+    -------
+    ndarray, shape (V, 3)
+    """
+    corners = vertices[faces]
+    face_normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(vertices)
+    for corner in range(3):
+        np.add.at(normals, faces[:, corner], face_normals)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals / np.maximum(lengths, np.finfo(float).tiny)
+
+
+def _set(body: Body, name: str, value: np.ndarray) -> None:
+    value.setflags(write=False)
+    object.__setattr__(body, name, value)
+
+
+def _check(body: Body) -> None:
+    n_vertices = len(body.vertices)
+    if body.vertices.ndim != 2 or body.vertices.shape[1] != 3 or n_vertices == 0:
+        raise ValueError(f"vertices must have shape (V, 3), not {body.vertices.shape}")
+    if body.faces.ndim != 2 or body.faces.shape[1] != 3 or len(body.faces) == 0:
+        raise ValueError(f"faces must have shape (F, 3), not {body.faces.shape}")
+    if body.faces.min() < 0 or body.faces.max() >= n_vertices:
+        raise ValueError(f"faces name vertices outside 0..{n_vertices - 1}")
+    if body.joints.shape != (N_JOINTS, 3):
+        raise ValueError(f"joints must have shape ({N_JOINTS}, 3), not {body.joints.shape}")
+    if body.weights.shape != (n_vertices, N_JOINTS):
+        raise ValueError(f"weights must have shape ({n_vertices}, {N_JOINTS}), not {body.weights.shape}")
+    for name in ("vertices", "joints", "weights"):
+        if not np.isfinite(getattr(body, name)).all():
+            raise ValueError(f"{name} holds values that are not finite")
+    if (
+        np.abs(body.weights.sum(axis=1) - 1).max() > WEIGHT_TOLERANCE
+        or body.weights.min() < -WEIGHT_TOLERANCE
+    ):
+        raise ValueError("skinning weights must be non-negative and sum to 1 at every vertex")
+    if body.mirror is not None and body.mirror.shape != (n_vertices,):
+        raise ValueError(f"mirror must have shape ({n_vertices},), not {body.mirror.shape}")

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""More samples than motion files: variants of a motion and of a recording, to train on only.
+
+Variants of a motion are synthesised anew, so their signals are those of a body that moves
+so. All keep the clip's name: a clip and its variants are one group and never straddle a split.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.spatial.transform import Rotation, Slerp
+
+from ..body.skeleton import JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
+from ..motion.motion import Motion
+from .recording import ImuRecording
+
+SWITCHES = ("tempo", "amplitude", "warp", "mirror", "bodies", "remount", "noise")
+"""Names of the parts of an `Augmentation`."""
+
+ACROSS = np.diag([-1.0, 1.0, 1.0])
+"""Reflection in the plane between left and right of the T-pose, which faces -y."""
+
+
+@dataclass(frozen=True)
+class Augmentation:
+    """Which variants of a clip to train on; each part has its own switch.
+
+    Parameters
+    ----------
+    copies : int
+        Variants a clip.
+    mirror : bool
+        Every other variant has left and right exchanged.
+    tempo : float
+        Speed varies between 1 / (1 + tempo) and 1 + tempo; 0 is off.
+    amplitude : float
+        Joint angles are scaled by 1 - amplitude to 1 + amplitude; 0 is off.
+    warp : float
+        The speed varies within the clip by this share up and down; 0 is off.
+    remount_deg : float
+        Standard deviation of the angle by which each sensor is turned from where it
+        should sit, about a random axis; 0 is off.
+    bodies : bool
+        Every variant is done by a body of another shape (`copies.body_variant`).
+    noise : bool
+        Every variant is recorded by other specimens of the sensor.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+    """
+
+    copies: int = 4
+    mirror: bool = True
+    tempo: float = 0.15
+    amplitude: float = 0.15
+    warp: float = 0.2
+    remount_deg: float = 10.0
+    bodies: bool = True
+    noise: bool = True
+
+    def __post_init__(self) -> None:
+        if self.copies < 0:
+            raise ValueError(f"copies must be 0 or more, not {self.copies}")
+        for name, limit in (("tempo", 2.0), ("amplitude", 1.0), ("warp", 0.9), ("remount_deg", 180.0)):
+            if not 0 <= getattr(self, name) <= limit:
+                raise ValueError(f"{name} must be between 0 and {limit:g}, not {getattr(self, name)}")
+
+    @classmethod
+    def only(cls, switches: Collection[str], copies: int = 4) -> Augmentation:
+        """Some parts at their usual strength, the others off.
+
+        Parameters
+        ----------
+        switches : collection of str
+            Of `SWITCHES`.
+        copies : int
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown.
+        """
+        unknown = sorted(set(switches) - set(SWITCHES))
+        if unknown:
+            raise ValueError(f"'{unknown[0]}' is no augmentation; there are {', '.join(SWITCHES)}")
+        off = {"tempo": 0.0, "amplitude": 0.0, "warp": 0.0, "remount": 0.0}
+        off |= {"mirror": False, "bodies": False, "noise": False}
+        wanted = {name: value for name, value in off.items() if name not in switches}
+        if "remount" in wanted:
+            wanted["remount_deg"] = wanted.pop("remount")
+        return cls(copies=copies, **wanted)
+
+    def motions(self, motion: Motion, seed: int) -> Iterator[Motion]:
+        """Variants of a motion, under its own labels.
+
+        Parameters
+        ----------
+        motion : Motion
+        seed : int
+            The same seed gives the same variants.
+
+        Yields
+        ------
+        Motion
+        """
+        for copy in range(self.copies):
+            rng = np.random.default_rng([seed, copy])
+            variant = mirrored(motion) if self.mirror and copy % 2 == 0 else motion
+            if self.amplitude:
+                variant = scaled(variant, 1 + self.amplitude * rng.uniform(-1, 1))
+            if self.warp:
+                variant = time_warped(variant, self.warp, rng)
+            if self.tempo:
+                variant = at_tempo(variant, (1 + self.tempo) ** rng.uniform(-1, 1))
+            yield variant
+
+
+def parse_augmentation(text: str, copies: int) -> Augmentation | None:
+    """What a person writes: names of `SWITCHES` by commas, "all", or nothing.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+    """
+    names = [part.strip().lower() for part in text.split(",") if part.strip()]
+    if not names or not copies:
+        return None
+    return Augmentation.only(SWITCHES if names == ["all"] else names, copies)
+
+
+def mirrored(motion: Motion) -> Motion:
+    """The motion seen in a mirror: what the left side did, the right side does."""
+    rotations = ACROSS @ motion.rotations[:, list(MIRRORED_JOINTS)] @ ACROSS
+    return replace(motion, rotations=rotations, pelvis=motion.pelvis @ ACROSS)
+
+
+def at_tempo(motion: Motion, factor: float) -> Motion:
+    """The same poses at another speed; 2 is twice as fast.
+
+    The poses stay as they are and the frame rate changes, so nothing is interpolated.
+    Speeds scale with the factor and accelerations with its square, falls included: far
+    from 1 a jump no longer falls as bodies do.
+    """
+    if not (np.isfinite(factor) and factor > 0):
+        raise ValueError(f"the tempo must be positive, not {factor}")
+    return replace(motion, rate=motion.rate * factor)
+
+
+def scaled(motion: Motion, factor: float, joints: Collection[str] = JOINT_NAMES[1:]) -> Motion:
+    """Wider or narrower movements about each joint's mean pose.
+
+    Parameters
+    ----------
+    motion : Motion
+    factor : float
+        Joint angles from the mean rotation are multiplied by it. The pelvis's own
+        rotation is kept, and so are heading and balance; its path about a straight
+        line is scaled when both legs are, as smaller steps make a smaller bob.
+    joints : collection of str
+        Joints scaled; one side's limbs make the motion asymmetric.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    ValueError
+        If a joint is unknown or the factor is negative.
+    """
+    unknown = set(joints) - set(JOINT_NAMES)
+    if unknown:
+        raise ValueError(f"unknown joints: {', '.join(sorted(unknown))}")
+    if not (np.isfinite(factor) and factor >= 0):
+        raise ValueError(f"the amplitude factor must be 0 or more, not {factor}")
+    rotations = motion.rotations.copy()
+    for joint in (JOINT_NAMES.index(name) for name in joints):
+        poses = Rotation.from_matrix(rotations[:, joint])
+        mean = poses.mean()
+        rotations[:, joint] = (
+            mean * Rotation.from_rotvec(factor * (mean.inv() * poses).as_rotvec())
+        ).as_matrix()
+    pelvis = motion.pelvis
+    if {"left_hip", "right_hip"} <= set(joints):
+        line = _straight_line(pelvis)
+        pelvis = line + factor * (pelvis - line)
+    return replace(motion, rotations=rotations, pelvis=pelvis)
+
+
+def time_warped(motion: Motion, strength: float, rng: np.random.Generator) -> Motion:
+    """Hurry and linger: a smooth, monotone change of the clock, first and last frame kept.
+
+    Parameters
+    ----------
+    motion : Motion
+    strength : float
+        Greatest change of speed at the knots, about one a second, as a share; below 1.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    Motion
+        Of as many frames, rotations interpolated on the sphere.
+    """
+    if motion.n_frames < 3:
+        return motion
+    n_knots = max(3, round(motion.duration) + 1)
+    pace = np.concatenate([[0.0], rng.uniform(1 - strength, 1 + strength, n_knots - 1)]).cumsum()
+    clock = PchipInterpolator(np.linspace(0, 1, n_knots), pace / pace[-1])
+    frames = np.linspace(0, 1, motion.n_frames)
+    moments = np.clip(clock(frames), 0.0, 1.0)
+    rotations = np.stack(
+        [
+            Slerp(frames, Rotation.from_matrix(motion.rotations[:, joint]))(moments).as_matrix()
+            for joint in range(N_JOINTS)
+        ],
+        axis=1,
+    )
+    pelvis = PchipInterpolator(frames, motion.pelvis)(moments)
+    return replace(motion, rotations=rotations, pelvis=pelvis)
+
+
+def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generator) -> ImuRecording:
+    """Turn every sensor in its place, as when it is put on again.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+    angle_deg : float
+        Standard deviation of the angle, about an axis drawn evenly from the sphere.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ImuRecording
+        The same motion in the turned sensors' frames, exactly.
+    """
+    n_sensors = recording.acc.shape[1]
+    axis = rng.normal(size=(n_sensors, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    angle = np.radians(angle_deg) * rng.normal(size=(n_sensors, 1))
+    turned = Rotation.from_rotvec(axis * angle).as_matrix()
+    acc, gyr = (np.einsum("tni,nij->tnj", signal, turned) for signal in (recording.acc, recording.gyr))
+    return replace(recording, acc=acc, gyr=gyr)
+
+
+def _straight_line(path: np.ndarray) -> np.ndarray:
+    """Least-squares line through a path, shape (T, 3), against time."""
+    time = np.linspace(-1.0, 1.0, len(path))[:, None]
+    return path.mean(axis=0) + time * (time * path).sum(axis=0) / max((time**2).sum(), 1e-12)

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A recording of one or more inertial sensors, and its npz file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..files import read_arrays, write_npz
+
+FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip")
+MAX_BYTES = 8 * 2**30
+"""No recording is larger; hours of hundreds of sensors are less."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImuRecording:
+    """What accelerometers and gyroscopes read, sensor by sensor, at one fixed rate.
+
+    Parameters
+    ----------
+    acc : ndarray, shape (T, N, 3), float32
+        Specific force in the sensor frame, m/s2: at rest +9.81 along "up". NaN marks a sample that was lost.
+    gyr : ndarray, shape (T, N, 3), float32
+        Angular velocity in the sensor frame, rad/s.
+    rate : float
+        Samples per second.
+    sites : tuple of str
+        Name of the place each sensor sits on; N of them, or none.
+    activity, subject, clip : str
+        Label, person and name of the clip; empty where unknown.
+
+    Raises
+    ------
+    ValueError
+        If shapes disagree, a value is infinite, or the rate is not positive.
+    """
+
+    acc: np.ndarray
+    gyr: np.ndarray
+    rate: float
+    sites: tuple[str, ...] = ()
+    activity: str = ""
+    subject: str = ""
+    clip: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "acc", np.ascontiguousarray(self.acc, dtype=np.float32))
+        object.__setattr__(self, "gyr", np.ascontiguousarray(self.gyr, dtype=np.float32))
+        object.__setattr__(self, "rate", float(self.rate))
+        object.__setattr__(self, "sites", tuple(self.sites))
+        if self.acc.ndim != 3 or self.acc.shape[2] != 3 or 0 in self.acc.shape:
+            raise ValueError(f"acc must have shape (T, N, 3), not {self.acc.shape}")
+        if self.gyr.shape != self.acc.shape:
+            raise ValueError(f"gyr must have the shape of acc, {self.acc.shape}, not {self.gyr.shape}")
+        if np.isinf(self.acc).any() or np.isinf(self.gyr).any():
+            raise ValueError("the recording holds infinite values")
+        if not (np.isfinite(self.rate) and self.rate > 0):
+            raise ValueError(f"the sample rate must be positive, not {self.rate}")
+        if self.sites and len(self.sites) != self.n_sensors:
+            raise ValueError(f"sites must name all {self.n_sensors} sensors or none, not {len(self.sites)}")
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples in time, T."""
+        return self.acc.shape[0]
+
+    @property
+    def n_sensors(self) -> int:
+        """Number of sensors, N."""
+        return self.acc.shape[1]
+
+    @property
+    def time(self) -> np.ndarray:
+        """Seconds from the first sample, shape (T,), float64."""
+        return np.arange(self.n_samples) / self.rate
+
+    def save(self, path: str | Path) -> None:
+        """Write the recording to an npz file, whole or not at all; equal recordings give equal bytes."""
+        write_npz(
+            path,
+            {
+                "acc": self.acc,
+                "gyr": self.gyr,
+                "rate": np.array(self.rate),
+                "sites": np.array(self.sites, dtype=np.str_),
+                "activity": np.array(self.activity),
+                "subject": np.array(self.subject),
+                "clip": np.array(self.clip),
+            },
+        )
+
+    @classmethod
+    def load(cls, path: str | Path) -> ImuRecording:
+        """Read a recording that `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file is not a W2W recording.
+        """
+        try:
+            data = read_arrays(path, FIELDS, MAX_BYTES)
+            missing = {"acc", "gyr", "rate"} - data.keys()
+            if missing:
+                raise ValueError(f"it lacks {', '.join(sorted(missing))}")
+            labels = {name: str(data[name]) for name in ("activity", "subject", "clip") if name in data}
+            sites = tuple(np.atleast_1d(data["sites"]).astype(str).tolist()) if "sites" in data else ()
+            return cls(acc=data["acc"], gyr=data["gyr"], rate=float(data["rate"]), sites=sites, **labels)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path} is not a W2W recording: {error}") from error

@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a real inertial sensor does to the ideal signal, part by part, each with its own switch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..filtering import butterworth, count_resampled, resample
+from ..threads import for_each
+from . import errors
+from .errors import SensorStreams
+from .recording import ImuRecording
+
+CHUNK_VALUES = 400_000
+"""Values of a chunk of sensors, about, so that it stays in cache."""
+
+SAMPLES_TURNED = 512
+"""Samples turned from time by time to sensor by sensor at once."""
+
+
+@dataclass(frozen=True)
+class Triad:
+    """Three axes of one kind, in one unit u: m/s2 for an accelerometer, rad/s for a gyroscope.
+
+    Random constants are drawn anew for every sensor and clip, Gaussian, with the given value as their
+    standard deviation. 0 or None switches a part off.
+
+    Parameters
+    ----------
+    full_scale : float or None
+        Readings are clipped to plus or minus this, u.
+    resolution : float
+        Step of the digital output, u per count.
+    noise_density : float
+        White noise, one-sided as datasheets print it, u/sqrt(Hz). A sample's deviation is this times the
+        square root of the bandwidth; the random walk coefficient of the Allan plot is this over sqrt(2).
+    bias_instability : float
+        Coefficient B of the Allan plot, whose floor is .664 B, u; a first-order Gauss-Markov process.
+    correlation_s : float
+        Correlation time of the bias instability, s.
+    random_walk : float
+        Rate random walk coefficient K of the Allan plot: the bias strays as K sqrt(time), u/sqrt(s).
+    turn_on_bias : float
+        Constant bias of each axis, u.
+    scale_error : float
+        Relative error of each axis's sensitivity, 0.01 is one per cent.
+    misalignment_deg : float
+        Turn of the triad against its case, degrees about each axis.
+    nonorthogonality_deg : float
+        Lean of the axes towards each other, degrees.
+    lowpass_hz : float or None
+        -3 dB bandwidth, Hz. At or above half the sample rate no filter is run, but the noise folds in.
+    lowpass_of_rate : float or None
+        The same as a part of the output rate, at most 0.5, for parts whose filter follows their data rate.
+    lowpass_order : int
+        Order of the Butterworth filter.
+    """
+
+    full_scale: float | None = None
+    resolution: float = 0.0
+    noise_density: float = 0.0
+    bias_instability: float = 0.0
+    correlation_s: float = 100.0
+    random_walk: float = 0.0
+    turn_on_bias: float = 0.0
+    scale_error: float = 0.0
+    misalignment_deg: float = 0.0
+    nonorthogonality_deg: float = 0.0
+    lowpass_hz: float | None = None
+    lowpass_of_rate: float | None = None
+    lowpass_order: int = 2
+
+    def __post_init__(self) -> None:
+        for name in (
+            "resolution", "noise_density", "bias_instability", "random_walk", "turn_on_bias", "scale_error",
+            "misalignment_deg", "nonorthogonality_deg",
+        ):  # fmt: skip
+            _check_not_negative(name, getattr(self, name))
+        _check_positive("full_scale", self.full_scale)
+        _check_positive("lowpass_hz", self.lowpass_hz)
+        _check_positive("lowpass_of_rate", self.lowpass_of_rate)
+        if self.lowpass_of_rate is not None and (self.lowpass_of_rate > 0.5 or self.lowpass_hz is not None):
+            raise ValueError("lowpass_of_rate must be at most 0.5, and stand without lowpass_hz")
+        if not self.correlation_s >= errors.DRIFT_STEP_S:
+            raise ValueError(
+                f"correlation_s must be at least {errors.DRIFT_STEP_S} s, not {self.correlation_s}"
+            )
+        if not 1 <= self.lowpass_order <= 8:
+            raise ValueError(f"lowpass_order must be 1 to 8, not {self.lowpass_order}")
+
+    def bandwidth(self, rate: float) -> float | None:
+        """-3 dB bandwidth at an output rate, Hz."""
+        return self.lowpass_hz if self.lowpass_of_rate is None else self.lowpass_of_rate * rate
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """An inertial measurement unit and the way it is worn.
+
+    Parameters
+    ----------
+    name : str
+    accelerometer, gyroscope : Triad
+        In m/s2 and rad/s.
+    g_sensitivity : float
+        Response of the gyroscope to specific force, each of nine coefficients, (rad/s)/(m/s2).
+    zero_phase : bool
+        Run the low-pass filters forwards and backwards; causal, as in hardware, otherwise.
+    rate_hz : float or None
+        Output rate; None keeps the recording's.
+    jitter_s : float
+        Standard deviation of the sampling instants, s, at most half a period.
+    drop_fraction : float
+        Part of the samples that are lost, 0 to 1.
+    drop_duration_s : float
+        Mean length of a loss, s; 0 loses single samples.
+    dropped : {"hold", "nan"}
+        Repeat the last sample that arrived, as most receivers do, or write NaN.
+    mounting_turn_deg : float
+        Turn of the sensor on the skin, degrees about each axis.
+    mounting_shift_m : float
+        Shift of the sensor on the skin along each axis, m.
+    wobble_hz : float or None
+        Natural frequency of the soft tissue under the sensor, Hz; at or above half the sample rate the
+        tissue counts as stiff.
+    wobble_damping : float
+        Its damping ratio.
+    wobble_gain : float
+        Part of the sensor's motion that goes through the tissue, 0 to 1.
+    """
+
+    name: str = "ideal"
+    accelerometer: Triad = field(default_factory=Triad)
+    gyroscope: Triad = field(default_factory=Triad)
+    g_sensitivity: float = 0.0
+    zero_phase: bool = False
+    rate_hz: float | None = None
+    jitter_s: float = 0.0
+    drop_fraction: float = 0.0
+    drop_duration_s: float = 0.0
+    dropped: str = "hold"
+    mounting_turn_deg: float = 0.0
+    mounting_shift_m: float = 0.0
+    wobble_hz: float | None = None
+    wobble_damping: float = 0.3
+    wobble_gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in (
+            "g_sensitivity", "jitter_s", "drop_fraction", "drop_duration_s", "mounting_turn_deg",
+            "mounting_shift_m", "wobble_damping", "wobble_gain",
+        ):  # fmt: skip
+            _check_not_negative(name, getattr(self, name))
+        _check_positive("rate_hz", self.rate_hz)
+        _check_positive("wobble_hz", self.wobble_hz)
+        if self.drop_fraction >= 1 or self.wobble_gain > 1:
+            raise ValueError("drop_fraction must be below 1 and wobble_gain at most 1")
+        if self.dropped not in ("hold", "nan"):
+            raise ValueError(f'dropped must be "hold" or "nan", not {self.dropped!r}')
+
+    @classmethod
+    def ideal(cls) -> SensorModel:
+        """A sensor without errors."""
+        return cls()
+
+    def apply(self, recording: ImuRecording, seed: int, first_sensor: int = 0) -> ImuRecording:
+        """What this sensor would have read where the recording holds the truth.
+
+        Parameters
+        ----------
+        recording : ImuRecording
+            Ideal signals.
+        seed : int
+            At least 0. Random numbers depend on the seed, the recording's clip and the sensor's number
+            alone, not on how the sensors are shared out among calls or workers.
+        first_sensor : int
+            Number of the recording's first sensor, where it is a part of a larger set.
+
+        Returns
+        -------
+        ImuRecording
+        """
+        if seed < 0 or first_sensor < 0:
+            raise ValueError(f"seed and first_sensor must not be negative: {seed}, {first_sensor}")
+        rate = self.rate_hz or recording.rate
+        n_samples = count_resampled(recording.n_samples, recording.rate, rate)
+        acc = np.empty((n_samples, recording.n_sensors, 3), dtype=np.float32)
+        gyr = np.empty_like(acc)
+        size = max(1, CHUNK_VALUES // (6 * recording.n_samples))
+        chunks = [
+            slice(start, min(start + size, recording.n_sensors))
+            for start in range(0, recording.n_sensors, size)
+        ]
+
+        def fill(chunk: slice) -> None:
+            sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
+            streams = SensorStreams(seed, recording.clip, sensors)
+            truth = (_sensor_by_sensor(a[:, chunk]) for a in (recording.acc, recording.gyr))
+            read = self._read(*truth, recording.rate, streams)
+            for out, values in zip((acc, gyr), read, strict=True):
+                out[:, chunk] = values.transpose(2, 0, 1)
+
+        for_each(fill, chunks)
+        return replace(recording, acc=acc, gyr=gyr, rate=rate)
+
+    def _read(
+        self, acc: np.ndarray, gyr: np.ndarray, rate: float, streams: SensorStreams
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The whole chain on arrays of shape (n, 3, T), from the skin to the last bit."""
+        acc, gyr = self._wear(acc, gyr, rate, streams)
+        if self.g_sensitivity:
+            response = self.g_sensitivity * streams.constants("g-sensitivity", 3, 3)
+            gyr = gyr + response @ acc
+        rate_out = self.rate_hz or rate
+        read = []
+        for kind, triad, values in (("acc", self.accelerometer, acc), ("gyr", self.gyroscope, gyr)):
+            bandwidth = triad.bandwidth(rate_out)
+            values = _sense(values, triad, kind, rate, bandwidth, streams)
+            if bandwidth is not None and bandwidth < rate / 2:
+                values = butterworth(values, rate, bandwidth, triad.lowpass_order, self.zero_phase)
+            read.append(resample(values, rate, rate_out))
+        return self._sample(read, rate_out, streams)
+
+    def _wear(
+        self, acc: np.ndarray, gyr: np.ndarray, rate: float, streams: SensorStreams
+    ) -> tuple[np.ndarray, np.ndarray]:
+        if self.mounting_turn_deg or self.mounting_shift_m:
+            numbers = streams.constants("mounting", 2, 3)
+            turns = np.radians(self.mounting_turn_deg) * numbers[:, 0]
+            acc, gyr = errors.mount(acc, gyr, rate, turns, self.mounting_shift_m * numbers[:, 1])
+        if self.wobble_hz is not None and self.wobble_hz < rate / 2:
+            acc, gyr = (
+                errors.wobble(values, rate, self.wobble_hz, self.wobble_damping, self.wobble_gain)
+                for values in (acc, gyr)
+            )
+        return acc, gyr
+
+    def _sample(
+        self, read: list[np.ndarray], rate: float, streams: SensorStreams
+    ) -> tuple[np.ndarray, np.ndarray]:
+        n_samples = read[0].shape[-1]
+        if self.jitter_s:
+            offsets = streams.normal("jitter", n_samples) * np.float32(self.jitter_s * rate)
+            read = [errors.jitter(values, offsets) for values in read]
+        acc, gyr = (
+            errors.quantise(values, triad.full_scale, triad.resolution)
+            for values, triad in zip(read, (self.accelerometer, self.gyroscope), strict=True)
+        )
+        if self.drop_fraction:
+            mean_length = max(1.0, self.drop_duration_s * rate)
+            for row, generator in enumerate(streams.generators("drops")):
+                kept = errors.kept_samples(generator, n_samples, self.drop_fraction, mean_length)
+                for values in (acc, gyr):
+                    errors.lose(values[row], kept, self.dropped)
+        return acc, gyr
+
+
+def _sensor_by_sensor(samples: np.ndarray) -> np.ndarray:
+    """Samples (T, n, 3) as (n, 3, T), some at a time: each axis is one more pass over them."""
+    axes = np.empty((*samples.shape[1:], len(samples)), dtype=np.float32)
+    for start in range(0, len(samples), SAMPLES_TURNED):
+        part = slice(start, start + SAMPLES_TURNED)
+        axes[..., part] = samples[part].transpose(1, 2, 0)
+    return axes
+
+
+def _sense(
+    values: np.ndarray, triad: Triad, kind: str, rate: float, bandwidth: float | None, streams: SensorStreams
+) -> np.ndarray:
+    """Axes, biases and noise of one triad; shape (n, 3, T)."""
+    if triad.scale_error or triad.misalignment_deg or triad.nonorthogonality_deg:
+        scale, turns, shears = streams.constants(f"{kind} axes", 3, 3).transpose(1, 0, 2)
+        matrix = errors.axes_matrix(
+            triad.scale_error * scale,
+            np.radians(triad.misalignment_deg) * turns,
+            np.radians(triad.nonorthogonality_deg) * shears,
+        )
+        values = matrix.astype(np.float32) @ values
+    if triad.turn_on_bias:
+        values = values + np.float32(triad.turn_on_bias) * streams.constants(f"{kind} bias", 3, 1)
+    if triad.bias_instability or triad.random_walk:
+        times = np.arange(values.shape[-1]) / rate
+        numbers = streams.normal(f"{kind} drift", 2, 3, errors.count_drift_steps(times))
+        deviation = triad.bias_instability * errors.FLICKER_FLOOR / errors.GAUSS_MARKOV_PEAK
+        knots = errors.bias_drift(numbers, deviation, triad.correlation_s, triad.random_walk)
+        drifting = errors.join(knots, times)
+        drifting += values
+        values = drifting
+    if triad.noise_density:
+        deviation = errors.noise_deviation(triad.noise_density, rate, bandwidth, triad.lowpass_order)
+        noisy = streams.normal(f"{kind} noise", *values.shape[1:])
+        noisy *= np.float32(deviation)
+        noisy += values
+        values = noisy
+    return values
+
+
+def _check_not_negative(name: str, value: float) -> None:
+    if not (np.isfinite(value) and value >= 0):
+        raise ValueError(f"{name} must be 0 or more, not {value}")
+
+
+def _check_positive(name: str, value: float | None) -> None:
+    if value is not None and not (np.isfinite(value) and value > 0):
+        raise ValueError(f"{name} must be positive, or None to switch it off, not {value}")

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ideal inertial signals of moving frames: specific force and angular velocity from world matrices.
+
+Conventions: the world has z up, gravity is g = (0, 0, -9.80665) m/s2 and R turns sensor to world. An
+accelerometer reads the specific force f = R^T (p'' - g) and a gyroscope the angular velocity in the sensor
+frame, the vee of R^T R'. At rest the sensor reads +9.81 along whatever points up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ..blas import multiply
+from ..filtering import butterworth, count_resampled
+from ..rotations import decompose, double_inverse, into_frame, rate_in_frame, turn_between
+from ..threads import for_each
+from .gaps import bridge
+from .recording import ImuRecording
+from .trajectory import MIN_FRAMES, spline_windows
+
+FILTER_ORDER = 4
+"""Order of the zero-phase Butterworth filter."""
+
+
+def difference_signals(
+    positions: np.ndarray,
+    quaternions: np.ndarray,
+    rate: float,
+    settings: Synthesis,
+    acc: np.ndarray,
+    gyr: np.ndarray,
+) -> None:
+    """Fill `acc` and `gyr`, shape (samples, n, 3), from differences between frames.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (3, T, n)
+    quaternions : ndarray, shape (4, T, n)
+        Sensor to world, continuous.
+    rate : float
+        Frames per second.
+    settings : Synthesis
+    acc, gyr : ndarray
+        Where the signals go.
+
+    Notes
+    -----
+    Physical: f = R^T (p'' - g) with the central second difference, omega = log(R(t-h)^T R(t+h)) / 2h. As
+    the paper prints it: a + R^-1 g with a in the world frame, and log(R(t) R(t-h)^-1), here over h so that
+    the unit is rad/s. The first and last frame have no central difference and take their neighbour's.
+    """
+    p, q = positions, quaternions
+    acceleration = np.pad((p[:, 2:] - 2 * p[:, 1:-1] + p[:, :-2]) * rate**2, ((0, 0), (1, 1), (0, 0)), "edge")
+    gravity = np.array(settings.gravity)[:, None, None]
+    force = np.empty_like(acceleration)
+    scale = double_inverse(q)
+    if settings.convention == "physical":
+        into_frame(q, scale, acceleration - gravity, force)
+        spin = np.pad(turn_between(q[:, :-2], q[:, 2:]) * (rate / 2), ((0, 0), (1, 1), (0, 0)), "edge")
+    else:
+        into_frame(q, scale, np.broadcast_to(gravity, acceleration.shape), force)
+        force += acceleration
+        inverse = q * np.array([1, -1, -1, -1])[:, None, None]
+        # q_k q_(k-1)^-1 is a^-1 b with a and b the inverses of q_k and q_(k-1)
+        spin = np.pad(turn_between(inverse[:, 1:], inverse[:, :-1]) * rate, ((0, 0), (1, 0), (0, 0)), "edge")
+    times = np.arange(len(acc)) / settings.rate_hz
+    for values, out in ((force, acc), (spin, gyr)):
+        out[:] = _band_limited(values, rate, settings.band_hz, times).transpose(1, 2, 0)
+
+
+def _band_limited(values: np.ndarray, rate: float, cutoff_hz: float | None, times: np.ndarray) -> np.ndarray:
+    """Filter at the clip's rate, then resample by cubic splines; (3, T, n) to (3, samples, n)."""
+    if cutoff_hz is not None and cutoff_hz < rate / 2:
+        filtered = butterworth(np.moveaxis(values, 1, -1), rate, cutoff_hz, FILTER_ORDER, zero_phase=True)
+        values = np.moveaxis(filtered, -1, 1)
+    return CubicSpline(np.arange(values.shape[1]) / rate, values, axis=1)(times)
+
+
+STANDARD_GRAVITY = 9.80665
+"""m/s2, by definition (CGPM 1901)."""
+
+LARGEST_BAND = 0.4
+"""Highest band limit over the sample rate: what lies above would fold back into the signal."""
+
+CHUNK_SENSORS = 128
+CHUNK_BYTES = 192 * 2**20
+BYTES_PER_POSE = 400
+"""Sensors are worked on in chunks of at most so many, fewer where a long clip would take more memory."""
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """How ideal signals are made from poses.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Samples per second of the signals, any.
+    method : {"spline", "finite-difference"}
+        "spline" lays continuous trajectories through the frames and differentiates those. The other takes
+        differences at the clip's rate, filters, then resamples, in the order of the paper.
+    convention : {"physical", "paper"}
+        "paper" gives equations 3 to 5 as printed, in the world frame and with gravity the wrong way; for
+        comparison only.
+    cutoff_hz : float or None
+        Band limit, -3 dB: of the trajectories with splines, of the signals with finite differences. It keeps
+        the jitter of motion capture out and is lowered to 0.4 `rate_hz` where it would exceed that. None
+        sets no limit: the splines pass through every frame.
+    gravity : tuple of 3 floats
+        Acceleration of free fall in the world, m/s2.
+    max_gap_s : float
+        Longest run of frames without a pose (NaN) that is bridged, s.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range; the message names it.
+    """
+
+    rate_hz: float = 50.0
+    method: Literal["spline", "finite-difference"] = "spline"
+    convention: Literal["physical", "paper"] = "physical"
+    cutoff_hz: float | None = 10.0
+    gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
+    max_gap_s: float = 0.25
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
+            raise ValueError(f"rate_hz must be positive, not {self.rate_hz}")
+        if self.method not in ("spline", "finite-difference"):
+            raise ValueError(f'method must be "spline" or "finite-difference", not {self.method!r}')
+        if self.convention not in ("physical", "paper"):
+            raise ValueError(f'convention must be "physical" or "paper", not {self.convention!r}')
+        if self.cutoff_hz is not None and not (np.isfinite(self.cutoff_hz) and self.cutoff_hz > 0):
+            raise ValueError(f"cutoff_hz must be positive, or None for no limit, not {self.cutoff_hz}")
+        gravity = tuple(float(g) for g in self.gravity)
+        if len(gravity) != 3 or not np.isfinite(gravity).all():
+            raise ValueError(f"gravity must be three finite numbers in m/s2, not {self.gravity}")
+        object.__setattr__(self, "gravity", gravity)
+        if not (np.isfinite(self.max_gap_s) and self.max_gap_s >= 0):
+            raise ValueError(f"max_gap_s must be 0 or more, not {self.max_gap_s}")
+
+    @property
+    def band_hz(self) -> float | None:
+        """The band limit in force, Hz."""
+        return None if self.cutoff_hz is None else min(self.cutoff_hz, LARGEST_BAND * self.rate_hz)
+
+
+class Poses(Protocol):
+    """World matrices that can be had in parts: an ndarray, a memory map, or made when asked for."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """T, N, 4, 4."""
+
+    def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
+        """Matrices of all frames and a range of sensors."""
+
+
+def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) -> ImuRecording:
+    """Ideal signals of sensors fixed to moving frames.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (T, N, 4, 4), or anything that slices like one
+        World matrix of every sensor in every frame: rotation sensor to world, position in metres.
+        NaN marks a missing pose.
+    rate : float
+        Frames per second.
+    settings : Synthesis, optional
+
+    Returns
+    -------
+    ImuRecording
+        From the first frame to the last at `settings.rate_hz`, without labels.
+
+    Raises
+    ------
+    ValueError
+        If the shape is wrong, there are fewer than 3 frames, a gap is too long to bridge, or a matrix is
+        not a rigid motion.
+    """
+    n_frames, n_sensors = _check_poses(matrices, rate)
+    n_samples = count_resampled(n_frames, rate, settings.rate_hz)
+    acc = np.empty((n_samples, n_sensors, 3), dtype=np.float32)
+    gyr = np.empty_like(acc)
+    size = max(1, min(CHUNK_SENSORS, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
+    chunks = [slice(start, min(start + size, n_sensors)) for start in range(0, n_sensors, size)]
+    signals: Callable = _spline_signals if settings.method == "spline" else difference_signals
+
+    def fill(chunk: slice) -> None:
+        positions, quaternions = decompose(matrices[:, chunk], chunk.start)
+        bridge(positions, quaternions, rate, settings.max_gap_s, chunk.start)
+        signals(positions, quaternions, rate, settings, acc[:, chunk], gyr[:, chunk])
+
+    for_each(fill, chunks)
+    return ImuRecording(acc=acc, gyr=gyr, rate=settings.rate_hz)
+
+
+def _check_poses(matrices: Poses, rate: float) -> tuple[int, int]:
+    if len(matrices.shape) != 4 or matrices.shape[2:] != (4, 4) or matrices.shape[1] == 0:
+        raise ValueError(f"matrices must have shape (T, N, 4, 4), not {matrices.shape}")
+    if not (np.isfinite(rate) and rate > 0):
+        raise ValueError(f"the frame rate must be positive, not {rate}")
+    if matrices.shape[0] < MIN_FRAMES:
+        raise ValueError(
+            f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {matrices.shape[0]}"
+        )
+    return matrices.shape[:2]
+
+
+def _spline_signals(
+    positions: np.ndarray,
+    quaternions: np.ndarray,
+    rate: float,
+    settings: Synthesis,
+    acc: np.ndarray,
+    gyr: np.ndarray,
+) -> None:
+    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through poses, (3, T, n) and (4, T, n).
+
+    The rotation follows a quintic spline of the quaternion's components, normalised: as smooth on the
+    rotation group as the spline is. Differences are taken in double precision, all else in single.
+    """
+    bend = _steps(np.diff(positions, axis=1))
+    steps = _steps(quaternions)
+    frames = quaternions.astype(np.float32)
+    gravity = np.array(settings.gravity, dtype=np.float32)[:, None, None]
+    for window in spline_windows(positions.shape[1], rate, settings.rate_hz, settings.band_hz):
+        value, first, second = window.operators
+        start, stop = window.frames.start, window.frames.stop
+        acceleration = multiply(second, bend[:, start : stop - 2])
+        q = multiply(value, frames[:, start:stop])
+        q_dot = multiply(first, steps[:, start : stop - 1])
+        scale = double_inverse(q)
+        acc_out, gyr_out = (out[window.samples].transpose(2, 0, 1) for out in (acc, gyr))
+        if settings.convention == "physical":
+            acceleration -= gravity
+            into_frame(q, scale, acceleration, acc_out)
+            rate_in_frame(q, scale, q_dot, gyr_out)
+        else:
+            into_frame(q, scale, np.broadcast_to(gravity, acceleration.shape), acc_out)
+            acc_out += acceleration
+            # the rate in the world frame is the sensor frame's of the inverse quaternion, turned over
+            inverse = np.array([1, -1, -1, -1], dtype=np.float32)[:, None, None]
+            rate_in_frame(q * inverse, scale, q_dot * -inverse, gyr_out)
+
+
+def _steps(values: np.ndarray) -> np.ndarray:
+    """Differences along axis 1, taken in double and kept in single precision."""
+    steps = np.empty((values.shape[0], values.shape[1] - 1, values.shape[2]), dtype=np.float32)
+    return np.subtract(values[:, 1:], values[:, :-1], out=steps, casting="same_kind")

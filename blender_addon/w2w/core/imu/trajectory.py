@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spline trajectories through regular frames, as matrices that act on time.
+
+A spline through regularly spaced frames depends linearly on them, whatever they hold. So its values and
+derivatives at the sample times are matrix products shared by every coordinate of every sensor. A frame's
+influence dies out exponentially with distance, so long clips are cut into overlapping windows whose
+matrices stay small; interior windows share theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+from scipy.linalg import qr, solve_triangular
+
+from ..filtering import count_resampled
+
+DEGREE = 5
+"""Quintic: its second derivative, the acceleration, converges with the fourth power of the frame interval."""
+
+SMOOTHNESS = 3
+"""Order of the derivative that smoothing keeps small; falls, throws and steady pulls pass untouched."""
+
+MIN_FRAMES = 3
+"""Fewer frames carry no acceleration."""
+
+INTERPOLATION_REACH = 20
+"""Frames after which an interpolating quintic has forgotten one: its slowest pole, 0.43, to this is 5e-8."""
+
+SMOOTHING_REACH = 15.0
+"""Time constants after which a smoothing spline has forgotten a frame: exp(-15) is 3e-7."""
+
+WINDOW_SAMPLES = 128
+"""Samples a window should yield, about: many against its overlap, few enough to stay in cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A stretch of samples, the frames that shape it, and the matrices between them.
+
+    Parameters
+    ----------
+    frames, samples : slice
+        Which frames go in and which samples come out.
+    operators : tuple of 3 ndarrays, float32
+        Matrices that give the spline's value, first and second derivative with respect to seconds from,
+        in turn, the frames, their first and their second differences; shapes (samples, frames),
+        (samples, frames - 1) and (samples, frames - 2). A derivative knows nothing of what differencing
+        removes, so that single precision is enough once the differences have been taken in double.
+    """
+
+    frames: slice
+    samples: slice
+    operators: tuple[np.ndarray, ...]
+
+
+def spline_windows(
+    n_frames: int, rate: float, sample_rate: float, cutoff_hz: float | None = None
+) -> Iterator[Window]:
+    """Cut a clip into windows and make the spline operators of each.
+
+    Parameters
+    ----------
+    n_frames : int
+        Length of the clip, at least 3. Fewer than 6 frames lower the degree of the spline.
+    rate : float
+        Frames per second.
+    sample_rate : float
+        Samples per second; the first sample stands on the first frame.
+    cutoff_hz : float, optional
+        Band limit: where the smoothing spline's gain falls to 0.71 (-3 dB). None interpolates.
+
+    Yields
+    ------
+    Window
+        In order of time; together they cover every sample once.
+
+    Notes
+    -----
+    The interpolating spline has not-a-knot ends. The smoothing spline minimises, in units of frames,
+    sum (s - y)^2 + lambda integral (d^3 s / dt^3)^2. With lambda = (2 pi f0)^-6 its gain is
+    1 / (1 + (f / f0)^6), that of a Butterworth filter of order 3 run forwards and backwards (Craven and
+    Wahba 1979, doi:10.1007/BF01404567).
+    """
+    if n_frames < MIN_FRAMES:
+        raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
+    degree = min(DEGREE, n_frames - 1)
+    penalty = 0.0 if cutoff_hz is None else _penalty(rate / cutoff_hz)
+    reach = _reach(penalty)
+    n_samples = count_resampled(n_frames, rate, sample_rate)
+    step = Fraction(rate / sample_rate).limit_denominator(10_000)
+    exact = abs(float(step) * sample_rate / rate - 1) < 1e-12
+    block = WINDOW_SAMPLES
+    if exact and step.denominator < 2 * WINDOW_SAMPLES:
+        block = -(-WINDOW_SAMPLES // step.denominator) * step.denominator
+    step = step.numerator / step.denominator if exact else rate / sample_rate
+    for start in range(0, n_samples, block):
+        stop = min(start + block, n_samples)
+        begin, end = start * step, (stop - 1) * step
+        first = max(0, int(begin) - reach)
+        last = min(n_frames, int(np.ceil(end)) + 1 + reach)
+        first = max(0, min(first, last - degree - 1))
+        grid = (round(begin - first, 9), step, stop - start)
+        yield Window(
+            slice(first, last), slice(start, stop), _operators(last - first, degree, penalty, grid, rate)
+        )
+
+
+def _penalty(frames_per_cycle: float) -> float:
+    """Weight of the roughness, in units of frames, that puts the -3 dB point at the cut-off."""
+    return (frames_per_cycle / (2 * np.pi)) ** (2 * SMOOTHNESS) * (np.sqrt(2) - 1)
+
+
+def _reach(penalty: float) -> int:
+    """Frames on either side that a sample depends on."""
+    time_constant = penalty ** (1 / (2 * SMOOTHNESS)) / np.sin(np.pi / (2 * SMOOTHNESS))
+    return int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
+
+
+@lru_cache(maxsize=32)
+def _operators(
+    n_frames: int, degree: int, penalty: float, grid: tuple[float, float, int], rate: float
+) -> tuple[np.ndarray, ...]:
+    """Value, first and second derivative as matrices on the frames.
+
+    At times, in frames, that begin at `grid[0]` and go on by `grid[1]`, `grid[2]` of them.
+    """
+    begin, step, count = grid
+    at = np.clip(np.round(begin + step * np.arange(count), 9), 0, n_frames - 1)
+    knots, coefficients = _fit(n_frames, degree, penalty)
+    spline = BSpline(knots, coefficients, degree)
+    return tuple(
+        _on_differences(spline(at, nu=order) * rate**order, order).astype(np.float32) for order in range(3)
+    )
+
+
+def _on_differences(operator: np.ndarray, order: int) -> np.ndarray:
+    """The matrix that does to differences of some order what `operator` does to the values."""
+    for _ in range(order):
+        operator = np.cumsum(operator[:, :0:-1], axis=1)[:, ::-1]
+    return operator
+
+
+@lru_cache(maxsize=16)
+def _fit(n_frames: int, degree: int, penalty: float) -> tuple[np.ndarray, np.ndarray]:
+    """Knots, and the matrix that takes frames to B-spline coefficients."""
+    frames = np.arange(n_frames, dtype=float)
+    spline = make_interp_spline(frames, np.eye(n_frames), k=degree)
+    if penalty == 0:
+        return spline.t, spline.c
+    values = BSpline.design_matrix(frames, spline.t, degree).toarray()
+    system = np.concatenate([values, np.sqrt(penalty) * _roughness(spline.t, degree)])
+    q, r = qr(system, mode="economic")
+    return spline.t, solve_triangular(r, q[:n_frames].T)
+
+
+def _roughness(knots: np.ndarray, degree: int) -> np.ndarray:
+    """Rows whose sum of squares is the integral of the squared third derivative."""
+    edges = np.unique(knots)
+    nodes, weights = np.polynomial.legendre.leggauss(DEGREE - SMOOTHNESS + 1)
+    half = np.diff(edges)[:, None] / 2
+    at = (edges[:-1, None] + half * (nodes + 1)).ravel()
+    basis = BSpline(knots, np.eye(len(knots) - degree - 1), degree)
+    return basis(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]

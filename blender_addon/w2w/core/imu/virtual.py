@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What sensors all over a moving body would record: skinning, synthesis and sensor model, part by part."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ..body.body import Body
+from ..body.landmarks import SensorSite
+from ..filtering import count_resampled
+from ..motion.motion import Motion
+from ..motion.skinning import frames_from_edges, skin, skinning_transforms
+from ..patches.naming import resolve
+from ..patches.patches import PatchSet, sample_patches
+from .recording import ImuRecording
+from .sensor import SensorModel
+from .synthesis import Synthesis, synthesize
+
+AS_DEFAULT = Synthesis()
+IDEAL = SensorModel.ideal()
+
+SENSORS_AT_ONCE = 128
+BYTES_AT_ONCE = 48 * 2**20
+"""Sensors whose ideal signals are kept until the sensor model has run: so many, fewer if they take more."""
+
+
+def record_motion(
+    body: Body,
+    patches: PatchSet,
+    motion: Motion,
+    settings: Synthesis = AS_DEFAULT,
+    sensor: SensorModel = IDEAL,
+    seed: int = 0,
+) -> ImuRecording:
+    """Recording of a sensor on every patch, in memory bounded by the recording itself.
+
+    The same as `synthesize` on `patch_matrices` and `SensorModel.apply` on the whole, to rounding.
+
+    Parameters
+    ----------
+    body : Body
+    patches : PatchSet, N patches
+    motion : Motion
+    settings : Synthesis, optional
+    sensor : SensorModel, optional
+        Ideal unless told.
+    seed : int
+        Of the sensors' errors.
+
+    Returns
+    -------
+    ImuRecording
+        Named after the patches and labelled as the motion.
+    """
+    rate = sensor.rate_hz or settings.rate_hz
+    n_ideal = count_resampled(motion.n_frames, motion.rate, settings.rate_hz)
+    n_samples = count_resampled(n_ideal, settings.rate_hz, rate)
+    acc = np.empty((n_samples, len(patches.triangles), 3), dtype=np.float32)
+    gyr = np.empty_like(acc)
+    transforms = skinning_transforms(body, motion)
+    size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
+    for start in range(0, len(patches.triangles), size):
+        part = slice(start, start + size)
+        poses = _SkinnedPatches(body, transforms, patches.triangles[part])
+        ideal = synthesize(poses, motion.rate, settings)
+        labelled = ImuRecording(acc=ideal.acc, gyr=ideal.gyr, rate=ideal.rate, clip=motion.clip)
+        read = sensor.apply(labelled, seed, first_sensor=start)
+        acc[:, part], gyr[:, part] = read.acc, read.gyr
+    return ImuRecording(
+        acc=acc,
+        gyr=gyr,
+        rate=rate,
+        sites=patches.names,
+        activity=motion.activity,
+        subject=motion.subject,
+        clip=motion.clip,
+    )
+
+
+class _SkinnedPatches:
+    """World matrices of patches, made for the patches asked for when they are asked for."""
+
+    def __init__(self, body: Body, transforms: np.ndarray, triangles: np.ndarray) -> None:
+        self._body = body
+        self._transforms = transforms
+        self._triangles = triangles
+        self.shape = (len(transforms), len(triangles), 4, 4)
+
+    def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
+        triangles = self._triangles[part[1]]
+        corners = skin(self._body, self._transforms, triangles.T.ravel())
+        first, second, third = np.split(corners, 3, axis=1)
+        return frames_from_edges((first + second + third) / 3, second - first, third - first)
+
+
+class SiteSimulator:
+    """Records motions at a few sites of a body.
+
+    Parameters
+    ----------
+    body : Body
+    sites : mapping of str to (str or SensorSite)
+        Name of each sensor -> a place by name (`placements.resolve`) or a point on a segment.
+    settings : Synthesis
+    sensor : SensorModel
+    seed : int
+        Of the sensors' errors.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        sites: Mapping[str, str | SensorSite],
+        settings: Synthesis,
+        sensor: SensorModel,
+        seed: int = 0,
+    ) -> None:
+        patches = sample_patches(body)
+        chosen = [
+            resolve(site, body, patches) if isinstance(site, str) else int(patches.labels[site.vertex(body)])
+            for site in sites.values()
+        ]
+        self.body = body
+        self.names = tuple(sites)
+        self.places = tuple(patches.names[patch] for patch in chosen)
+        self._patches = at_places(patches, chosen)
+        self._settings, self._sensor, self._seed = settings, sensor, seed
+
+    def record(self, motion: Motion) -> ImuRecording:
+        """What the sensors would record, under the sites' names and the motion's labels."""
+        recording = record_motion(self.body, self._patches, motion, self._settings, self._sensor, self._seed)
+        return replace(recording, sites=self.names)
+
+
+def at_places(patches: PatchSet, chosen: list[int]) -> PatchSet:
+    """The same patches, of which only the chosen carry sensors."""
+    return replace(
+        patches,
+        vertices=patches.vertices[chosen],
+        triangles=patches.triangles[chosen],
+        regions=tuple(patches.regions[patch] for patch in chosen),
+    )

@@ -1,0 +1,327 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A body's motion from the 3D joint positions that video pose estimators give.
+
+No optimiser runs: trunk frames come from hips and shoulders, limb segments from their directions, twists from
+the planes that elbows and knees bend in (`limb_rotations`), each in closed form for all frames at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..body.body import Body
+from ..body.skeleton import JOINT_INDEX, N_JOINTS
+from ..motion.motion import Motion
+from ..motion.skinning import on_the_ground, relative_to_parents
+from ..rotations import frame_of, turn_about, unit
+from .joint_sets import SIDES, JointSet
+from .limbs import Evidence, cone_swing, hinge_bend, swing_and_twist
+from .paths import Paths, landmark_paths, middle
+
+Up = Literal["x", "y", "z", "-x", "-y", "-z"]
+
+CUTOFF_HZ = 6.0
+"""Band of the joints' paths unless told: holds voluntary movement. Noisy pose wants less: 3 Hz for
+UTD-MHAD's Kinect (docs/validation.md)."""
+
+TRUNK_LIMIT = np.radians(100)
+HEAD_CONE, WRIST_CONE, ANKLE_CONE = np.radians((60, 80, 60))
+ELBOW, KNEE = np.radians((-10, 150)), np.radians((-10, 155))
+OUT_OF_PLANE = np.radians(20)
+SHOULDER_TWIST, HIP_TWIST, FOREARM_TWIST = np.radians((100, 60, 95))
+"""Greatest angles, a little beyond the active ranges of healthy adults (American Academy of Orthopaedic
+Surgeons, Joint Motion, 1965), so that noise about a straight knee is not cut on one side."""
+
+TOE_TRUST = 0.1
+"""How far toes show a hip's twist, against a bent knee: the shank and foot turn too."""
+
+
+@dataclass(frozen=True)
+class KeypointFit:
+    """A motion fitted to joint positions, and what was found on the way.
+
+    Parameters
+    ----------
+    motion : Motion
+    scale : float
+        Body metres in one unit of the positions, by the lengths of the limbs' bones.
+    paths : Paths
+        Landmarks after cleaning, z up, in the positions' unit.
+    """
+
+    motion: Motion
+    scale: float
+    paths: Paths
+
+
+def fit_keypoints(
+    keypoints: np.ndarray,
+    rate: float,
+    joint_set: JointSet,
+    body: Body,
+    up: Up = "z",
+    cutoff_hz: float = CUTOFF_HZ,
+) -> KeypointFit:
+    """Fit the 24 joints' rotations to 3D joint positions.
+
+    Parameters
+    ----------
+    keypoints : ndarray, shape (T, J, 3)
+        Positions in right-handed axes and any unit, NaN where a joint was not seen.
+    rate : float
+        Frames per second.
+    joint_set : JointSet
+        Which joints they are.
+    body : Body
+    up : {"x", "y", "z", "-x", "-y", "-z"}
+        The axis that points up: "y" for Kinect, "-y" for axes like those of a picture.
+    cutoff_hz : float
+        Band limit of the joints' paths.
+
+    Returns
+    -------
+    KeypointFit
+        Its motion stands on z = 0; unlabelled.
+
+    Raises
+    ------
+    ValueError
+        If shapes disagree, or hips or shoulders are hardly ever seen.
+    """
+    if up not in _UP:
+        raise ValueError(f"up must be one of {', '.join(_UP)}, not {up!r}")
+    paths = landmark_paths(np.asarray(keypoints) @ _UP[up].T, joint_set, rate, cutoff_hz)
+    joints = _named_joints(body)
+    scale = _scale(paths, joints)
+    points = {name: scale * path for name, path in paths.points.items()}
+    world = np.empty((len(keypoints), N_JOINTS, 3, 3))
+    _trunk_rotations(world, points, joints)
+    _head_rotations(world, points, joints)
+    carried = _carried_by_trunk(world, joints)
+    pelvis = np.mean([middle(points, part) - middle(carried, part) for part in ("hip", "shoulder")], axis=0)
+    for side in SIDES:
+        for start, end, parent in (("hip", "knee", "pelvis"), ("shoulder", "elbow", "spine3")):
+            found = pelvis + carried[f"{side} {start}"]
+            _anchor(points, f"{side} {start}", f"{side} {end}", found, world[:, JOINT_INDEX[parent]])
+        _arm_rotations(world, points, joints, side, rate)
+        _leg_rotations(world, points, joints, side, rate)
+    motion = Motion(relative_to_parents(world), pelvis, rate)
+    return KeypointFit(on_the_ground(body, motion), scale, paths)
+
+
+def guess_up(keypoints: np.ndarray, joint_set: JointSet) -> Up:
+    """The axis that trunks point along on average, for files that do not say which way is up.
+
+    Parameters
+    ----------
+    keypoints : ndarray, shape (T, J, 3)
+        Of people who mostly stand or sit; NaN where a joint was not seen.
+    joint_set : JointSet
+
+    Raises
+    ------
+    ValueError
+        If hips and shoulders are never seen together.
+    """
+    hips, shoulders = (
+        sum(
+            np.asarray(keypoints)[:, list(joint_set.members(f"{side} {part}"))].mean(axis=1) for side in SIDES
+        )
+        for part in ("hip", "shoulder")
+    )
+    trunk = unit(shoulders - hips)
+    if not np.isfinite(trunk).all(axis=1).any():
+        raise ValueError("hips and shoulders are never seen together: nothing shows which way is up")
+    mean = np.nanmean(trunk, axis=0)
+    axis = int(np.abs(mean).argmax())
+    return f"{'-' if mean[axis] < 0 else ''}{'xyz'[axis]}"
+
+
+def _axes(up: str) -> np.ndarray:
+    """Rotation that turns an axis to z."""
+    axis = np.zeros(3)
+    axis["xyz".index(up[-1])] = -1.0 if up.startswith("-") else 1.0
+    turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [axis])
+    return turn.as_matrix().round()
+
+
+_UP = {up: _axes(up) for up in ("x", "y", "z", "-x", "-y", "-z")}
+
+
+def _named_joints(body: Body) -> dict[str, np.ndarray]:
+    """Rest positions by landmark."""
+    joints = {name.replace("_", " "): body.joints[index] for name, index in JOINT_INDEX.items()}
+    for side in SIDES:
+        joints[f"{side} toe"] = joints[f"{side} foot"]
+    joints["spine"] = joints["spine2"]
+    return joints
+
+
+def _scale(paths: Paths, joints: dict[str, np.ndarray]) -> float:
+    """Body metres in one unit, by the bones of the limbs; the trunk, which bends, only where none is seen."""
+    if not paths.lengths:
+        return float(np.linalg.norm(middle(joints, "shoulder") - middle(joints, "hip")) / paths.trunk)
+    ours = sum(np.linalg.norm(joints[end] - joints[start]) for start, end in paths.lengths)
+    return float(ours / sum(paths.lengths.values()))
+
+
+def _carried_by_trunk(world: np.ndarray, joints: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Where the trunk's rotations put hips and shoulders, relative to the pelvis; shape (T, 3) each."""
+    spine = np.zeros((len(world), 3))
+    for start, end in pairwise(("pelvis", "spine1", "spine2", "spine3")):
+        spine = spine + world[:, JOINT_INDEX[start]] @ (joints[end] - joints[start])
+    carried = {}
+    for side in SIDES:
+        carried[f"{side} hip"] = world[:, 0] @ (joints[f"{side} hip"] - joints["pelvis"])
+        reach = joints[f"{side} shoulder"] - joints["spine3"]
+        carried[f"{side} shoulder"] = spine + world[:, JOINT_INDEX["spine3"]] @ reach
+    return carried
+
+
+def _anchor(
+    points: dict[str, np.ndarray], start: str, end: str, found: np.ndarray, frame: np.ndarray
+) -> None:
+    """Hang a limb on the trunk's own hip or shoulder, in place, so that noise of the trunk's joints does not
+    reach the hand or foot: only where the joint is on average, seen from the trunk, is taken from the data.
+    """
+    aside = np.median(_seen_from(frame, points[start] - found), axis=0)
+    points[start] = found + frame @ aside
+    if end in points:
+        bone = points[end] - points[start]
+        length = np.linalg.norm(bone, axis=1, keepdims=True)
+        points[end] = points[start] + np.median(length) * bone / length
+
+
+def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:
+    """Pelvis and chest by their own left and up; the spine's joints share out what lies between them."""
+    bend = "spine" in points
+    frames = []
+    for found in (points, joints):
+        hips, shoulders = middle(found, "hip"), middle(found, "shoulder")
+        waist = found["spine"] if bend else None
+        low = (waist if bend else shoulders) - hips
+        high = shoulders - (waist if bend else hips)
+        across = [found[f"left {part}"] - found[f"right {part}"] for part in ("hip", "shoulder")]
+        frames.append([frame_of(across[0], low), frame_of(across[1], high)])
+    pelvis, chest = (posed @ rest.T for posed, rest in zip(*frames, strict=True))
+    turn = Rotation.from_matrix(pelvis.swapaxes(1, 2) @ chest).as_rotvec()
+    angle = np.linalg.norm(turn, axis=1, keepdims=True)
+    turn *= np.minimum(1, TRUNK_LIMIT / np.maximum(angle, 1e-12))
+    world[:, 0] = pelvis
+    for third in (1, 2, 3):
+        world[:, JOINT_INDEX[f"spine{third}"]] = pelvis @ Rotation.from_rotvec(turn * (third / 3)).as_matrix()
+    for side in SIDES:
+        world[:, JOINT_INDEX[f"{side}_collar"]] = world[:, JOINT_INDEX["spine3"]]
+
+
+def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:
+    """The neck leans with the head; its turn is seen where there is a nose."""
+    chest = world[:, JOINT_INDEX["spine3"]]
+    world[:, JOINT_INDEX["neck"]] = world[:, JOINT_INDEX["head"]] = chest
+    if not {"neck", "head"} <= set(points):
+        return
+    lean = cone_swing(
+        joints["head"] - joints["neck"], _seen_from(chest, points["head"] - points["neck"]), HEAD_CONE
+    )
+    world[:, JOINT_INDEX["neck"]] = chest @ lean
+    if "face" not in points:
+        world[:, JOINT_INDEX["head"]] = chest @ lean
+        return
+    facing = _seen_from(chest @ lean, points["face"] - points["head"])
+    yaw = np.arctan2(facing[:, 0], -facing[:, 1])
+    turned = turn_about(np.broadcast_to([0.0, 0.0, 1.0], facing.shape), np.clip(yaw, -HEAD_CONE, HEAD_CONE))
+    world[:, JOINT_INDEX["head"]] = chest @ lean @ turned
+
+
+def _arm_rotations(
+    world: np.ndarray,
+    points: dict[str, np.ndarray],
+    joints: dict[str, np.ndarray],
+    side: str,
+    rate: float,
+) -> None:
+    upper, fore, hand = (JOINT_INDEX[f"{side}_{part}"] for part in ("shoulder", "elbow", "wrist"))
+    bones = _bones(joints, side, ("shoulder", "elbow", "wrist", "hand"))
+    seen = _bones(points, side, ("shoulder", "elbow", "wrist", "hand"))
+    sign = 1.0 if side == "left" else -1.0
+    hinge = np.array([0.0, 0.0, -sign])
+    trunk = world[:, JOINT_INDEX[f"{side}_collar"]]
+    if seen[0] is None:
+        world[:, [upper, fore, hand]] = trunk[:, None]
+        return
+    direction = _seen_from(trunk, seen[0])
+    evidence = []
+    if seen[1] is not None:
+        lower = unit(_seen_from(trunk, seen[1]))
+        evidence = [Evidence(np.cross(unit(direction), lower))]
+    world[:, upper] = trunk @ swing_and_twist(bones[0], hinge, direction, evidence, SHOULDER_TWIST, rate)
+    world[:, fore] = world[:, upper]
+    if seen[1] is not None:
+        elbow = hinge_bend(bones[1], hinge, _seen_from(world[:, upper], seen[1]), *ELBOW, OUT_OF_PLANE)
+        world[:, fore] = world[:, upper] @ elbow
+    palm = [points.get(f"{side} {part}") for part in ("thumb side", "little finger side")]
+    if palm[0] is not None and palm[1] is not None:
+        # across the T-pose's hand, from little finger to thumb, is forward
+        across = _seen_from(world[:, fore], unit(palm[0] - palm[1]))
+        along = np.broadcast_to(bones[1], across.shape)
+        world[:, fore] = world[:, fore] @ swing_and_twist(
+            bones[1], np.array([0.0, -1.0, 0.0]), along, [Evidence(across)], FOREARM_TWIST, rate
+        )
+    world[:, hand] = world[:, fore]
+    if seen[2] is not None:
+        world[:, hand] = world[:, fore] @ cone_swing(
+            bones[2], _seen_from(world[:, fore], seen[2]), WRIST_CONE
+        )
+    world[:, JOINT_INDEX[f"{side}_hand"]] = world[:, hand]
+
+
+def _leg_rotations(
+    world: np.ndarray,
+    points: dict[str, np.ndarray],
+    joints: dict[str, np.ndarray],
+    side: str,
+    rate: float,
+) -> None:
+    thigh, shank, foot = (JOINT_INDEX[f"{side}_{part}"] for part in ("hip", "knee", "ankle"))
+    bones = _bones(joints, side, ("hip", "knee", "ankle", "toe"))
+    seen = _bones(points, side, ("hip", "knee", "ankle", "toe"))
+    hinge = np.array([1.0, 0.0, 0.0])
+    trunk = world[:, 0]
+    toes = JOINT_INDEX[f"{side}_foot"]
+    if seen[0] is None:
+        world[:, [thigh, shank, foot, toes]] = trunk[:, None]
+        return
+    direction = _seen_from(trunk, seen[0])
+    evidence = []
+    if seen[1] is not None:
+        lower = unit(_seen_from(trunk, seen[1]))
+        evidence.append(Evidence(np.cross(unit(direction), lower)))
+        if seen[2] is not None:
+            evidence.append(Evidence(np.cross(unit(_seen_from(trunk, seen[2])), lower), TOE_TRUST))
+    world[:, thigh] = trunk @ swing_and_twist(bones[0], hinge, direction, evidence, HIP_TWIST, rate)
+    world[:, shank] = world[:, thigh]
+    if seen[1] is not None:
+        knee = hinge_bend(bones[1], hinge, _seen_from(world[:, thigh], seen[1]), *KNEE, OUT_OF_PLANE)
+        world[:, shank] = world[:, thigh] @ knee
+    world[:, foot] = world[:, shank]
+    if seen[2] is not None:
+        world[:, foot] = world[:, shank] @ cone_swing(
+            bones[2], _seen_from(world[:, shank], seen[2]), ANKLE_CONE
+        )
+    world[:, toes] = world[:, foot]
+
+
+def _bones(found: dict[str, np.ndarray], side: str, parts: tuple[str, ...]) -> list[np.ndarray | None]:
+    """Vectors from each part to the next; None where either is missing."""
+    ends = [found.get(f"{side} {part}") for part in parts]
+    return [None if a is None or b is None else b - a for a, b in pairwise(ends)]
+
+
+def _seen_from(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """World vectors (T, 3) in frames (T, 3, 3)."""
+    return np.einsum("tba,tb->ta", frames, vectors)

@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Raw 3D joint positions made into smooth paths of landmarks whose bones keep their lengths."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .joint_sets import SIDES, JointSet, mirrored
+from .smoothing import smooth_robustly
+
+LEGS = ("hip", "knee", "ankle", "toe")
+ARMS = ("shoulder", "elbow", "wrist", "hand", "thumb side", "little finger side")
+
+SWAP_COST = 1e-4
+"""Cost of calling a frame swapped, as part of the squared size of the body: decides ties only."""
+
+KNEES_SAY = 0.04
+"""Knees that lie on average this far, in thigh lengths, in front of or behind the line from hip to ankle
+show which way the person faces."""
+
+
+def undo_swaps(points: dict[str, np.ndarray], size: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Undo frames in which the arms or the legs changed sides.
+
+    Of all ways to call each frame swapped or not, the one along which the joints move least is taken
+    (Viterbi's algorithm), for arms and legs apart; what most frames say is right.
+
+    Parameters
+    ----------
+    points : dict of str to ndarray, shape (T, 3)
+        Landmark -> path; NaN where not seen.
+    size : float
+        Length of the trunk, in their unit.
+
+    Returns
+    -------
+    points : dict of str to ndarray
+    swapped : ndarray of bool, shape (T, 2)
+        Frames in which arms, legs were swapped.
+    """
+    points = dict(points)
+    swapped = []
+    for parts in (ARMS, LEGS):
+        names = [
+            f"left {part}" for part in parts if all(np.isfinite(points[f"{s} {part}"]).any() for s in SIDES)
+        ]
+        left = np.stack([points[name] for name in names], axis=1)
+        right = np.stack([points[mirrored(name)] for name in names], axis=1)
+        states = _smoothest(left, right, SWAP_COST * size**2)
+        if states.mean() > 0.5:
+            states = ~states
+        for index, name in enumerate(names):
+            points[name] = np.where(states[:, None], right[:, index], left[:, index])
+            points[mirrored(name)] = np.where(states[:, None], left[:, index], right[:, index])
+        swapped.append(states)
+    return points, np.stack(swapped, axis=1)
+
+
+def sides_are_exchanged(points: dict[str, np.ndarray]) -> bool:
+    """Whether left and right are called the wrong way round throughout.
+
+    Knees bend forwards and toes and noses point there; forward is where up and the left hip say it is.
+
+    Parameters
+    ----------
+    points : dict of str to ndarray, shape (T, 3)
+        Swaps of single frames undone.
+    """
+    left = points["left hip"] - points["right hip"]
+    middle = (points["left hip"] + points["right hip"]) / 2
+    up = (points["left shoulder"] + points["right shoulder"]) / 2 - middle
+    forward = np.cross(left, up)
+    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
+    evidence = []
+    for side in SIDES:
+        hip, knee, ankle = (points[f"{side} {part}"] for part in LEGS[:3])
+        thigh = np.linalg.norm(knee - hip, axis=1)
+        along = np.einsum("ta,ta->t", knee - hip, ankle - hip) / np.einsum(
+            "ta,ta->t", ankle - hip, ankle - hip
+        )
+        offset = knee - hip - along[:, None] * (ankle - hip)
+        evidence.append(np.einsum("ta,ta->t", offset, forward) / thigh)
+        toe = points[f"{side} toe"]
+        if np.isfinite(toe).any():
+            evidence.append(np.einsum("ta,ta->t", toe - ankle, forward) / thigh)
+    if np.isfinite(points["face"]).any() and np.isfinite(points["head"]).any():
+        evidence.append(np.einsum("ta,ta->t", points["face"] - points["head"], forward) / np.nanmedian(thigh))
+    seen = np.concatenate([values[np.isfinite(values)] for values in evidence])
+    return len(seen) > 0 and float(seen.mean()) < -KNEES_SAY
+
+
+def exchanged(points: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The same paths with left and right called the other way round."""
+    return {name: points[mirrored(name)] for name in points}
+
+
+def _smoothest(left: np.ndarray, right: np.ndarray, swap_cost: float) -> np.ndarray:
+    """Frames in which left and right (T, L, 3) are to be exchanged; shape (T,), bool."""
+    left, right = (_held(values) for values in (left, right))
+    step = lambda a, b: ((b[1:] - a[:-1]) ** 2).sum(axis=(1, 2))  # noqa: E731
+    stay = step(left, left) + step(right, right)
+    change = step(left, right) + step(right, left)
+    costs = np.array([0.0, swap_cost])
+    came_from = np.zeros((len(left), 2), dtype=np.int8)
+    for frame in range(1, len(left)):
+        same, other = costs + stay[frame - 1], costs[::-1] + change[frame - 1]
+        came_from[frame] = np.where(same <= other, (0, 1), (1, 0))
+        costs = np.minimum(same, other) + (0, swap_cost)
+    states = np.empty(len(left), dtype=bool)
+    state = int(np.argmin(costs))
+    for frame in range(len(left) - 1, -1, -1):
+        states[frame] = state
+        state = came_from[frame, state]
+    return states
+
+
+def _held(values: np.ndarray) -> np.ndarray:
+    """Paths (T, L, 3) with each gap filled by the point before it, or at the start the first seen."""
+    seen = np.isfinite(values).all(axis=2)
+    latest = np.maximum.accumulate(np.where(seen, np.arange(len(values))[:, None], -1), axis=0)
+    latest = np.where(latest < 0, seen.argmax(axis=0), latest)
+    return np.take_along_axis(values, latest[:, :, None], axis=0)
+
+
+LANDMARKS: tuple[str, ...] = (
+    *(f"{side} {part}" for side in SIDES for part in (*LEGS, *ARMS)), "spine", "neck", "head", "face",
+)  # fmt: skip
+
+BONES: tuple[tuple[str, str], ...] = tuple(
+    (f"{side} {start}", f"{side} {end}")
+    for side in SIDES
+    for start, end in (
+        ("hip", "knee"),
+        ("knee", "ankle"),
+        ("shoulder", "elbow"),
+        ("elbow", "wrist"),
+    )
+)
+"""Segments whose lengths are calibrated and kept."""
+
+REQUIRED = tuple(f"{side} {part}" for side in SIDES for part in ("hip", "shoulder"))
+LEAST_SEEN = 0.2
+"""Hips and shoulders must be seen in at least this share of the frames."""
+
+FILLED_WEIGHT = 0.02
+"""Weight of a frame in which a joint is not seen, against 1: it is carried along with the hips."""
+
+OUTLIER_FLOOR = 0.1
+"""A joint this near to its smooth path, in trunk lengths, is no outlier."""
+
+LENGTH_ROUNDS = 10
+
+
+class Paths(NamedTuple):
+    """Landmarks of one clip.
+
+    Attributes
+    ----------
+    points : dict of str to ndarray, shape (T, 3)
+        Landmark -> smooth path; landmarks never seen are not there.
+    lengths : dict of (str, str) to float
+        Bone -> its length, in the unit of the positions, left and right alike.
+    trunk : float
+        Distance from between the hips to between the shoulders.
+    seen : dict of str to float
+        Landmark -> share of the frames in which it was seen.
+    swapped : ndarray of bool, shape (T, 2)
+        Frames in which arms, legs had changed sides.
+    exchanged : bool
+        Whether left and right were called the wrong way round throughout.
+    """
+
+    points: dict[str, np.ndarray]
+    lengths: dict[tuple[str, str], float]
+    trunk: float
+    seen: dict[str, float]
+    swapped: np.ndarray
+    exchanged: bool
+
+
+def landmark_paths(keypoints: np.ndarray, joint_set: JointSet, rate: float, cutoff_hz: float) -> Paths:
+    """Clean and smooth the joints of a clip.
+
+    Parameters
+    ----------
+    keypoints : ndarray, shape (T, J, 3)
+        Right-handed axes, any unit; NaN where a joint was not seen.
+    joint_set : JointSet
+    rate : float
+        Frames per second.
+    cutoff_hz : float
+        Band limit of the paths, where the gain is a half.
+
+    Raises
+    ------
+    ValueError
+        If shapes disagree or the hips or shoulders are hardly ever seen.
+    """
+    points = _landmarks(keypoints, joint_set)
+    seen = {name: float(np.isfinite(path).all(axis=1).mean()) for name, path in points.items()}
+    hidden = [name for name in REQUIRED if seen[name] < LEAST_SEEN]
+    if hidden:
+        raise ValueError(f"the {', '.join(hidden)} can hardly ever be seen: there is no body to fit")
+    trunk = _trunk(points)
+    points, swapped = undo_swaps(points, trunk)
+    wrong = sides_are_exchanged(points)
+    if wrong:
+        points = exchanged(points)
+    points = {name: path for name, path in points.items() if np.isfinite(path).any()}
+    lengths = _bone_lengths(points)
+    points = _smoothed(points, trunk, rate, cutoff_hz)
+    _keep_lengths(points, lengths)
+    return Paths(points, lengths, trunk, seen, swapped, wrong)
+
+
+def _landmarks(keypoints: np.ndarray, joint_set: JointSet) -> dict[str, np.ndarray]:
+    keypoints = np.asarray(keypoints, dtype=np.float64)
+    if keypoints.ndim != 3 or keypoints.shape[1:] != (len(joint_set.joints), 3) or len(keypoints) < 2:
+        raise ValueError(
+            f"joints of {joint_set.name} must have shape (T, {len(joint_set.joints)}, 3) with two frames or "
+            f"more, not {keypoints.shape}"
+        )
+    keypoints = np.where(np.isfinite(keypoints).all(axis=2, keepdims=True), keypoints, np.nan)
+    nowhere = np.full((len(keypoints), 3), np.nan)
+    return {
+        name: keypoints[:, list(members)].mean(axis=1) if (members := joint_set.members(name)) else nowhere
+        for name in LANDMARKS
+    }
+
+
+def middle(points: dict[str, np.ndarray], part: str) -> np.ndarray:
+    """Halfway between left and right, shape (T, 3)."""
+    return (points[f"left {part}"] + points[f"right {part}"]) / 2
+
+
+def _trunk(points: dict[str, np.ndarray]) -> float:
+    length = float(np.nanmedian(np.linalg.norm(middle(points, "shoulder") - middle(points, "hip"), axis=1)))
+    if not length > 0:
+        raise ValueError("the hips and the shoulders are at the same place: there is no body to fit")
+    return length
+
+
+def _bone_lengths(points: dict[str, np.ndarray]) -> dict[tuple[str, str], float]:
+    """Median length of each bone over all frames and both sides."""
+    lengths = {}
+    for start, end in BONES:
+        pairs = [(a, b) for a, b in ((start, end), (mirrored(start), mirrored(end))) if {a, b} <= set(points)]
+        values = [np.linalg.norm(points[b] - points[a], axis=1) for a, b in pairs]
+        values = np.concatenate(values) if values else np.array([np.nan])
+        if np.isfinite(values).any():
+            lengths[start, end] = float(np.nanmedian(values))
+    return lengths
+
+
+def _smoothed(
+    points: dict[str, np.ndarray], trunk: float, rate: float, cutoff_hz: float
+) -> dict[str, np.ndarray]:
+    hips = _filled(middle(points, "hip"), 0.0)
+    result = {}
+    for name, path in points.items():
+        weights = np.where(np.isfinite(path).all(axis=1), 1.0, FILLED_WEIGHT)
+        result[name] = smooth_robustly(_filled(path, hips), weights, rate, cutoff_hz, OUTLIER_FLOOR * trunk)
+    return result
+
+
+def _filled(path: np.ndarray, carrier: np.ndarray | float) -> np.ndarray:
+    """A path whose gaps are bridged by straight lines relative to what carries the joint along."""
+    offset = path - carrier
+    seen = np.isfinite(offset).all(axis=1)
+    frames = np.arange(len(path))
+    return carrier + np.stack([np.interp(frames, frames[seen], offset[seen, axis]) for axis in range(3)], 1)
+
+
+def _keep_lengths(points: dict[str, np.ndarray], lengths: dict[tuple[str, str], float]) -> None:
+    """Move both ends of each bone, in place, until it has its length in every frame."""
+    for _ in range(LENGTH_ROUNDS):
+        for (start, end), length in lengths.items():
+            if not {start, end} <= set(points):
+                continue
+            bone = points[end] - points[start]
+            now = np.linalg.norm(bone, axis=1, keepdims=True)
+            share = 0.5 * (1 - length / np.maximum(now, 1e-9 * length))
+            points[start] = points[start] + share * bone
+            points[end] = points[end] - share * bone

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which bone of a named skeleton plays which of the 24 joints."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+
+from ..body.body import TEMPLATES
+from ..body.skeleton import JOINT_INDEX, JOINT_NAMES
+
+BONE_MAPS = TEMPLATES / "bone_maps"
+
+REQUIRED_JOINTS: tuple[str, ...] = (
+    "pelvis",
+    "left_hip",
+    "right_hip",
+    "left_knee",
+    "right_knee",
+    "left_ankle",
+    "right_ankle",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
+    "right_wrist",
+)
+"""Joints without which a motion cannot be carried to the body."""
+
+SHARED_PREFIX = 0.8
+"""A prefix that more than this share of the bones have says nothing and is left out."""
+
+
+@dataclass(frozen=True)
+class BoneMap:
+    """Names of the bones of one family of rigs.
+
+    Parameters
+    ----------
+    name : str
+        What people call the family, e.g. ``"Mixamo"``.
+    joints : dict of str to tuple of str
+        For each joint of `skeleton.JOINT_NAMES` the bone names that play it, best first,
+        written as `plain_name` writes them.
+    """
+
+    name: str
+    joints: dict[str, tuple[str, ...]]
+
+    @classmethod
+    def load(cls, path: str | Path) -> BoneMap:
+        """Read a bone map: JSON with ``name`` and ``joints`` (joint name to bone names).
+
+        Raises
+        ------
+        ValueError
+            If the file is not such a map; the message names the file and the fault.
+        """
+        try:
+            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            joints = {
+                joint: tuple(plain_name(name) for name in ([names] if isinstance(names, str) else names))
+                for joint, names in content["joints"].items()
+            }
+            name = str(content["name"])
+        except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+            raise ValueError(
+                f"{path} is not a bone map (JSON with 'name' and 'joints'): {error!r}"
+            ) from error
+        unknown = set(joints) - set(JOINT_NAMES)
+        if unknown:
+            raise ValueError(f"{path} names joints that SMPL does not have: {', '.join(sorted(unknown))}")
+        return cls(name, joints)
+
+    def match(self, bones: Sequence[str]) -> dict[int, int]:
+        """Joint index -> bone index, for the joints whose bone is there."""
+        position = _positions(tuple(bones))
+        matched = {}
+        for joint, names in self.joints.items():
+            found = next((position[name] for name in names if name in position), None)
+            if found is not None:
+                matched[JOINT_INDEX[joint]] = found
+        return matched
+
+
+@lru_cache(maxsize=64)
+def _positions(bones: tuple[str, ...]) -> dict[str, int]:
+    """Where the bone of each plain name is; the clips of a library have few different skeletons."""
+    position: dict[str, int] = {}
+    for names in (stripped_names(bones), map(plain_name, bones)):
+        for index, name in enumerate(names):
+            position.setdefault(name, index)
+    return position
+
+
+@lru_cache(maxsize=4096)
+def plain_name(name: str) -> str:
+    """A bone's name without name space, case and separators: ``mixamorig:LeftArm`` -> ``leftarm``."""
+    name = re.sub(r"^.*[:|]", "", name)
+    name = re.sub(r"^mixamorig\d*[_ ]?", "", name, flags=re.IGNORECASE)
+    return re.sub(r"[^0-9a-z]", "", name.lower())
+
+
+def stripped_names(bones: Sequence[str]) -> list[str]:
+    """Plain names of all bones, without a prefix that most of them share (``Neo_Hips``)."""
+    local = [re.sub(r"^.*[:|]", "", name) for name in bones]
+    counts = Counter(name.partition("_")[0] + "_" for name in local if "_" in name)
+    prefix, uses = max(counts.items(), key=lambda item: item[1], default=("", 0))
+    shared = uses > SHARED_PREFIX * len(local)
+    return [plain_name(name.removeprefix(prefix) if shared else name) for name in local]
+
+
+@cache
+def bundled_bone_maps() -> tuple[BoneMap, ...]:
+    """The bone maps that come with W2W."""
+    return tuple(BoneMap.load(path) for path in sorted(BONE_MAPS.glob("*.json")))
+
+
+def best_match(bones: Sequence[str], maps: Iterable[BoneMap] = ()) -> tuple[BoneMap | None, dict[int, int]]:
+    """The bone map that finds most joints of a skeleton.
+
+    Parameters
+    ----------
+    bones : sequence of str
+        Bone names of the skeleton.
+    maps : iterable of BoneMap
+        Maps of the user's own, tried before the bundled ones.
+
+    Returns
+    -------
+    bone_map : BoneMap or None
+        None where no map finds a single joint.
+    matched : dict of int to int
+        Joint index -> bone index.
+    """
+    best: tuple[BoneMap | None, dict[int, int]] = (None, {})
+    for bone_map in (*maps, *bundled_bone_maps()):
+        matched = bone_map.match(bones)
+        if _rank(matched) > _rank(best[1]):
+            best = (bone_map, matched)
+    return best
+
+
+def missing_joints(matched: dict[int, int]) -> list[str]:
+    """Required joints that a match lacks."""
+    return [name for name in REQUIRED_JOINTS if JOINT_INDEX[name] not in matched]
+
+
+def _rank(matched: dict[int, int]) -> tuple[int, int]:
+    """A match is as good as its required joints, then as all its joints."""
+    return len(REQUIRED_JOINTS) - len(missing_joints(matched)), len(matched)

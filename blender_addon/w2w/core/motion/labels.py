@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Labels from a csv file: which row means which clip, and what in it is of no use."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from ..csv_tables import CsvError, read_table
+from ..file_names import shown
+
+
+class LibraryError(ValueError):
+    """A library or its labels cannot be understood; the message says what to change."""
+
+
+@dataclass(frozen=True)
+class LabelCheck:
+    """What stood out when labels were read.
+
+    Parameters
+    ----------
+    no_such_file : tuple of str
+        Files that a row names and the library does not hold.
+    no_activity : tuple of str
+        Files, and where a row has none its line, whose row has no activity or no file.
+    not_listed : tuple of str
+        Files of the library that no row names.
+    spellings : tuple of (str, tuple of str)
+        Activities that were spelled in several ways, each with the ways.
+    exact : bool
+        Whether the ways were kept apart.
+    note : str
+        What had to be assumed to read the file.
+    """
+
+    no_such_file: tuple[str, ...] = ()
+    no_activity: tuple[str, ...] = ()
+    not_listed: tuple[str, ...] = ()
+    spellings: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    exact: bool = False
+    note: str = ""
+
+
+NO_LABELS = LabelCheck()
+"""The check of a library that no csv file labels."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Rows by path inside the library, and what stood out."""
+
+    rows: dict[str, dict[str, str]]
+    check: LabelCheck
+
+
+def read_labels(path: Path, inside: Sequence[str], exact: bool = False) -> Labels:
+    """Read the labels of a library's files.
+
+    Parameters
+    ----------
+    path : Path
+        A csv file with columns ``file`` and ``activity``, and if wanted ``subject`` and ``motion_key``.
+    inside : sequence of str
+        The library's files, by their paths inside it.
+    exact : bool
+        Keep activities apart that differ only in case, spaces or underscores.
+
+    Raises
+    ------
+    LibraryError
+        If the file cannot be understood; the message says which line.
+    """
+    try:
+        table = read_table(path, ("file", "activity"), ("subject", "motion_key"))
+    except CsvError as error:
+        raise LibraryError(str(error)) from error
+    find = _Finder(path, inside)
+    rows: dict[str, dict[str, str]] = {}
+    strangers, empty, named = [], [], set()
+    for number, row in table.rows:
+        if not (row["file"] and row["activity"]):
+            empty.append(row["file"] or f"line {number}")
+            named.update(find.candidates(row["file"]))
+            continue
+        file = find.file_of(row["file"], number)
+        if file is None:
+            strangers.append(row["file"])
+            continue
+        if rows.get(file, row | {"file": file}) != row | {"file": file}:
+            raise LibraryError(
+                f"{shown(path)}, line {number}: '{file}' is listed twice with different labels"
+            )
+        rows[file] = row | {"file": file}
+    if not rows:
+        raise LibraryError(_useless(path, inside, strangers, empty))
+    name_of, spellings = _one_spelling(row["activity"] for row in rows.values())
+    if not exact:
+        rows = {file: row | {"activity": name_of[row["activity"]]} for file, row in rows.items()}
+    missing = tuple(file for file in inside if file not in named | set(rows))
+    check = LabelCheck(tuple(strangers), tuple(empty), missing, spellings, exact, table.note)
+    return Labels(rows, check)
+
+
+def same_label(label: str) -> str:
+    """What labels have in common that differ only in case, spaces and underscores.
+
+    Examples
+    --------
+    >>> same_label(" Sit  To_Stand ")
+    'sit_to_stand'
+    """
+    return re.sub(r"[\s_]+", " ", unicodedata.normalize("NFC", label)).strip().replace(" ", "_").casefold()
+
+
+def by_label(values: Mapping[str, str], labels: Iterable[str]) -> dict[str, str]:
+    """Values of labels: those given for the very label, else for one that `same_label` makes the same."""
+    alike = {same_label(label): value for label, value in values.items()}
+    found = {label: values.get(label, alike.get(same_label(label))) for label in labels}
+    return {label: value for label, value in found.items() if value is not None}
+
+
+def _one_spelling(
+    activities: Iterable[str],
+) -> tuple[dict[str, str], tuple[tuple[str, tuple[str, ...]], ...]]:
+    """The spelling that stands for each: the commonest, in lower case where as many are."""
+    uses = Counter(activities)
+    groups: dict[str, list[str]] = {}
+    for text in sorted(uses, key=lambda text: (-uses[text], text != text.lower(), text)):
+        groups.setdefault(same_label(text), []).append(text)
+    name_of = {text: ways[0] for ways in groups.values() for text in ways}
+    return name_of, tuple(sorted((ways[0], tuple(ways)) for ways in groups.values() if len(ways) > 1))
+
+
+class _Finder:
+    """Finds the file of the library that a row means."""
+
+    def __init__(self, labels: Path, inside: Sequence[str]) -> None:
+        self.labels, self.known = labels, set(inside)
+        self.by_name: dict[str, list[str]] = {}
+        for file in inside:
+            self.by_name.setdefault(PurePosixPath(file).name, []).append(file)
+
+    def candidates(self, text: str) -> list[str]:
+        """Files that may be meant."""
+        file = PurePosixPath(text.replace("\\", "/")).as_posix()
+        if file in self.known:
+            return [file]
+        same_name = self.by_name.get(PurePosixPath(file).name, [])
+        return [found for found in same_name if file.endswith(f"/{found}")] or same_name
+
+    def file_of(self, text: str, number: int) -> str | None:
+        """The file that is meant; None where the library does not hold it."""
+        found = self.candidates(text)
+        if len(found) > 1:
+            raise LibraryError(
+                f"{shown(self.labels)}, line {number}: '{text}' could be any of {', '.join(found[:3])}: "
+                "write the path inside the library"
+            )
+        return found[0] if found else None
+
+
+def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: list[str]) -> str:
+    text = f"{shown(path)} lists none of the {len(inside)} motion files in the library with an activity"
+    if strangers:
+        text += f"; it lists '{strangers[0]}', say, and the library holds '{inside[0]}'"
+    elif empty:
+        text += f": {len(empty)} rows have no file or no activity"
+    return text

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A folder of motion files: which clips it holds and what each shows."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from ..file_names import name_bytes, shown
+from ..files import reserved
+from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
+
+MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
+"""Kinds of motion files, in lower case with the dot."""
+
+WORK_FOLDER = ".w2w"
+RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "utility.npz")
+"""What a run writes into its output folder, which may lie in the library."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One motion file and its labels.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    file : str
+        Its path inside the library, with forward slashes, as text that can be shown.
+    name : str
+        A name for files made from it: safe on every file system and unique in the library.
+    activity : str
+        Label; empty where there is none.
+    subject : str
+        Who moves; empty where unknown.
+    motion_key : str
+        Clips with an equal key show the same recording; empty where unknown.
+    """
+
+    path: Path
+    file: str
+    name: str
+    activity: str
+    subject: str = ""
+    motion_key: str = ""
+
+
+@dataclass(frozen=True)
+class Library:
+    """The clips of a folder and where their labels come from.
+
+    Parameters
+    ----------
+    folder : Path
+    clips : tuple of Clip
+        In the order of their paths.
+    labelled_by : str
+        Where the labels come from, in words.
+    skipped : tuple of (str, str)
+        Files left out, each with the reason.
+    check : LabelCheck
+        What stood out in the labels.
+    """
+
+    folder: Path
+    clips: tuple[Clip, ...]
+    labelled_by: str
+    skipped: tuple[tuple[str, str], ...] = ()
+    check: LabelCheck = NO_LABELS
+
+    @property
+    def activities(self) -> dict[str, int]:
+        """Number of clips by activity, in alphabetical order."""
+        return dict(sorted(Counter(clip.activity for clip in self.clips).items()))
+
+
+def read_library(folder: str | Path, labels: str | Path | None = None, exact_labels: bool = False) -> Library:
+    """Find the motion files of a folder and label them.
+
+    A label comes from `labels` where given, else from the clip's folder inside the
+    library, else from its file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``).
+
+    Parameters
+    ----------
+    folder : str or Path
+        Searched with all folders below it.
+    labels : str or Path, optional
+        A csv file with columns ``file`` and ``activity``, and if wanted ``subject`` and
+        ``motion_key``; ``file`` is the path inside the library, or a file name that
+        only one clip has.
+    exact_labels : bool
+        Keep activities of the csv apart that differ only in case, spaces or underscores.
+
+    Returns
+    -------
+    Library
+
+    Raises
+    ------
+    LibraryError
+        If the folder is missing or holds no motion files, or the csv cannot be understood.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
+    files = sorted(_motion_files(folder), key=lambda path: name_bytes(path.relative_to(folder).as_posix()))
+    if not files:
+        kinds = ", ".join(MOTION_SUFFIXES)
+        raise LibraryError(f"{folder} holds no motion files ({kinds}), nor do the folders in it")
+    inside = [path.relative_to(folder).as_posix() for path in files]
+    names = unique_names(inside)
+    inside = [shown(file) for file in inside]
+    if labels is not None:
+        return _labelled(folder, Path(labels), files, inside, names, exact_labels)
+    clips = [
+        Clip(path, file, name, activity_in(folder, path))
+        for path, file, name in zip(files, inside, names, strict=True)
+    ]
+    by_folder = sum("/" in file for file in inside)
+    sources = [
+        text for text, uses in (("folder names", by_folder), ("file names", len(inside) - by_folder)) if uses
+    ]
+    return Library(folder, tuple(clips), " and ".join(sources))
+
+
+def activity_in(folder: Path, path: Path) -> str:
+    """Label that a motion file gets as part of a library without a csv."""
+    return activity_of(shown(path.relative_to(folder).as_posix()))
+
+
+def activity_of(file: str) -> str:
+    """Label of a clip from its folder inside the library, else from its file name.
+
+    Examples
+    --------
+    >>> activity_of("walking/clip 7.fbx")
+    'walking'
+    >>> activity_of("X Bot@Waving (2).fbx")
+    'waving'
+    """
+    path = PurePosixPath(file)
+    text = path.parent.name or re.sub(r"^.*@", "", path.stem)
+    text = re.sub(r"\s*\(\d+\)\s*$", "", text)
+    return re.sub(r"[\s_\-]+", "_", text).strip("_").lower()
+
+
+def unique_names(files: Iterable[str]) -> list[str]:
+    """Names safe on every file system, distinct even where case does not count.
+
+    Parameters
+    ----------
+    files : iterable of str
+        Paths inside the library, all different.
+    """
+    files = list(files)
+    plain = [
+        re.sub(r"[^0-9A-Za-z]+", "_", str(PurePosixPath(file).with_suffix(""))).strip("_")[:80]
+        for file in files
+    ]
+    uses = Counter(name.lower() for name in plain)
+    return [
+        name
+        if name and uses[name.lower()] == 1 and not reserved(name)
+        else f"{name}_{hashlib.sha256(name_bytes(file)).hexdigest()[:8]}".strip("_")
+        for name, file in zip(plain, files, strict=True)
+    ]
+
+
+def _labelled(
+    folder: Path, labels: Path, files: list[Path], inside: list[str], names: list[str], exact: bool
+) -> Library:
+    """The library as a csv labels it."""
+    found, named = read_labels(labels, inside, exact), shown(labels.name)
+    not_listed = set(found.check.not_listed)
+    clips, skipped = [], []
+    for path, file, name in zip(files, inside, names, strict=True):
+        row = found.rows.get(file)
+        if row is not None:
+            clips.append(Clip(path, file, name, row["activity"], row["subject"], row["motion_key"]))
+        elif file in not_listed:
+            skipped.append((file, f"{named} does not list it"))
+        else:
+            skipped.append((file, f"{named} gives it no activity"))
+    return Library(folder, tuple(clips), f"the file {named}", tuple(skipped), found.check)
+
+
+def _motion_files(folder: Path) -> Iterable[Path]:
+    """Whatever a folder and its subfolders name as a motion file, less what W2W's own runs left there.
+
+    Pipes and links that lead nowhere are among them: whoever reads one says why it is skipped.
+    """
+    for place, folders, files in os.walk(folder):
+        if WORK_FOLDER in folders:
+            folders[:] = [name for name in folders if name not in RESULTS]
+            files = [name for name in files if name not in RESULTS]
+        paths = (Path(place, name) for name in files)
+        yield from (path for path in paths if path.suffix.lower() in MOTION_SUFFIXES)

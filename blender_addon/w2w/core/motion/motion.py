@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""AMASS-style npz and `.smpl` files (SMPL, SMPL-H, SMPL-X poses) in, as motions of the 24 joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..body.skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
+from ..files import array_names, read_arrays, write_npz
+from .motion_file import size_and_head, unreadable
+from .source import UnusableMotion, reason_of, refuse_rate, refuse_too_long
+
+SMPL_PELVIS = np.array([-0.00179506, -0.22333382, 0.02821918])
+"""Pelvis of SMPL's neutral template in its own y-up axes, metres: AMASS's ``trans`` is
+measured from it (J_regressor @ v_template of the neutral model, Loper et al. 2015)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Joint rotations and the pelvis's path, frame by frame.
+
+    Parameters
+    ----------
+    rotations : ndarray, shape (T, 24, 3, 3), float64
+        Rotation of each joint relative to its parent (of the pelvis: to the world), in
+        the axes of the T-pose (z up, facing -y). Identity everywhere is the T-pose.
+    pelvis : ndarray, shape (T, 3), float64
+        World position of the pelvis joint, metres, z up.
+    rate : float
+        Frames per second.
+    activity, subject, clip : str
+        Label, person and name of the clip; empty where unknown.
+
+    Raises
+    ------
+    ValueError
+        If shapes disagree, a value is not finite, or the rate is not positive.
+    """
+
+    rotations: np.ndarray
+    pelvis: np.ndarray
+    rate: float
+    activity: str = ""
+    subject: str = ""
+    clip: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotations", np.ascontiguousarray(self.rotations, dtype=np.float64))
+        object.__setattr__(self, "pelvis", np.ascontiguousarray(self.pelvis, dtype=np.float64))
+        object.__setattr__(self, "rate", float(self.rate))
+        n_frames = len(self.rotations)
+        if self.rotations.shape != (n_frames, N_JOINTS, 3, 3) or n_frames == 0:
+            raise ValueError(f"rotations must have shape (T, {N_JOINTS}, 3, 3), not {self.rotations.shape}")
+        if self.pelvis.shape != (n_frames, 3):
+            raise ValueError(f"pelvis must have shape ({n_frames}, 3), not {self.pelvis.shape}")
+        if not (np.isfinite(self.rotations).all() and np.isfinite(self.pelvis).all()):
+            raise ValueError("the motion holds values that are not finite")
+        if not (np.isfinite(self.rate) and self.rate > 0):
+            raise ValueError(f"the frame rate must be positive, not {self.rate}")
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.rotations)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return (self.n_frames - 1) / self.rate
+
+    def labelled(self, activity: str, subject: str, clip: str) -> Motion:
+        """The same motion under another label."""
+        return replace(self, activity=activity, subject=subject, clip=clip)
+
+    def save(self, path: str | Path) -> None:
+        """Write an AMASS-style npz: ``poses`` (T, 72) axis-angle in SMPL's axes, ``trans``
+        (T, 3) metres with z up, ``mocap_framerate``, and W2W's labels."""
+        in_smpl_axes = Y_UP_TO_Z_UP.T @ self.rotations @ Y_UP_TO_Z_UP
+        in_smpl_axes[:, 0] = self.rotations[:, 0] @ Y_UP_TO_Z_UP
+        poses = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec()
+        write_npz(
+            path,
+            {
+                "poses": poses.reshape(self.n_frames, -1),
+                "trans": self.pelvis - SMPL_PELVIS,
+                "mocap_framerate": np.array(self.rate),
+                "gender": np.array("neutral"),
+                "betas": np.zeros(10),
+                "activity": np.array(self.activity),
+                "subject": np.array(self.subject),
+                "clip": np.array(self.clip),
+            },
+        )
+
+
+SMPL_SUFFIXES = (".npz", ".smpl")
+"""Kinds of files read here, in lower case with the dot."""
+
+RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps", "frameRate")
+TRANS_KEYS = ("trans", "transl", "bodyTranslation")
+POSE_PARTS = (("root_orient", "pose_body"), ("global_orient", "body_pose"))
+"""Names of the pelvis's turn and of the other joints', in files that keep them apart."""
+
+SMPL_CONTAINER = "bodyPose"
+"""Where a `.smpl` file (Meshcapade's smplcodec, an npz by other names) keeps its poses."""
+
+BODY_JOINTS = min(BODY_HANDS)
+"""Joints before the hands: the same in SMPL, SMPL-H and SMPL-X (Pavlakos et al. 2019)."""
+
+POSE_WIDTHS = {72: "SMPL", 156: "SMPL-H", 165: "SMPL-X", 66: "SMPL-H or SMPL-X without hands"}
+
+MAX_BYTES = 2 * 2**30
+"""No clip unpacks to more; a small npz may claim to."""
+
+MIN_FRAMES = 4
+
+MAX_DISTANCE = 1e7
+"""Metres from the origin: more than any map's coordinates, and little enough for second differences."""
+
+MAX_TURN = 1e4
+"""Radians of one rotation vector: over a thousand whole turns."""
+
+
+def read_amass(path: str | Path, z_up: bool = False) -> Motion:
+    """Read an AMASS-style npz or a `.smpl` file.
+
+    AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or
+    ``root_orient`` and ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their
+    world is z up; files whose bodies stand along y instead, as `.smpl` files have it, are turned.
+
+    Parameters
+    ----------
+    path : str or Path
+    z_up : bool
+        The world is known to be z up, as in files that `Motion.save` wrote: a body that lies or
+        crawls is then not taken for one that stands along y.
+
+    Returns
+    -------
+    Motion
+        Without labels.
+
+    Raises
+    ------
+    UnusableMotion
+        If it is no such file, or holds a pose instead of a motion.
+    """
+    arrays = _read_arrays(Path(path))
+    poses = _poses(arrays)
+    refuse_too_long(len(poses), poses.shape[1] // 3)
+    if len(poses) < MIN_FRAMES:
+        raise UnusableMotion(f"it holds a pose, not a motion: {len(poses)} frame{'s' * (len(poses) != 1)}")
+    trans, rate = _trans(arrays), _rate(arrays)
+    if len(poses) != len(trans):
+        raise UnusableMotion(f"its 'poses' have {len(poses)} frames but its 'trans' has {len(trans)}")
+    _refuse_beyond(poses, "poses", MAX_TURN, "rad", "in radians")
+    _refuse_beyond(trans, "trans", MAX_DISTANCE, "m", "in metres")
+    rotations = np.tile(np.eye(3), (len(poses), N_JOINTS, 1, 1))
+    turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
+    rotations[:, 1:BODY_JOINTS] = Y_UP_TO_Z_UP @ turns[:, 1:BODY_JOINTS] @ Y_UP_TO_Z_UP.T
+    root, pelvis = turns[:, 0], trans + SMPL_PELVIS
+    if not z_up and _stands_along_y(root):
+        root, pelvis = Y_UP_TO_Z_UP @ root, pelvis @ Y_UP_TO_Z_UP.T
+    rotations[:, 0] = root @ Y_UP_TO_Z_UP.T
+    return Motion(rotations, pelvis, rate)
+
+
+def _read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
+    size_and_head(path)
+    try:
+        names = set(array_names(path))
+        if not ({"poses", SMPL_CONTAINER} & names or any(set(parts) <= names for parts in POSE_PARTS)):
+            held = ", ".join(sorted(names)[:8])
+            raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
+        parts = [name for pair in POSE_PARTS for name in pair]
+        wanted = ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS)
+        return read_arrays(path, wanted, MAX_BYTES)
+    except OSError as error:
+        raise UnusableMotion(unreadable(error)) from error
+    except ValueError as error:
+        raise UnusableMotion(reason_of(error)) from error
+
+
+def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:
+    """Rotation vectors of the joints before the hands, shape (T, 66)."""
+    name = next((name for name in ("poses", SMPL_CONTAINER) if name in arrays), None)
+    if name is None:
+        name, parts = next(("' and '".join(pair), pair) for pair in POSE_PARTS if set(pair) <= arrays.keys())
+        turns = [arrays[part].reshape(len(arrays[part]), -1) for part in parts if arrays[part].ndim]
+        if len(turns) < len(parts) or len(turns[0]) != len(turns[1]):
+            raise UnusableMotion(f"its '{name}' differ in their number of frames")
+        poses = np.concatenate(turns, axis=1)
+    else:
+        poses = arrays[name]
+    if poses.ndim == 3 and poses.shape[2] == 3:
+        poses = poses.reshape(len(poses), -1)
+    if poses.ndim != 2 or poses.shape[1] not in POSE_WIDTHS or poses.dtype.kind != "f":
+        widths = ", ".join(f"{width} ({kind})" for width, kind in POSE_WIDTHS.items())
+        hint = ", which look like quaternions" if poses.ndim == 3 and poses.shape[2] == 4 else ""
+        raise UnusableMotion(
+            f"its '{name}' have shape {poses.shape}{hint}; expected axis-angle (frames, n), n one of {widths}"
+        )
+    return poses[:, : 3 * BODY_JOINTS].astype(np.float64)
+
+
+def _trans(arrays: dict[str, np.ndarray]) -> np.ndarray:
+    trans = next((arrays[name] for name in TRANS_KEYS if name in arrays), None)
+    if trans is None or trans.ndim != 2 or trans.shape[1] != 3 or trans.dtype.kind != "f":
+        found = "is missing" if trans is None else f"has shape {trans.shape}"
+        raise UnusableMotion(f"its 'trans' {found}; expected (frames, 3) in metres")
+    return trans.astype(np.float64)
+
+
+def _rate(arrays: dict[str, np.ndarray]) -> float:
+    for name in RATE_KEYS:
+        if name in arrays and arrays[name].size == 1 and arrays[name].dtype.kind in "fiu":
+            rate = float(arrays[name].item())
+            if np.isfinite(rate) and rate > 0:
+                refuse_rate(rate)
+                return rate
+    raise UnusableMotion(
+        f"it does not say its frame rate: none of {', '.join(RATE_KEYS)} holds one; "
+        f"save it again with '{RATE_KEYS[0]}'"
+    )
+
+
+def _refuse_beyond(values: np.ndarray, name: str, most: float, unit: str, expected: str) -> None:
+    if not np.isfinite(values).all():
+        raise UnusableMotion(f"its '{name}' hold values that are not finite (NaN or infinite)")
+    largest = np.abs(values).max(initial=0.0)
+    if largest > most:
+        raise UnusableMotion(
+            f"its '{name}' reach {largest:.3g} {unit}, which no body does: it is damaged, or not {expected}"
+        )
+
+
+def _stands_along_y(root: np.ndarray) -> bool:
+    """Whether bodies stand along the world's y, by where the body's own up points on average."""
+    up = root[:, :, 1].mean(axis=0)
+    return bool(up[1] > np.abs(up[2]))

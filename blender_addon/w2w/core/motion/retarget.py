@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Carry any named skeleton's motion to the 24 joints, through world-space rotations.
+
+Each joint takes over its bone's world rotation relative to the rest pose, so bone roll and
+local axes never matter. What the two rest poses differ by is made up for once: the torso by
+its own frame (left, up), each limb segment by the smallest rotation that lays the body's
+segment on the source's, carried down the chain. A T-pose, an A-pose and arms hanging down
+thus all give the same motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..body.body import Body
+from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
+from ..rotations import frame_of, smallest_rotation
+from .bone_maps import BoneMap, best_match, missing_joints
+from .motion import Motion
+from .skinning import on_the_ground, relative_to_parents
+from .source import SourceMotion, UnusableMotion, unscaled_rotations
+from .structure_match import match_by_structure
+
+CRUMPLED = 1e-3
+"""Left and right joints of a rest pose closer than this part of its extent show no side."""
+
+SEGMENT_END = {
+    JOINT_INDEX[f"{side}_{start}"]: JOINT_INDEX[f"{side}_{end}"]
+    for side in ("left", "right")
+    for start, end in (
+        ("hip", "knee"),
+        ("knee", "ankle"),
+        ("shoulder", "elbow"),
+        ("elbow", "wrist"),
+        ("wrist", "hand"),
+    )
+}
+"""Joints whose segment is laid along the source's: the joint at its far end."""
+
+BY_STRUCTURE = "unknown (matched by its structure)"
+"""What to call a skeleton whose names say nothing."""
+
+ABSURD_BOB = 5.0
+"""Hips that rise and fall by more leg lengths than this are given in another unit."""
+
+CENTIMETRES = 100.0
+
+LEG = ("hip", "knee", "ankle")
+
+UPRIGHT = np.cos(np.radians(20))
+"""A rest pose whose trunk leans less than this stands upright: its own up is the world's."""
+
+STRAIGHT_LEG = np.cos(np.radians(25))
+"""A shank that leans less than this in the rest pose carries a foot that stands flat."""
+
+
+@dataclass(frozen=True)
+class Retargeting:
+    """A motion carried to a body, and how.
+
+    Parameters
+    ----------
+    motion : Motion
+    bone_map : str
+        Name of the bone map that matched, or `BY_STRUCTURE`.
+    bones : dict of str to str
+        Joint name -> source bone, for the joints that have one.
+    scale : float
+        Body metres in one unit of the source, by the length of the legs.
+    """
+
+    motion: Motion
+    bone_map: str
+    bones: dict[str, str]
+    scale: float
+
+
+def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> Retargeting:
+    """Carry a source motion to a body.
+
+    Parameters
+    ----------
+    source : SourceMotion
+    body : Body
+    maps : iterable of BoneMap
+        The user's own bone maps, tried before the bundled ones.
+
+    Returns
+    -------
+    Retargeting
+        Its motion keeps the source's world heading; the body touches z = 0.
+
+    Raises
+    ------
+    UnusableMotion
+        If the skeleton cannot be matched; the message says which joints have no bone.
+    """
+    skeleton, matched = matched_joints(source, maps)
+    rest = {joint: source.rest[bone, :3, 3] for joint, bone in matched.items()}
+    if is_crumpled(rest):
+        raise UnusableMotion("its rest pose is no body's: its hips or its shoulders lie on each other")
+    alignment = rest_alignment(body, rest)
+    rotations = _world_rotations(source, matched, alignment)
+    length = _moving_leg_length(source, matched)
+    if not length > 0:
+        raise UnusableMotion(
+            "its legs have no length in its frames: its joints lie on each other, or its values are so large "
+            "that nothing between them is left"
+        )
+    scale = _leg_length(body.joints) / length
+    motion = Motion(
+        rotations=relative_to_parents(rotations),
+        pelvis=_pelvis_path(source, matched, body, rotations[:, 0], scale),
+        rate=source.rate,
+    )
+    return Retargeting(
+        motion=on_the_ground(body, motion),
+        bone_map=skeleton,
+        bones={JOINT_NAMES[joint]: source.bones[bone] for joint, bone in sorted(matched.items())},
+        scale=scale,
+    )
+
+
+def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[str, dict[int, int]]:
+    """Which bone plays which joint: by name, else by the structure of the skeleton.
+
+    Parameters
+    ----------
+    source : SourceMotion
+    maps : iterable of BoneMap
+        The user's own bone maps, tried before the bundled ones.
+
+    Returns
+    -------
+    skeleton : str
+        Name of the bone map that matched, or `BY_STRUCTURE`.
+    matched : dict of int to int
+        Joint index -> bone index; every required joint is there.
+
+    Raises
+    ------
+    UnusableMotion
+        If neither finds all required joints; the message says which have no bone.
+    """
+    bone_map, matched = best_match(source.bones, maps)
+    missing = missing_joints(matched)
+    if not missing:
+        return bone_map.name, matched
+    matched = match_by_structure(source)
+    if missing_joints(matched):
+        raise UnusableMotion(_unmatched(source, missing))
+    return BY_STRUCTURE, matched
+
+
+def is_crumpled(rest: dict[int, np.ndarray]) -> bool:
+    """Whether the two hips or the two shoulders of a rest pose lie on each other.
+
+    Parameters
+    ----------
+    rest : dict of int to ndarray, shape (3,)
+        Position of each matched joint; pairs of which one is not matched are passed over.
+    """
+    extent = np.ptp(list(rest.values()), axis=0).max() if rest else 0.0
+    pairs = ([JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in ("hip", "shoulder"))
+    return any(
+        left in rest and right in rest and np.linalg.norm(rest[left] - rest[right]) <= CRUMPLED * extent
+        for left, right in pairs
+    )
+
+
+def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
+    """Rotation of each joint that puts the body in the source's rest pose.
+
+    Parameters
+    ----------
+    body : Body
+    rest : dict of int to ndarray, shape (3,)
+        World position of each matched joint in the source's rest pose.
+
+    Returns
+    -------
+    ndarray, shape (24, 3, 3)
+    """
+    torso = _torso_frame(body, rest)
+    alignment = np.tile(torso, (N_JOINTS, 1, 1))
+    for joint in range(1, N_JOINTS):
+        parent = PARENTS[joint]
+        if JOINT_NAMES[joint].endswith(("ankle", "foot")):
+            alignment[joint] = _foot_alignment(joint, alignment, torso, body, rest)
+            continue
+        if JOINT_NAMES[joint].endswith(("hip", "collar", "spine1", "spine2", "spine3", "neck", "head")):
+            start = torso
+        else:
+            start = alignment[parent]
+        alignment[joint] = _laid_along(joint, SEGMENT_END.get(joint), start, body, rest)
+    return alignment
+
+
+def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
+    """Rotation from the body's rest axes (left +x, up +z) to those of the source's torso."""
+    left = _across(rest, "hip")
+    left = left / np.linalg.norm(left)
+    shoulders = _across(rest, "shoulder")
+    left = left + shoulders / np.linalg.norm(shoulders)
+    trunk = _trunk(rest)
+    if trunk[2] >= UPRIGHT:
+        up = np.array([0.0, 0.0, 1.0])
+    else:
+        own = _trunk({joint: body.joints[joint] for joint in rest})
+        own_frame = frame_of(np.array([1.0, 0.0, 0.0]), own)
+        return frame_of(left, trunk) @ own_frame.T
+    return frame_of(left, up)
+
+
+def _across(positions: dict[int, np.ndarray], part: str) -> np.ndarray:
+    return positions[JOINT_INDEX[f"left_{part}"]] - positions[JOINT_INDEX[f"right_{part}"]]
+
+
+def _middle(positions: dict[int, np.ndarray] | np.ndarray, part: str) -> np.ndarray:
+    return (positions[JOINT_INDEX[f"left_{part}"]] + positions[JOINT_INDEX[f"right_{part}"]]) / 2
+
+
+def _trunk(positions: dict[int, np.ndarray]) -> np.ndarray:
+    """Unit direction from between the hips to between the shoulders."""
+    trunk = _middle(positions, "shoulder") - _middle(positions, "hip")
+    return trunk / np.linalg.norm(trunk)
+
+
+def _laid_along(
+    joint: int, end: int | None, start: np.ndarray, body: Body, rest: dict[int, np.ndarray]
+) -> np.ndarray:
+    if end is None or joint not in rest or end not in rest:
+        return start
+    target = rest[end] - rest[joint]
+    if np.linalg.norm(target) == 0:
+        return start
+    return smallest_rotation(start @ (body.joints[end] - body.joints[joint]), target) @ start
+
+
+def _foot_alignment(
+    joint: int, alignment: np.ndarray, torso: np.ndarray, body: Body, rest: dict[int, np.ndarray]
+) -> np.ndarray:
+    """A foot stands flat in most rest poses, whatever its joint heights: turn it out, not up.
+
+    Only where the shank itself leans is the foot's pitch taken from its joints.
+    """
+    if JOINT_NAMES[joint].endswith("foot"):
+        return alignment[PARENTS[joint]]
+    knee, toe = PARENTS[joint], joint + JOINT_INDEX["left_foot"] - JOINT_INDEX["left_ankle"]
+    if toe not in rest or joint not in rest:
+        return torso
+    shank = rest[knee] - rest[joint]
+    up = torso[:, 2]
+    if shank @ up < STRAIGHT_LEG * np.linalg.norm(shank):
+        return _laid_along(joint, toe, alignment[knee], body, rest)
+    own = torso @ (body.joints[toe] - body.joints[joint])
+    target = rest[toe] - rest[joint]
+    own, target = own - up * (own @ up), target - up * (target @ up)
+    if np.linalg.norm(target) < 1e-6 * np.linalg.norm(shank):
+        return torso
+    return smallest_rotation(own, target) @ torso
+
+
+def _world_rotations(source: SourceMotion, matched: dict[int, int], alignment: np.ndarray) -> np.ndarray:
+    """World rotation of each joint in each frame, shape (T, 24, 3, 3)."""
+    joints = sorted(matched)
+    bones = [matched[joint] for joint in joints]
+    turned = unscaled_rotations(source.matrices[:, bones])
+    resting = unscaled_rotations(source.rest[bones])
+    rotations = np.empty((source.n_frames, N_JOINTS, 3, 3))
+    rotations[:, joints] = turned @ (resting.swapaxes(-1, -2) @ alignment[joints])
+    for joint in range(1, N_JOINTS):
+        if joint not in matched:
+            carried = alignment[PARENTS[joint]].T @ alignment[joint]
+            rotations[:, joint] = rotations[:, PARENTS[joint]] @ carried
+    return rotations
+
+
+def _pelvis_path(
+    source: SourceMotion, matched: dict[int, int], body: Body, turned: np.ndarray, scale: float
+) -> np.ndarray:
+    """Path of the pelvis that puts the point between the hips where the source has it."""
+    hips = [matched[JOINT_INDEX["left_hip"]], matched[JOINT_INDEX["right_hip"]]]
+    path = source.matrices[:, hips][..., :3, 3].mean(axis=1) * scale
+    path /= _path_unit(path, _leg_length(body.joints))
+    offset = body.joints[0] - _middle(body.joints, "hip")
+    return path + turned @ offset
+
+
+def _path_unit(path: np.ndarray, leg_length: float) -> float:
+    """How many times too long the root path is: some takes travel in centimetres on a rig in
+    metres, and bob up and down by many leg lengths; the legs themselves do not tell."""
+    return CENTIMETRES if np.ptp(path[:, 2]) > ABSURD_BOB * leg_length else 1.0
+
+
+def _leg_length(joints: np.ndarray) -> float:
+    """Mean length of the body's two legs from hip over knee to ankle."""
+    legs = joints[[JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right") for part in LEG]]
+    return float(np.linalg.norm(np.diff(legs.reshape(2, len(LEG), 3), axis=1), axis=-1).sum() / 2)
+
+
+def _moving_leg_length(source: SourceMotion, matched: dict[int, int]) -> float:
+    """Leg length as the frames have it: some files hold a rest pose in another unit."""
+    legs = [matched[JOINT_INDEX[f"{side}_{part}"]] for side in ("left", "right") for part in LEG]
+    heads = source.matrices[:, legs][..., :3, 3].reshape(source.n_frames, 2, len(LEG), 3)
+    lengths = np.linalg.norm(np.diff(heads, axis=2), axis=-1).sum(axis=-1)
+    return float(np.median(lengths.mean(axis=1)))
+
+
+def _unmatched(source: SourceMotion, missing: list[str]) -> str:
+    names = ", ".join(name.replace("_", " ") for name in missing)
+    shown = ", ".join(source.bones[1:9])
+    return (
+        f"no bone was found, by name or by structure, for {len(missing)} needed joints ({names}) "
+        f"among its {len(source.bones) - 1} bones ({shown}, ...): give a bone map for this rig"
+    )

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Forward kinematics and linear blend skinning, only for the vertices asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..blas import multiply
+from ..body.body import Body
+from ..body.skeleton import N_JOINTS, PARENTS
+from .motion import Motion
+
+GROUND_SAMPLE = 15
+"""Every so many-th vertex is enough to find the lowest point of the body."""
+
+GROUND_PERCENTILE = 2.0
+"""The ground is where the lowest point of the body is in all but this share of the frames."""
+
+FRAME_BLOCK = 32
+"""Frames worked on at a time: few enough that a block's arrays stay in the processor's cache."""
+
+
+def joint_transforms(body: Body, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Forward kinematics: where every joint is and how it is turned.
+
+    Parameters
+    ----------
+    body : Body
+    motion : Motion, T frames
+
+    Returns
+    -------
+    rotations : ndarray, shape (T, 24, 3, 3)
+        World rotation of each joint relative to the rest pose.
+    positions : ndarray, shape (T, 24, 3)
+        World position of each joint, metres.
+    """
+    rotations = np.empty_like(motion.rotations)
+    positions = np.empty((motion.n_frames, N_JOINTS, 3))
+    rotations[:, 0] = motion.rotations[:, 0]
+    positions[:, 0] = motion.pelvis
+    for joint in range(1, N_JOINTS):
+        parent = PARENTS[joint]
+        np.matmul(rotations[:, parent], motion.rotations[:, joint], out=rotations[:, joint])
+        offset = body.joints[joint] - body.joints[parent]
+        positions[:, joint] = positions[:, parent] + rotations[:, parent] @ offset
+    return rotations, positions
+
+
+def skinning_transforms(body: Body, motion: Motion) -> np.ndarray:
+    """Affine maps from rest to posed space, one a joint and frame.
+
+    Returns
+    -------
+    ndarray, shape (T, 24, 3, 4)
+        Rotation and translation; a vertex is posed by their weighted sum.
+    """
+    rotations, positions = joint_transforms(body, motion)
+    transforms = np.empty((motion.n_frames, N_JOINTS, 3, 4))
+    transforms[..., :3] = rotations
+    transforms[..., 3] = positions - np.einsum("tjab,jb->tja", rotations, body.joints)
+    return transforms
+
+
+def skin(body: Body, transforms: np.ndarray, vertices: np.ndarray | slice = slice(None)) -> np.ndarray:
+    """Linear blend skinning of some vertices.
+
+    Parameters
+    ----------
+    body : Body
+    transforms : ndarray, shape (T, 24, 3, 4)
+        From `skinning_transforms`.
+    vertices : ndarray of int, shape (N,), or slice
+        Which vertices; all of them unless told.
+
+    Returns
+    -------
+    ndarray, shape (T, N, 3)
+        World positions, metres.
+    """
+    return _blend(transforms, _skinning_rows(body.weights[vertices], body.vertices[vertices]))
+
+
+def patch_matrices(body: Body, triangles: np.ndarray, motion: Motion) -> np.ndarray:
+    """World matrix of every patch in every frame.
+
+    The frame of a patch is that of Blender's three-vertex parent: x along v2 - v1, z the
+    outward normal, y = z cross x, origin at the triangle's centroid. Skinning is linear in
+    the rest position, so the centroid and the two edges of a triangle are skinned as three
+    rows of one matrix product and no vertex is ever posed.
+
+    Parameters
+    ----------
+    body : Body
+    triangles : ndarray of int, shape (N, 3)
+        Vertices of each patch's carrier triangle, as in `PatchSet.triangles`.
+    motion : Motion, T frames
+
+    Returns
+    -------
+    ndarray, shape (T, N, 4, 4), float64
+    """
+    n_patches = len(triangles)
+    rows = _triangle_rows(body, triangles).T
+    columns = skinning_transforms(body, motion).transpose(0, 2, 1, 3).reshape(motion.n_frames, 3, -1)
+    matrices = np.empty((motion.n_frames, n_patches, 4, 4))
+    for start in range(0, motion.n_frames, FRAME_BLOCK):
+        block = columns[start : start + FRAME_BLOCK]
+        blended = multiply(block.reshape(-1, len(rows)), rows).reshape(len(block), 3, 3, n_patches)
+        _write_frames(matrices[start : start + FRAME_BLOCK], *blended.transpose(2, 0, 1, 3))
+    return matrices
+
+
+def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> np.ndarray:
+    """Right-handed frames from an origin and two edges of a triangle.
+
+    Parameters
+    ----------
+    origin, edge_x, edge_b : ndarray, shape (..., 3)
+        ``edge_x`` = v2 - v1 gives x; ``edge_x`` cross ``edge_b`` (v3 - v1) gives z.
+
+    Returns
+    -------
+    ndarray, shape (..., 4, 4)
+    """
+    matrices = np.empty((*origin.shape[:-1], 4, 4))
+    _write_frames(matrices, *(np.moveaxis(vector, -1, -2) for vector in (origin, edge_x, edge_b)))
+    return matrices
+
+
+def _write_frames(matrices: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
+    """Fill matrices (..., N, 4, 4) from vectors (..., 3, N): rows of components are quick to work on."""
+    x = _unit(edge_x)
+    z = _unit(_cross(edge_x, edge_b))
+    for column, vector in enumerate((x, _cross(z, x), z, origin)):
+        matrices[..., :3, column] = np.moveaxis(vector, -2, -1)
+    matrices[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross product of vectors (..., 3, N)."""
+    product = np.empty_like(a)
+    for axis in range(3):
+        second, third = (axis + 1) % 3, (axis + 2) % 3
+        np.multiply(a[..., second, :], b[..., third, :], out=product[..., axis, :])
+        product[..., axis, :] -= a[..., third, :] * b[..., second, :]
+    return product
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Unit vectors of vectors (..., 3, N)."""
+    return vectors / np.sqrt((vectors * vectors).sum(axis=-2, keepdims=True))
+
+
+def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Rows (N, 24 * 4) that a point's posed position is the product of: w_j * (p, 1)."""
+    homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1)
+    return (weights[:, :, None] * homogeneous[:, None, :]).reshape(len(points), -1)
+
+
+def _triangle_rows(body: Body, triangles: np.ndarray) -> np.ndarray:
+    """Rows for the centroids, then the edges v2 - v1, then the edges v3 - v1."""
+    first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in triangles.T)
+    return np.concatenate([(first + second + third) / 3, second - first, third - first])
+
+
+def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Multiply rows (N, 96) with all frames' transforms at once; shape (T, N, 3)."""
+    n_frames = len(transforms)
+    columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * 3)
+    return multiply(rows, columns).reshape(len(rows), n_frames, 3).transpose(1, 0, 2)
+
+
+def relative_to_parents(world: np.ndarray) -> np.ndarray:
+    """Rotation of each joint relative to its parent, of the pelvis to the world.
+
+    Parameters
+    ----------
+    world : ndarray, shape (T, 24, 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (T, 24, 3, 3)
+    """
+    local = world.copy()
+    parents = list(PARENTS[1:])
+    local[:, 1:] = world[:, parents].swapaxes(-1, -2) @ world[:, 1:]
+    return local
+
+
+def on_the_ground(body: Body, motion: Motion) -> Motion:
+    """The same motion lifted or lowered as a whole until the body touches z = 0."""
+    transforms = skinning_transforms(body, motion)
+    lowest = skin(body, transforms, slice(None, None, GROUND_SAMPLE))[:, :, 2].min(axis=1)
+    pelvis = motion.pelvis.copy()
+    pelvis[:, 2] -= np.percentile(lowest, GROUND_PERCENTILE)
+    return Motion(motion.rotations, pelvis, motion.rate, motion.activity, motion.subject, motion.clip)

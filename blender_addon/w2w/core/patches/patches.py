@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Patches: where on a body a virtual sensor may sit, sampled evenly over its surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from ..body.body import Body
+from ..body.regions import regions_of
+from ..files import write_npz
+from .carriers import carrier_triangles
+from .geodesics import ExactSolver
+from .interpolation import interpolation_weights
+from .sampling import Sampling, farthest_points, mirrored_farthest_points
+from .strip_graph import StripGraph
+
+DEFAULT_PATCHES = 512
+"""How many patches the paper samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class PatchSet:
+    """Places on a body where a virtual sensor may sit.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (N,), int32
+        Centre vertex of each patch, in picking order.
+    triangles : ndarray, shape (N, 3), int32
+        Vertices v1, v2, v3 of each patch's carrier triangle, in the order of Blender's
+        three-vertex parent: x along v2 - v1, z outward.
+    labels : ndarray, shape (V,), int32
+        Patch that each vertex belongs to (geodesic Voronoi cell).
+    regions : tuple of str
+        Name of the region each patch's centre lies in, e.g. "left wrist dorsal".
+    seed : int
+        Seed of the random first pick.
+    interpolation : csr_matrix, shape (V, N), float32
+        Share of each patch in the value at each vertex; rows sum to 1.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    labels: np.ndarray
+    regions: tuple[str, ...]
+    seed: int
+    interpolation: csr_matrix
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """A unique name of each patch: its region, numbered in picking order where it has several."""
+        total: dict[str, int] = {}
+        for region in self.regions:
+            total[region] = total.get(region, 0) + 1
+        seen: dict[str, int] = {}
+        names = []
+        for region in self.regions:
+            seen[region] = seen.get(region, 0) + 1
+            names.append(region if total[region] == 1 else f"{region} {seen[region]:02d}")
+        return tuple(names)
+
+    def to_vertices(self, scores: np.ndarray) -> np.ndarray:
+        """Spread scores of patches smoothly over the vertices.
+
+        Parameters
+        ----------
+        scores : ndarray, shape (N,) or (N, K)
+            NaN where a patch has none.
+
+        Returns
+        -------
+        ndarray, shape (V,) or (V, K)
+            Never outside the range of the scores; NaN on the ground of patches without one, which
+            do not touch the values around them.
+
+        Raises
+        ------
+        ValueError
+            If there is not one row a patch or a score is infinite.
+        """
+        scores = np.asarray(scores, dtype=np.float64)
+        if scores.ndim not in (1, 2) or len(scores) != len(self):
+            raise ValueError(f"scores must have one row a patch ({len(self)}), not shape {scores.shape}")
+        if np.isinf(scores).any():
+            raise ValueError("scores must be finite, or NaN where a patch has none")
+        known = ~np.isnan(scores)
+        spread = self.interpolation @ np.where(known, scores, 0.0)
+        if not known.all():
+            share = self.interpolation @ known.astype(np.float64)
+            spread = np.divide(spread, share, out=np.full_like(spread, np.nan), where=known[self.labels])
+        # rows sum to 1 up to rounding only
+        low, high = (np.where(known, scores, end) for end in (np.inf, -np.inf))
+        return np.clip(spread, low.min(axis=0), np.maximum(high.max(axis=0), low.min(axis=0)))
+
+    def save(self, path: str | Path) -> None:
+        """Write the patches to an npz file, whole or not at all."""
+        arrays = {
+            "vertices": self.vertices,
+            "triangles": self.triangles,
+            "labels": self.labels,
+            "regions": np.array(self.regions),
+            "seed": np.array(self.seed),
+            "interpolation_data": self.interpolation.data,
+            "interpolation_indices": self.interpolation.indices,
+            "interpolation_indptr": self.interpolation.indptr,
+        }
+        write_npz(path, arrays)
+
+    @classmethod
+    def load(cls, path: str | Path) -> PatchSet:
+        """Read patches that `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file does not hold patches.
+        """
+        expected = {"vertices", "triangles", "labels", "regions", "seed"}
+        expected |= {f"interpolation_{part}" for part in ("data", "indices", "indptr")}
+        with np.load(path, allow_pickle=False) as data:
+            missing = expected - set(data.files)
+            if missing:
+                raise ValueError(f"{path} does not hold W2W patches: it lacks {', '.join(sorted(missing))}")
+            shape = (len(data["labels"]), len(data["vertices"]))
+            sparse = tuple(data[f"interpolation_{part}"] for part in ("data", "indices", "indptr"))
+            return cls(
+                vertices=data["vertices"],
+                triangles=data["triangles"],
+                labels=data["labels"],
+                regions=tuple(str(region) for region in data["regions"]),
+                seed=int(data["seed"]),
+                interpolation=csr_matrix(sparse, shape=shape),
+            )
+
+
+def sample_patches(
+    body: Body,
+    n: int = DEFAULT_PATCHES,
+    seed: int = 0,
+    mode: Literal["exact", "fast"] = "exact",
+    symmetric: bool = False,
+) -> PatchSet:
+    """Sample patches evenly over a body by geodesic farthest-point sampling.
+
+    Parameters
+    ----------
+    body : Body
+    n : int
+        How many patches.
+    seed : int
+        Chooses the random vertex that sampling starts at, as in the paper (on the mirror plane
+        for a symmetric sampling).
+    mode : {"exact", "fast"}
+        "exact" measures exact polyhedral distances, "fast" those of a `StripGraph`, which err
+        by 0.6 % on average and need no compiled geodesics package.
+    symmetric : bool
+        Pick mirror pairs, on bodies that know their mirror map.
+
+    Raises
+    ------
+    ValueError
+        If `n` is more than the number of vertices or less than that of the mesh's separate
+        pieces, a vertex belongs to no face, the mode is unknown, or a symmetric sampling is
+        asked of a body without mirror map.
+    """
+    _check(body, n, mode, symmetric)
+    graph = StripGraph.of(body.vertices, body.faces)
+    if n < graph.n_pieces:
+        raise ValueError(f"n must reach every one of the mesh's {graph.n_pieces} separate pieces, not {n}")
+    solver = ExactSolver(body.vertices, body.faces) if mode == "exact" else graph
+    rng = np.random.default_rng(seed)
+    if symmetric:
+        sampling = _sample_pairs(body, solver, graph, n, rng)
+    else:
+        sampling = farthest_points(solver, n, int(rng.integers(len(body.vertices))), len(body.vertices))
+    centres = np.array(sampling.picks, dtype=np.int32)
+    codes, region_names = regions_of(body)
+    return PatchSet(
+        vertices=centres,
+        triangles=carrier_triangles(body, graph, centres),
+        labels=sampling.labels,
+        regions=tuple(region_names[code] for code in codes[centres]),
+        seed=seed,
+        interpolation=interpolation_weights(graph, centres),
+    )
+
+
+def _sample_pairs(
+    body: Body, solver: ExactSolver | StripGraph, graph: StripGraph, n: int, rng: np.random.Generator
+) -> Sampling:
+    """Sample mirror pairs from a start on the mirror plane, so that no pair is nearer than others are."""
+    on_plane = np.flatnonzero(body.mirror == np.arange(len(body.mirror)))
+    # a shortest way to the image crosses the plane halfway
+    pair_gap = 2 * graph.distances(on_plane, nearest=True)
+    pair_gap[on_plane] = np.inf
+    return mirrored_farthest_points(solver, n, int(rng.choice(on_plane)), body.mirror, pair_gap)
+
+
+def _check(body: Body, n: int, mode: str, symmetric: bool) -> None:
+    n_vertices = len(body.vertices)
+    if not 1 <= n <= n_vertices:
+        raise ValueError(f"n must be between 1 and the body's {n_vertices} vertices, not {n}")
+    if mode not in ("exact", "fast"):
+        raise ValueError(f'mode must be "exact" or "fast", not "{mode}"')
+    if symmetric and (body.mirror is None or not (body.mirror == np.arange(n_vertices)).any()):
+        raise ValueError(f'body "{body.name}" has no mirror map, so its patches cannot be symmetric')
+    loose = np.setdiff1d(np.arange(n_vertices), body.faces)
+    if len(loose):
+        raise ValueError(f"{len(loose)} vertices of the body belong to no face, the first is {loose[0]}")

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Do two rankings of the same places agree: rank correlation, its interval and its chance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import kendalltau, permutation_test, rankdata
+
+from .utility import UtilityMap
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far two scores put the same places in the same order.
+
+    Attributes
+    ----------
+    spearman, kendall : float
+        Spearman's rho and Kendall's tau-b; NaN where all places score the same.
+    low, high : float
+        Bootstrap interval of rho.
+    p_value : float
+        Chance of a rho this high or higher if the order of the places said nothing. It
+        takes places as exchangeable; neighbouring patches of a body are not, so over
+        many patches it is far too small, and the interval is what to read.
+    n_places : int
+    """
+
+    spearman: float
+    kendall: float
+    low: float
+    high: float
+    p_value: float
+    n_places: int
+
+    @property
+    def step(self) -> float:
+        """What one swap of neighbours in the order costs rho: 12 / (n (n^2 - 1))."""
+        return 12.0 / (self.n_places * (self.n_places**2 - 1))
+
+
+def rank_agreement(
+    first: np.ndarray,
+    second: np.ndarray,
+    first_samples: np.ndarray | None = None,
+    second_samples: np.ndarray | None = None,
+    resamples: int = 2000,
+    level: float = 0.95,
+    seed: int = 0,
+) -> Agreement:
+    """Compare two scores of the same places.
+
+    Parameters
+    ----------
+    first, second : array_like, shape (N,)
+        Scores, such as F1 of one activity at each place, N >= 3.
+    first_samples, second_samples : ndarray, shape (B, N), optional
+        Bootstrap resamples of the scores, such as `UtilityMap.mean_samples`. With either
+        of them the interval says how rho varies with the clips tested; with neither the
+        places themselves are resampled, which says how it varies with the places compared.
+    resamples : int
+        Resamples of the places, and random pairings for the p-value where not all
+        pairings are tried (up to 7 places they are).
+    level : float
+        Confidence of the interval.
+    seed : int
+
+    Returns
+    -------
+    Agreement
+
+    Raises
+    ------
+    ValueError
+        If the scores are not two lists of the same places, or of fewer than three.
+    """
+    first, second = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    if first.ndim != 1 or first.shape != second.shape:
+        raise ValueError(f"the two scores must be of the same places, not {first.shape} and {second.shape}")
+    if len(first) < 3:
+        raise ValueError(f"a ranking of {len(first)} places cannot agree or disagree; three are needed")
+    rng = np.random.default_rng(seed)
+    rho = float(spearman_rows(first, second))
+    if np.isnan(rho):
+        return Agreement(np.nan, np.nan, np.nan, np.nan, np.nan, len(first))
+    if first_samples is None and second_samples is None:
+        places = rng.integers(len(first), size=(resamples, len(first)))
+        spread = spearman_rows(first[places], second[places])
+    else:
+        spread = spearman_rows(
+            *np.broadcast_arrays(
+                first[None] if first_samples is None else first_samples,
+                second[None] if second_samples is None else rng.permutation(second_samples),
+            )
+        )
+    low, high = np.nanquantile(spread, [(1 - level) / 2, (1 + level) / 2])
+    chance = permutation_test(
+        (first,),
+        lambda paired, axis: spearman_rows(np.moveaxis(paired, axis, -1), second),
+        permutation_type="pairings",
+        alternative="greater",
+        n_resamples=max(resamples, 5040),
+        vectorized=True,
+        batch=1000,
+        random_state=rng,
+    )
+    tau = float(kendalltau(first, second).statistic)
+    return Agreement(rho, tau, float(low), float(high), float(chance.pvalue), len(first))
+
+
+def spearman_rows(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Spearman's rho of each row of `first` with the same row of `second`.
+
+    Parameters
+    ----------
+    first, second : ndarray, shape (B, N) or (N,)
+
+    Returns
+    -------
+    ndarray, shape (B,)
+        NaN where a row is constant.
+    """
+    ranks = [rankdata(rows, axis=-1) for rows in (first, second)]
+    a, b = (rank - rank.mean(axis=-1, keepdims=True) for rank in ranks)
+    with np.errstate(invalid="ignore"):
+        return (a * b).sum(axis=-1) / np.sqrt((a * a).sum(axis=-1) * (b * b).sum(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """How a map differs from the usual one over the same places.
+
+    Attributes
+    ----------
+    rho, low, high : float
+        Spearman's rho of macro F1 over the places, and its bootstrap interval over clips, the
+        same clips resampled in both maps where they were tested on the same.
+    gain, gain_low, gain_high : float
+        Difference of macro F1, the mean over places, and its interval with the same clips
+        resampled in both; NaN where the two maps were not tested on the same clips.
+    best_holds : bool
+        Whether the usual best place cannot be told from the best one now.
+    risen, fallen : ndarray of int
+        Places whose rank is better or worse for sure: the intervals of the rank do not overlap.
+    """
+
+    rho: float
+    low: float
+    high: float
+    gain: float
+    gain_low: float
+    gain_high: float
+    best_holds: bool
+    risen: np.ndarray
+    fallen: np.ndarray
+
+
+def compare_maps(usual: UtilityMap, other: UtilityMap, seed: int = 0) -> Shift:
+    """Compare a map with the usual one.
+
+    Parameters
+    ----------
+    usual, other : UtilityMap
+        Of the same places; made with the same seed, their bootstraps drew the same clips.
+    seed : int
+
+    Raises
+    ------
+    ValueError
+        If the maps are not of the same places, or of fewer than three.
+    """
+    agreement = rank_agreement(
+        usual.mean, other.mean, usual.mean_samples, other.mean_samples, resamples=100, seed=seed
+    )
+    low, high = agreement.low, agreement.high
+    gain, gain_low, gain_high = float(other.mean.mean() - usual.mean.mean()), np.nan, np.nan
+    if _same_clips(usual, other):
+        tail = [(1 - usual.level) / 2, (1 + usual.level) / 2]
+        low, high = np.nanquantile(spearman_rows(usual.mean_samples, other.mean_samples), tail)
+        difference = other.mean_samples.mean(axis=1) - usual.mean_samples.mean(axis=1)
+        gain_low, gain_high = np.quantile(difference, tail)
+    return Shift(
+        rho=agreement.spearman,
+        low=float(low),
+        high=float(high),
+        gain=gain,
+        gain_low=float(gain_low),
+        gain_high=float(gain_high),
+        best_holds=bool(other.same_as(int(other.mean.argmax()))[int(usual.mean.argmax())]),
+        risen=np.flatnonzero(other.rank_high < usual.rank_low),
+        fallen=np.flatnonzero(other.rank_low > usual.rank_high),
+    )
+
+
+def other_clips(usual: UtilityMap, seed: int = 0) -> tuple[float, float]:
+    """Interval of Spearman's rho of a map with itself, had it been tested on other draws of its clips.
+
+    What lies within it differs no more than two libraries of this size would.
+    """
+    samples = usual.mean_samples
+    agreement = rank_agreement(usual.mean, usual.mean, samples, samples, resamples=100, seed=seed)
+    return agreement.low, agreement.high
+
+
+def _same_clips(first: UtilityMap, second: UtilityMap) -> bool:
+    """Whether two maps were tested on the same clips of the same activities, however many windows each."""
+    if first.activities != second.activities or len(first.mean_samples) != len(second.mean_samples):
+        return False
+    units = [
+        np.unique(np.char.add(np.char.add(u.clip.astype(str), "/"), u.truth.astype(str)))
+        for u in (first, second)
+    ]
+    return np.array_equal(*units)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Extremely randomised trees, place by place: scikit-learn's strong baseline, for reference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...threads import n_threads
+from ..inputs import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+
+
+@dataclass(frozen=True)
+class ExtraTrees:
+    """One forest a place and fold (Geurts, Ernst and Wehenkel 2006, doi:10.1007/s10994-006-6226-1).
+
+    Nothing is shared between places, so it is slow: use it to check `Ridge`, not to map.
+
+    Parameters
+    ----------
+    trees : int
+        Trees in a forest; the rest is as scikit-learn sets it.
+    seed : int
+        Decides every draw; all places and folds have the same.
+    workers : int or None
+        Threads; None for as many as the process may use.
+    block_bytes : int
+        Features held at a time; changes nothing but memory.
+    """
+
+    trees: int = 100
+    seed: int = 0
+    workers: int | None = None
+    block_bytes: int = BLOCK_BYTES
+
+    name: ClassVar[str] = "trees"
+    inputs: ClassVar[str] = "features"
+
+    def predict_folds(
+        self,
+        features: np.ndarray | PlaceBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        progress: Callable[[float], None] | None = None,
+    ) -> np.ndarray:
+        """Name every test window by the forest of the folds it does not belong to.
+
+        Parameters and what is returned are those of `Ridge.predict_folds`.
+        """
+        from sklearn.ensemble import ExtraTreesClassifier
+
+        places = as_blocks(features)
+        n_places = places.shape[1]
+        splits = [
+            (np.flatnonzero(fold != f), np.flatnonzero(is_test & (fold == f)))
+            for f in np.unique(fold[is_test])
+        ]
+        position = np.cumsum(is_test) - 1
+        predictions = np.empty((int(is_test.sum()), n_places), dtype=np.int16)
+
+        def name_windows(place: int, inputs: np.ndarray) -> None:
+            for train, test in splits:
+                forest = ExtraTreesClassifier(self.trees, random_state=self.seed)
+                named = forest.fit(inputs[train], labels[train]).predict(inputs[test])
+                predictions[position[test], place] = named
+
+        with ThreadPoolExecutor(self.workers or n_threads()) as pool:
+            for first, last in spans(places, self.block_bytes):
+                block = places.places(first, last).swapaxes(0, 1)
+                for done, _ in enumerate(pool.map(name_windows, range(first, last), block), start=first + 1):
+                    if progress is not None:
+                        progress(done / n_places)
+        return predictions

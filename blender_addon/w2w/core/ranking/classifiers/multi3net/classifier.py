@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The IMU branch of Multi3Net at every place, all places trained together; needs PyTorch."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...inputs import PlaceBlocks, as_blocks, spans
+from .settings import Settings
+
+HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
+
+
+@dataclass(frozen=True)
+class Multi3Net(Settings):
+    """A network a place after the IMU branch of Multi3Net (Fortes Rey et al., ISWC 2024).
+
+    Theirs: each channel of a window embedded by a linear layer, sinusoidal positional
+    encoding (dropout .3), self-attention of 8 heads among the channels (dropout .1), layer
+    norm, flattened to linear layers that describe a window by one vector; a head of a
+    convolution of width 3, layer norm, attention of 8 heads and linear layers; Adam at
+    1e-3, learning rate reduced on plateaus, early stopping.
+
+    Not theirs: their pretraining against text and poses is left out, and each place learns
+    from nothing. Their published code does not run as it stands; where it leaves a choice,
+    this is ours: residual connections around both attentions, ReLU between linear layers,
+    no reshape to three vectors and average of these (a linear layer alone can do the same),
+    the head's convolution along the vector in 8 segments, and losses that count all activities
+    the same. `Multi3Net.full()` has their sizes and schedule. The default is smaller, so that
+    512 places are mapped in the time that `docs/utility.md` states, and is made for a few
+    clips an activity: its embedding reads a window's spectrum beside its samples, windows are
+    blended in pairs, and none is spent on saying when to stop.
+
+    Where windows do say when to stop, they are those of the next fold, never of the tested
+    one; of an activity that no other fold could teach, they are learnt from instead. All
+    places of a fold start from the same weights and meet the same batches, blends and dropout:
+    they differ by their signals alone, and a place comes out alone as it does among others.
+
+    Parameters are those of `Settings`.
+    """
+
+    name: ClassVar[str] = "multi3net"
+    inputs: ClassVar[str] = "windows"
+
+    @classmethod
+    def full(cls, **changes: object) -> Multi3Net:
+        """The published sizes and schedule: weeks, not minutes, for hundreds of places."""
+        published = {
+            "width": 256,
+            "hidden": 1536,
+            "embedding": 256,
+            "spectrum": 0,
+            "rate": 1e-3,
+            "batch": 32,
+            "epochs": 300,
+            "decay": 0.0,
+            "smoothing": 0.0,
+            "mixing": 0.0,
+            "stopping": True,
+            "patience": 30,
+            "plateau": 10,
+            "group": 4,
+        }
+        return cls(**(published | changes))
+
+    @staticmethod
+    def unavailable() -> str:
+        """Why it cannot be used here, in a sentence; empty where it can."""
+        return "" if importlib.util.find_spec("torch") else HOW_TO_GET_TORCH
+
+    def predict_folds(
+        self,
+        windows: np.ndarray | PlaceBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        progress: Callable[[float], None] | None = None,
+    ) -> np.ndarray:
+        """Name every test window by the network of the folds it does not belong to.
+
+        Parameters
+        ----------
+        windows : ndarray or PlaceBlocks, shape (W, N, samples, 6)
+            Specific force (m/s2), angular velocity (rad/s); 6 k channels where k sensors
+            are worn together.
+        labels, fold, is_test, progress
+            As for `Ridge.predict_folds`.
+
+        Returns
+        -------
+        ndarray, shape (sum of is_test, N), int16
+
+        Raises
+        ------
+        ValueError
+            If PyTorch is missing, with the command to get it; or if these are no windows.
+        """
+        if problem := self.unavailable():
+            raise ValueError(problem)
+        from .group import Group
+
+        places = as_blocks(windows)
+        if len(places.shape) != 4 or places.shape[3] % 6:
+            raise ValueError(f"multi3net takes windows of shape (W, N, samples, 6), not {places.shape}")
+        if self.checkpoints is not None:
+            self.checkpoints.mkdir(parents=True, exist_ok=True)
+        folds = np.unique(fold[is_test])
+        position = np.cumsum(is_test) - 1
+        predictions = np.empty((int(is_test.sum()), places.shape[1]), dtype=np.int16)
+        used = set()
+        for first, last in spans(places, self.block_bytes):
+            block = places.places(first, last)
+            for start in range(first, last, self.group):
+                stop = min(start + self.group, last)
+                group = np.ascontiguousarray(block[:, start - first : stop - first])
+                for done, f in enumerate(folds, start=1):
+                    train, check = rows_to_learn(labels, fold, f, self.stopping)
+                    test = np.flatnonzero(is_test & (fold == f))
+                    work = Group(self, group, labels, train, check, test, int(f))
+                    predictions[position[test], start:stop] = work.predict()
+                    used.add(work.file)
+                    if progress is not None:
+                        progress((start + (stop - start) * done / len(folds)) / places.shape[1])
+        if self.checkpoints is not None:
+            for stale in set(self.checkpoints.glob("*.npz")) - used:
+                stale.unlink(missing_ok=True)
+        return predictions
+
+
+def rows_to_learn(
+    labels: np.ndarray, fold: np.ndarray, tested: int, stopping: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """Windows to learn from and windows that say when to stop, none of the tested fold.
+
+    The checking windows are those of the next fold. Of a class that stands in no third fold
+    they are learnt from, since it could not be named otherwise.
+
+    Parameters
+    ----------
+    labels, fold : ndarray of int, shape (W,)
+    tested : int
+        Fold left out.
+    stopping : bool
+        Whether windows are to say when to stop; else all are learnt from.
+
+    Returns
+    -------
+    train, check : ndarray of int
+        Indices of windows; `check` is empty where there are only two folds.
+    """
+    if not stopping:
+        return np.flatnonzero(fold != tested), np.empty(0, dtype=np.int64)
+    folds = np.unique(fold[fold >= 0])
+    following = folds[(np.searchsorted(folds, tested) + 1) % len(folds)]
+    elsewhere = np.unique(labels[(fold != tested) & (fold != following)])
+    check = (fold == following) & np.isin(labels, elsewhere)
+    return np.flatnonzero((fold != tested) & ~check), np.flatnonzero(check)

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The work of `Multi3Net` that is trained and saved in one piece: some places and one fold."""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from dataclasses import fields
+
+import numpy as np
+import torch
+
+from ....files import write_npz
+from .examples import Examples
+from .network import Network
+from .scores import name_windows
+from .settings import Settings
+from .training import State, train
+
+PROGRAM = 3
+"""Number of the network and of its training; what another one left in checkpoints is not taken up."""
+
+
+class Group:
+    """Some places and one fold: trained together, saved together."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        windows: np.ndarray,
+        labels: np.ndarray,
+        train: np.ndarray,
+        check: np.ndarray,
+        test: np.ndarray,
+        fold: int,
+    ) -> None:
+        self.settings, self.windows, self.labels = settings, windows, labels
+        self.train, self.check, self.test, self.fold = train, check, test, fold
+        folder = settings.checkpoints
+        self.file = None if folder is None else folder / f"{self._key()}.npz"
+
+    def predict(self) -> np.ndarray:
+        """Classes (tested windows, places), by networks trained now or taken up."""
+        saved = self._saved()
+        if "named" in saved:
+            return saved["named"]
+        settings = self.settings
+        device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
+        examples = Examples.prepare(
+            self.windows, self.labels, self.train, self.check, device, settings.spectrum
+        )
+        network = Network(
+            samples=examples.windows.shape[1],
+            channels=examples.windows.shape[2],
+            classes=int(self.labels.max()) + 1,
+            width=settings.width,
+            hidden=settings.hidden,
+            embedding=settings.embedding,
+        )
+        state = State.restore(saved, device) if saved else None
+        state = train(network, examples, settings, self._generator, state, self._save_state)
+        tested = examples.windows[..., torch.as_tensor(self.test, device=device)]
+        named = name_windows(network, state.best, tested).T.cpu().numpy().astype(np.int16)
+        if self.file is not None:
+            write_npz(self.file, {"named": named})
+        return named
+
+    def _generator(self, epoch: int) -> torch.Generator:
+        """Draws of an epoch, on the CPU so that a GPU meets the same."""
+        seed = np.random.SeedSequence([self.settings.seed, self.fold, epoch]).generate_state(1, np.uint64)[0]
+        return torch.Generator().manual_seed(int(seed >> np.uint64(1)))
+
+    def _save_state(self, state: State) -> None:
+        if self.file is not None and state.epoch % self.settings.checkpoint_epochs == 0:
+            write_npz(self.file, state.arrays())
+
+    def _saved(self) -> dict[str, np.ndarray]:
+        """What an earlier run left of just this work; nothing if that is damaged."""
+        if self.file is None or not self.file.exists():
+            return {}
+        try:
+            with np.load(self.file, allow_pickle=False) as stored:
+                return dict(stored)
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+            return {}
+
+    def _key(self) -> str:
+        """Hash of all that decides the outcome: signals, labels, splits, settings and the program."""
+        settings = self.settings
+        free = ("group", "device", "block_bytes", "checkpoints", "checkpoint_epochs")
+        chosen = {
+            field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in free
+        }
+        told = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
+        digest = hashlib.sha256(repr(told).encode())
+        for rows in (self.labels, self.train, self.check, self.test):
+            digest.update(np.ascontiguousarray(rows, dtype=np.int64).tobytes())
+        digest.update(np.ascontiguousarray(self.windows, dtype=np.float32).tobytes())
+        return digest.hexdigest()[:32]

@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The IMU branch of Multi3Net for many places at once: every weight has a leading axis of places."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+
+def attention_among_few(query: Tensor, key: Tensor, value: Tensor, dropout: Tensor | None = None) -> Tensor:
+    """Scaled dot-product attention (Vaswani et al. 2017).
+
+    Parameters
+    ----------
+    query, key, value : Tensor, shape (P, heads, E, T, B)
+        Of P places, E numbers of T tokens in each of B windows.
+    dropout : Tensor, shape (heads, T, T, B), optional
+        Factors of the attention of each token (first) to each other.
+
+    Returns
+    -------
+    Tensor, shape (P, heads, E, T, B)
+    """
+    if dropout is None:
+        dropout = query.new_ones(1)
+    return _Attention.apply(query, key, value, dropout)[0]
+
+
+class _Attention(torch.autograd.Function):
+    generate_vmap_rule = True
+
+    @staticmethod
+    def forward(query: Tensor, key: Tensor, value: Tensor, dropout: Tensor) -> tuple[Tensor, Tensor]:
+        attention = torch.softmax(_compare(query, key) / math.sqrt(query.shape[2]), dim=3)
+        return _blend(attention * dropout, value), attention
+
+    @staticmethod
+    def setup_context(ctx: Any, inputs: tuple[Tensor, ...], output: tuple[Tensor, Tensor]) -> None:
+        ctx.mark_non_differentiable(output[1])
+        ctx.save_for_backward(*inputs, output[1])
+
+    @staticmethod
+    def backward(ctx: Any, slope: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
+        query, key, value, dropout, attention = ctx.saved_tensors
+        of_value = _blend((attention * dropout).transpose(2, 3), slope)
+        weighed = _compare(slope, value).mul_(dropout).mul_(attention)
+        weighed = weighed.addcmul_(attention, weighed.sum(dim=3, keepdim=True), value=-1)
+        weighed = weighed.div_(math.sqrt(query.shape[2]))
+        return _blend(weighed, key), _blend(weighed.transpose(2, 3), query), of_value, None
+
+
+def _compare(first: Tensor, second: Tensor) -> Tensor:
+    """Dot products of tokens, (P, heads, T, T, B), of two (P, heads, E, T, B)."""
+    total = first[:, :, 0, :, None] * second[:, :, 0, None]
+    for number in range(1, first.shape[2]):
+        total.addcmul_(first[:, :, number, :, None], second[:, :, number, None])
+    return total
+
+
+def _blend(weights: Tensor, tokens: Tensor) -> Tensor:
+    """Sums of tokens (P, heads, E, T, B) by weights (P, heads, T, T, B)."""
+    total = weights[:, :, None, :, 0] * tokens[:, :, :, :1]
+    for number in range(1, tokens.shape[3]):
+        total.addcmul_(weights[:, :, None, :, number], tokens[:, :, :, number : number + 1])
+    return total
+
+
+HEADS = 8
+SEGMENTS = 8
+"""Parts that the classifier head reads an embedding in."""
+EMBEDDING_DROPOUT = 0.3
+ATTENTION_DROPOUT = 0.1
+NORM_FLOOR = 1e-5
+"""Added to the variance by a layer norm, as torch does."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """P networks of one shape as one program, each with weights and inputs of its own.
+
+    A place's weights lie in one row of a matrix (P, `n_weights`), so that an optimiser
+    step, a copy of the best weights or the removal of places that have finished is one
+    operation.
+
+    Parameters
+    ----------
+    samples : int
+        Length of a window.
+    channels : int
+        Six a sensor.
+    classes : int
+    width : int
+        Numbers a channel is embedded in.
+    hidden : int
+        Units of the layer after the attention.
+    embedding : int
+        Numbers a window is described by.
+    """
+
+    samples: int
+    channels: int
+    classes: int
+    width: int
+    hidden: int
+    embedding: int
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shape of each weight of one place: matrices (out, in), the others vectors."""
+        segment, kernels = self.embedding // SEGMENTS, self._kernels
+        return {
+            "embed": (self.width, self.samples),
+            "embed_bias": (self.width,),
+            **_attention_shapes("channels", self.width),
+            "hidden": (self.hidden, self.channels * self.width),
+            "hidden_bias": (self.hidden,),
+            "describe": (self.embedding, self.hidden),
+            "describe_bias": (self.embedding,),
+            "convolve": (kernels, 3 * segment),
+            "convolve_bias": (kernels,),
+            **_attention_shapes("head", kernels),
+            "mix": (self.embedding, SEGMENTS * kernels),
+            "mix_bias": (self.embedding,),
+            "name": (self.classes, self.embedding),
+            "name_bias": (self.classes,),
+        }
+
+    @property
+    def n_weights(self) -> int:
+        """Weights of one place."""
+        return sum(math.prod(shape) for shape in self.shapes().values())
+
+    @property
+    def _kernels(self) -> int:
+        """Channels of the head's convolution: 64 at an embedding of 256, and a multiple of the heads."""
+        return HEADS * max(1, self.embedding // 4 // HEADS)
+
+    def initial(self, generator: torch.Generator) -> Tensor:
+        """Weights of one place (n_weights,): torch's own defaults for linear layers and norms."""
+        rows = []
+        fan_in = 1
+        for name, shape in self.shapes().items():
+            if name.endswith("_scale"):
+                rows.append(torch.ones(shape))
+                continue
+            if name.endswith("_shift"):
+                rows.append(torch.zeros(shape))
+                continue
+            if len(shape) == 2:
+                fan_in = shape[1]
+            rows.append((torch.rand(math.prod(shape), generator=generator) * 2 - 1) / math.sqrt(fan_in))
+        return torch.cat([row.reshape(-1) for row in rows])
+
+    def masks(self, windows: int, generator: torch.Generator) -> list[Tensor]:
+        """Dropout of one step, the same for all places: a place alone meets what it meets among others."""
+        return [
+            _mask((self.width, self.channels, windows), EMBEDDING_DROPOUT, generator),
+            _mask((HEADS, self.channels, self.channels, windows), ATTENTION_DROPOUT, generator),
+            _mask((HEADS, SEGMENTS, SEGMENTS, windows), ATTENTION_DROPOUT, generator),
+        ]
+
+    def forward(self, weights: Tensor, windows: Tensor, masks: list[Tensor] | None = None) -> Tensor:
+        """Scores of the classes.
+
+        Windows lie innermost throughout: matrix products need no transposition, and the
+        attention of few tokens, too small for matrix products, runs over all windows at once.
+
+        Parameters
+        ----------
+        weights : Tensor, shape (P, n_weights)
+        windows : Tensor, shape (P, samples, channels, B)
+            Of order one.
+        masks : list of Tensor, optional
+            From `masks`, when training.
+
+        Returns
+        -------
+        Tensor, shape (P, classes, B)
+        """
+        n_places, n_windows = len(windows), windows.shape[-1]
+        w = self._named(weights)
+        drop_embedding, drop_channels, drop_segments = masks or (None, None, None)
+
+        tokens = _linear(windows.reshape(n_places, self.samples, -1), w, "embed")
+        tokens = tokens.view(n_places, self.width, self.channels, n_windows)
+        tokens = tokens + _positions(self.channels, self.width).to(windows)
+        if drop_embedding is not None:
+            tokens = tokens * drop_embedding
+        tokens = _norm(tokens + _attend(tokens, w, "channels", drop_channels), w, "channels")
+        hidden = functional.relu(_linear(tokens.view(n_places, -1, n_windows), w, "hidden"))
+        embedding = _linear(hidden, w, "describe")
+
+        segments = functional.pad(embedding.view(n_places, -1, SEGMENTS, n_windows), (0, 0, 1, 1))
+        beside = torch.cat([segments[:, :, shift : shift + SEGMENTS] for shift in range(3)], dim=1)
+        segments = _linear(beside.view(n_places, -1, SEGMENTS * n_windows), w, "convolve")
+        segments = _norm(segments.view(n_places, -1, SEGMENTS, n_windows), w, "head")
+        segments = segments + _attend(segments, w, "head", drop_segments)
+        mixed = functional.relu(_linear(segments.view(n_places, -1, n_windows), w, "mix"))
+        return _linear(mixed, w, "name")
+
+    def _named(self, weights: Tensor) -> dict[str, Tensor]:
+        """Weights by name: matrices (P, out, in), vectors (P, n, 1)."""
+        shapes = self.shapes()
+        parts = weights.split([math.prod(shape) for shape in shapes.values()], dim=1)
+        return {
+            name: part.view(-1, *(shape if len(shape) == 2 else (*shape, 1)))
+            for (name, shape), part in zip(shapes.items(), parts, strict=True)
+        }
+
+
+def _attention_shapes(name: str, width: int) -> dict[str, tuple[int, ...]]:
+    return {
+        f"{name}_qkv": (3 * width, width),
+        f"{name}_qkv_bias": (3 * width,),
+        f"{name}_out": (width, width),
+        f"{name}_out_bias": (width,),
+        f"{name}_scale": (width,),
+        f"{name}_shift": (width,),
+    }
+
+
+def _linear(inputs: Tensor, w: dict[str, Tensor], name: str) -> Tensor:
+    """(P, in, M) -> (P, out, M), each place by its own matrix."""
+    return torch.baddbmm(w[f"{name}_bias"], w[name], inputs)
+
+
+def _norm(tokens: Tensor, w: dict[str, Tensor], name: str) -> Tensor:
+    """Layer norm of (P, D, T, B) over D."""
+    centred = tokens - tokens.mean(dim=1, keepdim=True)
+    normal = centred * torch.rsqrt((centred * centred).mean(dim=1, keepdim=True) + NORM_FLOOR)
+    return torch.addcmul(w[f"{name}_shift"].unsqueeze(-1), normal, w[f"{name}_scale"].unsqueeze(-1))
+
+
+def _attend(tokens: Tensor, w: dict[str, Tensor], name: str, dropout: Tensor | None) -> Tensor:
+    """Self-attention among the T tokens of each window: (P, D, T, B) -> the same shape."""
+    n_places, width, n_tokens, n_windows = tokens.shape
+    mixed = _linear(tokens.reshape(n_places, width, -1), w, f"{name}_qkv")
+    mixed = mixed.view(n_places, 3, HEADS, width // HEADS, n_tokens, n_windows)
+    query, key, value = mixed.unbind(dim=1)
+    heard = attention_among_few(query, key, value, dropout)
+    return _linear(heard.view(n_places, width, -1), w, f"{name}_out").view(tokens.shape)
+
+
+def _positions(channels: int, width: int) -> Tensor:
+    """Sinusoidal positional encoding of the channels, (width, channels, 1) (Vaswani et al. 2017)."""
+    rates = torch.exp(torch.arange(0, width, 2) * (-math.log(10000.0) / width))
+    angles = rates[:, None] * torch.arange(channels)
+    return torch.stack([angles.sin(), angles.cos()], dim=1).reshape(width, channels, 1)
+
+
+def _mask(shape: tuple[int, ...], dropped: float, generator: torch.Generator) -> Tensor:
+    return (torch.rand(shape, generator=generator) >= dropped).float() / (1 - dropped)

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Statistics and spectra of windows: what the feature-based classifiers see."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..blas import multiply
+
+BAND_EDGES_HZ = np.array([0.3, 0.8, 1.3, 1.8, 2.4, 3.2, 4.2, 5.5, 7.5, 10.0, 15.0, 25.0])
+"""Edges of the spectral bands; the bands that a rate and a length cannot resolve stay out."""
+
+UNIT = np.array([4.0] * 3 + [1.0] * 3 + [4.0, 1.0], dtype=np.float32)
+"""What counts as a middling signal in each channel, m/s2 and rad/s, so that features are of order one."""
+
+FLOOR = np.float32(0.0025)
+"""Smallest amplitude told apart, in units: about a good sensor's noise. Logarithms start there."""
+
+CHANNELS = ("acc x", "acc y", "acc z", "gyr x", "gyr y", "gyr z", "|acc|", "|gyr|")
+
+
+STATISTICS = ("mean", "spread", "lowest", "highest", "skewness", "tails", "slope", "crossings")
+
+
+def feature_names(samples: int, rate: float) -> list[str]:
+    """Name of each feature of windows of so many samples, such as "acc x mean".
+
+    Parameters
+    ----------
+    samples : int
+    rate : float
+        Samples per second.
+
+    Returns
+    -------
+    list of str, length D
+    """
+    bands = _BandPower(samples, rate).bands
+    kinds = [*STATISTICS, *(f"log power {low:g}-{high:g} Hz" for low, high in bands)]
+    pairs = zip(*np.triu_indices(6, 1), strict=True)
+    return [f"{channel} {kind}" for kind in kinds for channel in CHANNELS] + [
+        f"{CHANNELS[a]} * {CHANNELS[b]}" for a, b in pairs
+    ]
+
+
+def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
+    """Describe each window of each sensor by numbers.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (W, N, samples, 6)
+        Specific force (m/s2), angular velocity (rad/s). Fastest as `cut_windows`
+        returns it, a view into a time-major recording.
+    rate : float
+        Samples per second.
+
+    Returns
+    -------
+    ndarray, shape (W, N, D), float32
+        For the six channels and the two magnitudes, in UNIT: mean and extremes about it
+        (inverse hyperbolic sine), spread (logarithm of the standard deviation), skewness,
+        tails (logarithm of the kurtosis), slope (logarithm of the mean absolute
+        derivative, per 0.1 s), crossings of the mean (logarithm of their rate), log power
+        by band; then the correlations between channels. Constants make all of order one,
+        so that no statistic of the library is needed to scale them.
+    """
+    samples, n_sensors = windows.shape[2], windows.shape[1]
+    spectrum = _BandPower(samples, rate)
+    features = np.empty((len(windows), n_sensors, len(feature_names(samples, rate))), dtype=np.float32)
+    for window, row in zip(windows, features, strict=True):
+        row[:] = _describe(np.ascontiguousarray(window.transpose(1, 0, 2)), spectrum)
+    return features
+
+
+class _BandPower:
+    """Log power by frequency band, as one matrix product with a Hann-windowed Fourier basis."""
+
+    def __init__(self, samples: int, rate: float) -> None:
+        self.rate = rate
+        frequencies = np.arange(1, samples // 2 + 1) * rate / samples
+        band = np.searchsorted(BAND_EDGES_HZ, frequencies, side="right") - 1
+        used = (band >= 0) & (band < len(BAND_EDGES_HZ) - 1)
+        phase = 2 * np.pi * np.outer(frequencies[used] / rate, np.arange(samples))
+        taper = np.hanning(samples + 1)[:-1]
+        taper *= np.sqrt(2 / (samples * (taper**2).sum()))
+        self.basis = (np.concatenate([np.cos(phase), np.sin(phase)]) * taper).astype(np.float32)
+        present, self.start = np.unique(band[used], return_index=True)
+        self.bands = [(BAND_EDGES_HZ[b], BAND_EDGES_HZ[b + 1]) for b in present]
+
+    def __call__(self, centred: np.ndarray) -> np.ndarray:
+        """(samples, M) -> (bands, M) mean square in each band."""
+        amplitude = multiply(self.basis, centred)
+        half = len(amplitude) // 2
+        power = amplitude[:half] ** 2 + amplitude[half:] ** 2
+        return np.add.reduceat(power, self.start, axis=0)
+
+
+def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
+    """(samples, N, 6) -> (N, D)."""
+    samples, n_sensors, _ = slab.shape
+    channels = np.empty((samples, 8, n_sensors), dtype=np.float32)
+    channels[:, :6] = slab.transpose(0, 2, 1)
+    np.sqrt((channels[:, 0:3] ** 2).sum(axis=1), out=channels[:, 6])
+    np.sqrt((channels[:, 3:6] ** 2).sum(axis=1), out=channels[:, 7])
+    channels /= UNIT[:, None]
+
+    mean = channels.mean(axis=0)
+    lowest, highest = channels.min(axis=0) - mean, channels.max(axis=0) - mean
+    steps = channels[1:] - channels[:-1]
+    slope = np.abs(steps, out=steps).mean(axis=0)
+    channels -= mean
+    square = channels**2
+    deviation = np.sqrt(square.mean(axis=0) + FLOOR**2)
+    skewness = (square * channels).mean(axis=0) / deviation**3
+    kurtosis = (square**2).mean(axis=0) / deviation**4
+    above = channels > 0
+    crossings = (above[1:] != above[:-1]).mean(axis=0, dtype=np.float32)
+    power = spectrum(channels.reshape(samples, -1)).reshape(-1, 8, n_sensors)
+
+    columns = [
+        np.arcsinh(mean),
+        np.log(deviation) / 1.5,
+        np.arcsinh(lowest),
+        np.arcsinh(highest),
+        np.arcsinh(skewness),
+        2 * np.log1p(kurtosis) - 3,
+        np.log(slope * (spectrum.rate / 10) + FLOOR) / 1.5,
+        np.log1p(crossings * spectrum.rate / 4) - 1,
+        *(np.log(power + FLOOR**2) / 2.5 + 2),
+        2 * _correlations(channels[:, :6], deviation[:6]),
+    ]
+    return np.concatenate(columns).T
+
+
+def _correlations(centred: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Correlations between the six channels: (samples, 6, N), (6, N) -> (15, N)."""
+    first, second = np.triu_indices(6, 1)
+    pairs = [(centred[:, a] * centred[:, b]).mean(axis=0) for a, b in zip(first, second, strict=True)]
+    return np.stack(pairs) / (deviation[first] * deviation[second])

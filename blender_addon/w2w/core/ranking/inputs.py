@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Features or windows of a whole library, read from its clips' files some places at a time."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, Literal, Protocol, runtime_checkable
+from zipfile import ZIP_STORED, ZipFile
+
+import numpy as np
+
+from ..files import DAMAGED, read_header
+from ..imu.recording import ImuRecording
+from .windows import WindowSpec, cut_windows, window_starts
+
+LOCAL_HEADER = struct.Struct("<26x2H")
+"""Of a zip member: the lengths of its name and of its extra field stand after 26 bytes."""
+
+
+@dataclass(frozen=True)
+class StoredArray:
+    """Where an array (W, N, ...) of single precision stands in a file.
+
+    Parameters
+    ----------
+    path : Path
+    offset : int
+        Byte of its first value.
+    shape : tuple of int
+    dtype : dtype
+    """
+
+    path: Path
+    offset: int
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+    @classmethod
+    def find(cls, path: Path, name: str) -> StoredArray:
+        """Find an array that `files.write_npz` wrote.
+
+        Raises
+        ------
+        OSError
+            If the file is not there.
+        ValueError
+            If it holds no such array, or compresses it.
+        """
+        try:
+            with ZipFile(path) as archive:
+                info = archive.getinfo(f"{name}.npy")
+                if info.compress_type != ZIP_STORED:
+                    raise ValueError(f"{path}: '{name}' is compressed and cannot be read in parts")
+                with path.open("rb") as stream:
+                    stream.seek(info.header_offset)
+                    stream.seek(sum(LOCAL_HEADER.unpack(stream.read(LOCAL_HEADER.size))), 1)
+                    shape, is_fortran, dtype = read_header(stream)
+                    offset = stream.tell()
+        except DAMAGED as error:
+            raise ValueError(f"{path} does not hold the array '{name}'") from error
+        held = offset + math.prod(shape) * dtype.itemsize <= path.stat().st_size
+        if is_fortran or dtype != np.float32 or len(shape) != 3 or 0 in shape or not held:
+            raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
+        return cls(path, offset, shape, dtype)
+
+    def columns(self, first: int, last: int) -> np.ndarray:
+        """The part from `first` to before `last` of the second axis, as a copy.
+
+        The file is mapped for the moment of the copy only, so that its pages do not count
+        as this process's memory.
+        """
+        whole = np.memmap(self.path, self.dtype, "r", self.offset, self.shape)
+        return np.array(whole[:, first:last])
+
+
+BLOCK_BYTES = 256 * 2**20
+"""Memory for the places held at a time."""
+
+ITEM_BYTES = np.dtype(np.float32).itemsize
+
+
+@runtime_checkable
+class PlaceBlocks(Protocol):
+    """What classifiers train on: W windows of N places, in single precision."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(W, N, D) for features, (W, N, samples, 6) for windows."""
+
+    def places(self, first: int, last: int) -> np.ndarray:
+        """All windows of the places from `first` to before `last`, shape (W, last - first, ...)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ArrayBlocks:
+    """An array in memory as `PlaceBlocks`.
+
+    Parameters
+    ----------
+    array : ndarray, shape (W, N, ...)
+    """
+
+    array: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the array."""
+        return self.array.shape
+
+    def places(self, first: int, last: int) -> np.ndarray:
+        """A view of some places."""
+        return self.array[:, first:last]
+
+
+@dataclass(frozen=True, eq=False)
+class SomeWindows:
+    """Some windows of another source.
+
+    Parameters
+    ----------
+    source : PlaceBlocks
+    rows : ndarray of int, shape (V,)
+        The windows wanted.
+    """
+
+    source: PlaceBlocks
+    rows: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of what is wanted."""
+        return (len(self.rows), *self.source.shape[1:])
+
+    def places(self, first: int, last: int) -> np.ndarray:
+        """The wanted windows of some places; no second copy where the source has made one."""
+        block = self.source.places(first, last)
+        if np.array_equal(self.rows, np.arange(len(block))):
+            return block
+        if not getattr(self.source, "fresh", False) or (np.diff(self.rows) <= 0).any():
+            return block[self.rows]
+        for target, row in enumerate(self.rows):  # moved up one by one: each stands at its place or after it
+            block[target] = block[row]
+        return block[: len(self.rows)]
+
+
+def as_blocks(inputs: np.ndarray | PlaceBlocks) -> PlaceBlocks:
+    """An array in memory, or a source that serves blocks already, as a source."""
+    return inputs if isinstance(inputs, PlaceBlocks) else ArrayBlocks(np.asarray(inputs))
+
+
+def spans(source: PlaceBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int, int]]:
+    """First and last place, exclusive, of blocks that keep to a budget of bytes, if one place does."""
+    n_windows, n_places, *rest = source.shape
+    size = max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES))
+    for first in range(0, n_places, size):
+        yield first, min(first + size, n_places)
+
+
+def clip_inputs(
+    kind: Literal["features", "windows"],
+    features: Sequence[Path],
+    recordings: Sequence[Path],
+    windows: Sequence[int],
+    spec: WindowSpec,
+) -> PlaceBlocks:
+    """What a classifier takes of a library, features or windows, from the files that hold it.
+
+    Parameters
+    ----------
+    kind : {"features", "windows"}
+        What the classifier takes, as `utility.inputs_of` says.
+    features, recordings, windows, spec
+        As for `FeatureFiles` and `WindowFiles`.
+    """
+    if kind == "features":
+        return FeatureFiles(features)
+    return WindowFiles(recordings, windows, spec)
+
+
+class FeatureFiles:
+    """Features of clips, one file each, one after another.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Files with an array ``features``, shape (windows of the clip, N, D), float32, uncompressed.
+
+    Raises
+    ------
+    OSError
+        If a file is not there.
+    ValueError
+        If one does not hold features, or of other places than the first.
+    """
+
+    fresh: ClassVar[bool] = True
+    """What `places` gives is the receiver's own."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._parts = [StoredArray.find(path, "features") for path in paths]
+        for part in self._parts:
+            if part.shape[1:] != self._parts[0].shape[1:]:
+                raise ValueError(
+                    f"{part.path} holds features of shape {part.shape[1:]}, others {self._parts[0].shape[1:]}"
+                )
+        self._starts = np.cumsum([0, *(part.shape[0] for part in self._parts)])
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(W, N, D)."""
+        return (int(self._starts[-1]), *self._parts[0].shape[1:])
+
+    def places(self, first: int, last: int) -> np.ndarray:
+        """Features of some places, shape (W, last - first, D)."""
+        block = np.empty((len(self), last - first, *self.shape[2:]), dtype=np.float32)
+        for part, start in zip(self._parts, self._starts, strict=False):
+            block[start : start + part.shape[0]] = part.columns(first, last)
+        return block
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+
+class WindowFiles:
+    """Windows of clips, cut anew from the files of their recordings.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Files that `ImuRecording.save` wrote, all at one rate.
+    windows : sequence of int
+        Windows of each clip, as `cut_windows` of the whole recording makes them.
+    spec : WindowSpec
+
+    Raises
+    ------
+    OSError
+        If a file is not there.
+    ValueError
+        If one is no recording.
+    """
+
+    fresh: ClassVar[bool] = True
+    """What `places` gives is the receiver's own."""
+
+    def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
+        self._paths, self._spec = list(paths), spec
+        self._parts = [
+            (StoredArray.find(path, "acc"), StoredArray.find(path, "gyr"), _rate(path)) for path in paths
+        ]
+        self._ends = np.cumsum(windows)
+        self._counts = list(windows)
+        self._chosen: dict[int, np.ndarray] = {}
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(W, N, samples, 6)."""
+        acc, _, rate = self._parts[0]
+        return (int(self._ends[-1]), acc.shape[1], self._spec.samples(rate), 6)
+
+    def places(self, first: int, last: int) -> np.ndarray:
+        """Windows of some places, shape (W, last - first, samples, 6)."""
+        shape = self.shape
+        block = np.empty((shape[0], last - first, *shape[2:]), dtype=np.float32)
+        for clip, (count, end) in enumerate(zip(self._counts, self._ends, strict=True)):
+            acc, gyr, rate = self._parts[clip]
+            recording = ImuRecording(acc.columns(first, last), gyr.columns(first, last), rate)
+            block[end - count : end] = cut_windows(
+                recording, self._spec, self._starts(clip, acc.shape[0], rate)
+            ).signals
+        return block
+
+    def _starts(self, clip: int, n_samples: int, rate: float) -> np.ndarray | None:
+        """Where the windows start, where a sensor elsewhere lost samples; None for all of them."""
+        spec = self._spec
+        all_of_them = max(0, n_samples - spec.samples(rate)) // spec.stride(rate) + 1
+        if self._counts[clip] == all_of_them:
+            return None
+        if clip not in self._chosen:
+            self._chosen[clip] = window_starts(ImuRecording.load(self._paths[clip]), spec)
+        return self._chosen[clip]
+
+
+def _rate(path: Path) -> float:
+    with np.load(path, allow_pickle=False) as data:
+        return float(data["rate"])

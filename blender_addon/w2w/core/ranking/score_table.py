@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables of F1 by activity and place, in groups of activities, every cell with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .f1 import clip_resamples, count_by_clip, f1_scores
+from .utility import UtilityMap
+
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class ScoreRow:
+    """An activity, or the mean over a group of them, at every place of the table.
+
+    Attributes
+    ----------
+    group : str
+        Group of the activity; empty in the mean over all.
+    activity : str
+        Empty in a mean.
+    f1, low, high : ndarray, shape (n,)
+    best : ndarray of bool, shape (n,)
+        Places that cannot be told from the best of the row.
+    clips, windows : int
+        Distinct motions and windows tested.
+    """
+
+    group: str
+    activity: str
+    f1: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    best: np.ndarray
+    clips: int
+    windows: int
+
+
+def score_table(
+    utility: UtilityMap,
+    places: Sequence[int],
+    groups: Mapping[str, str],
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> list[ScoreRow]:
+    """Rows of activities group by group, each group followed by its mean, then the mean over all.
+
+    Parameters
+    ----------
+    utility : UtilityMap
+    places : sequence of int
+        Places of the table's columns.
+    groups : mapping of str to str
+        Group of each activity; those without stand in the last group, "".
+    resamples : int
+        Bootstrap resamples of the clips, the same for all places and rows, so that the
+        difference of two places has an interval of its own.
+    seed : int
+
+    Returns
+    -------
+    list of ScoreRow
+        There is no row of means for a group of one activity, or if there is one group.
+    """
+    n_activities = len(utility.activities)
+    counts = count_by_clip(utility.truth, utility.predictions[:, list(places)], utility.clip, n_activities)
+    drawn = clip_resamples(counts.activity, resamples, np.random.default_rng(seed))
+    f1 = f1_scores(counts, np.ones((1, len(counts.size))))[0]
+    samples = f1_scores(counts, drawn)
+    group_of = [groups.get(name, "") for name in utility.activities]
+
+    def row(group: str, activity: str, columns: list[int]) -> ScoreRow:
+        tested = np.isin(utility.truth, columns)
+        score, spread = f1[:, columns].mean(axis=1), samples[:, :, columns].mean(axis=2)
+        tail = [(1 - utility.level) / 2, (1 + utility.level) / 2]
+        low, high = np.quantile(spread, tail, axis=0)
+        behind = np.quantile(spread - spread[:, [int(score.argmax())]], tail[1], axis=0)
+        clips = len(np.unique(utility.clip[tested]))
+        return ScoreRow(group, activity, score, low, high, behind >= 0, clips, int(tested.sum()))
+
+    rows = []
+    names = sorted(set(group_of), key=lambda name: (name == "", name))
+    for group in names:
+        members = [column for column, name in enumerate(group_of) if name == group]
+        rows += [row(group, utility.activities[column], [column]) for column in members]
+        if len(members) > 1 and len(names) > 1:
+            rows.append(row(group, "", members))
+    rows.append(row("", "", list(range(n_activities))))
+    return rows

@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The utility map: cross-validated F1 of every sensor place and activity, and how sure it is."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..files import write_npz
+from .classifiers.extra_trees import ExtraTrees
+from .classifiers.multi3net.classifier import Multi3Net
+from .classifiers.ridge import Ridge
+from .f1 import score_places
+from .folds import ALWAYS_TRAIN, grouped_folds, subject_folds, untestable
+from .inputs import PlaceBlocks, SomeWindows, as_blocks
+
+CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
+"""Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
+
+
+@dataclass(frozen=True, eq=False)
+class UtilityMap:
+    """F1 by place and activity, cross-validated without sharing a clip.
+
+    Attributes
+    ----------
+    activities : tuple of str, length A
+        The activities tested; columns of `f1`.
+    f1, f1_low, f1_high : ndarray, shape (N, A), float32
+        F1 over all test windows, and its interval.
+    mean, mean_low, mean_high : ndarray, shape (N,), float32
+        Macro F1: the mean over activities.
+    rank_low, rank_high : ndarray, shape (N,), int
+        Interval of the place's rank by mean F1 among all places; 1 is the best.
+    mean_samples : ndarray, shape (B, N), float32
+        Macro F1 of each bootstrap resample of the clips, for comparing places pairwise.
+    confusion : ndarray, shape (N, A, A), int32
+        Windows by true activity (rows) and named activity (columns).
+    predictions : ndarray, shape (W_test, N), int16
+        Activity each place named for each test window.
+    truth : ndarray, shape (W_test,), int16
+    clip : ndarray of str, shape (W_test,)
+    level : float
+        Confidence of the intervals.
+    classifier, protocol : str
+        What was trained and how it was split.
+    left_out : dict of str to str
+        Activities not tested, each with the reason.
+    """
+
+    activities: tuple[str, ...]
+    f1: np.ndarray
+    f1_low: np.ndarray
+    f1_high: np.ndarray
+    mean: np.ndarray
+    mean_low: np.ndarray
+    mean_high: np.ndarray
+    rank_low: np.ndarray
+    rank_high: np.ndarray
+    mean_samples: np.ndarray
+    confusion: np.ndarray
+    predictions: np.ndarray
+    truth: np.ndarray
+    clip: np.ndarray
+    level: float
+    classifier: str
+    protocol: str
+    left_out: dict[str, str]
+
+    def same_as(self, place: int) -> np.ndarray:
+        """Places whose macro F1 cannot be told from that of `place`.
+
+        Returns
+        -------
+        ndarray of bool, shape (N,)
+            True where the bootstrap interval of the difference, both places seeing the
+            same resampled clips, holds zero.
+        """
+        difference = self.mean_samples - self.mean_samples[:, place : place + 1]
+        tail = (1 - self.level) / 2
+        low, high = np.quantile(difference, [tail, 1 - tail], axis=0)
+        return (low <= 0) & (high >= 0)
+
+    def tested_clips(self) -> tuple[int, ...]:
+        """Distinct clips that each activity was tested on."""
+        return tuple(len(np.unique(self.clip[self.truth == a])) for a in range(len(self.activities)))
+
+    def save(self, path: str | Path) -> None:
+        """Write an npz that `load` reads."""
+        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
+        arrays["activities"] = np.array(self.activities, dtype=np.str_)
+        arrays["left_out"] = np.array(json.dumps(self.left_out, ensure_ascii=False))
+        write_npz(path, arrays, compress=True)
+
+    @classmethod
+    def load(cls, path: str | Path) -> UtilityMap:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file is not a utility map.
+        """
+        with np.load(path, allow_pickle=False) as stored:
+            missing = [field.name for field in fields(cls) if field.name not in stored]
+            if missing:
+                raise ValueError(f"{path} is not a utility map: it lacks {', '.join(missing)}")
+            content = {field.name: stored[field.name] for field in fields(cls)}
+        content["activities"] = tuple(content["activities"].tolist())
+        content["left_out"] = json.loads(content["left_out"].item())
+        content["level"] = float(content["level"])
+        content["classifier"] = content["classifier"].item()
+        content["protocol"] = content["protocol"].item()
+        return cls(**content)
+
+
+def utility_map(
+    inputs: np.ndarray | PlaceBlocks,
+    activity: np.ndarray,
+    clip: np.ndarray,
+    subject: np.ndarray | None,
+    is_test: np.ndarray,
+    activities: Sequence[str],
+    classifier: Any = "ridge",
+    folds: int = 5,
+    seed: int = 0,
+    resamples: int = 500,
+    level: float = 0.95,
+    progress: Callable[[float], None] | None = None,
+    work: Path | None = None,
+) -> UtilityMap:
+    """Train and test a classifier at every place, never on the same clip.
+
+    Parameters
+    ----------
+    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
+        What the classifier takes (`inputs_of`): features (W, N, D), or windows (W, N, samples, 6);
+        in memory, or served some places at a time.
+    activity : array_like of str, shape (W,)
+    clip : array_like, shape (W,)
+        Clip of each window. Clips that are one motion, and augmented copies of a clip,
+        must bear one name (`crossval.same_motion_groups`).
+    subject : array_like of str, shape (W,), or None
+        Where given, one subject is left out at a time instead of a fold of clips.
+    is_test : array_like of bool, shape (W,)
+        Windows that may be tested on: neither overlapping nor augmented. The others
+        are for training.
+    activities : sequence of str
+        Activities in the order wanted; windows of others are not used.
+    classifier : str or object
+        Name in CLASSIFIERS, or an object with their `predict_folds`.
+    folds : int
+        Folds, where no subjects are given; fewer when there are fewer clips.
+    seed : int
+        Decides the folds, the bootstrap's draws and those of a classifier given by name.
+    resamples : int
+        Bootstrap resamples of the clips.
+    level : float
+        Confidence of the intervals.
+    progress : callable, optional
+        Told the fraction done.
+    work : Path, optional
+        Folder in which a classifier given by name that takes long leaves what a later
+        call with the same inputs takes up.
+
+    Returns
+    -------
+    UtilityMap
+
+    Raises
+    ------
+    ValueError
+        If fewer than two activities can be tested; the message says why.
+    """
+    activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
+    split = _split(activity, clip, subject, activities, folds, seed)
+    index = {name: number for number, name in enumerate(split.tested)}
+    used = np.flatnonzero(np.isin(activity, split.tested))
+    labels = np.array([index[name] for name in activity[used].tolist()])
+    model = _model(classifier, seed, work)
+    source = SomeWindows(as_blocks(inputs), used)
+    predictions = model.predict_folds(source, labels, split.fold[used], is_test[used], progress)
+
+    tested = used[is_test[used]]
+    truth = labels[is_test[used]].astype(np.int16)
+    f1, confusion, boot = score_places(truth, predictions, clip[tested], len(index), resamples, level, seed)
+    return UtilityMap(
+        activities=split.tested,
+        f1=f1,
+        f1_low=boot.f1_low,
+        f1_high=boot.f1_high,
+        mean=f1.mean(axis=1),
+        mean_low=boot.mean_low,
+        mean_high=boot.mean_high,
+        rank_low=boot.rank_low,
+        rank_high=boot.rank_high,
+        mean_samples=boot.mean_samples,
+        confusion=confusion,
+        predictions=predictions,
+        truth=truth,
+        clip=clip[tested].astype(np.str_),
+        level=level,
+        classifier=model.name,
+        protocol=split.protocol,
+        left_out=split.left_out,
+    )
+
+
+def inputs_of(classifier: Any) -> str:
+    """What a classifier takes: "features" or "windows".
+
+    Parameters
+    ----------
+    classifier : str or object
+        As for `utility_map`.
+    """
+    return _model(classifier).inputs
+
+
+def unavailable(classifier: str) -> str:
+    """Why a classifier of CLASSIFIERS cannot be used here, in a sentence; empty where it can."""
+    return getattr(CLASSIFIERS[classifier], "unavailable", str)()
+
+
+def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Any:
+    if not isinstance(classifier, str):
+        return classifier
+    model = CLASSIFIERS[classifier](seed=seed)
+    resumes = work is not None and hasattr(model, "checkpoints")
+    return replace(model, checkpoints=work / model.name) if resumes else model
+
+
+class _Split(NamedTuple):
+    fold: np.ndarray
+    tested: tuple[str, ...]
+    left_out: dict[str, str]
+    protocol: str
+
+
+def _split(
+    activity: np.ndarray,
+    clip: np.ndarray,
+    subject: np.ndarray | None,
+    activities: Sequence[str],
+    folds: int,
+    seed: int,
+) -> _Split:
+    """Deal the windows of testable activities to folds; see `utility_map`."""
+    left_out = untestable(activity, clip, activities)
+    candidates = [name for name in activities if name not in left_out]
+    rows = np.flatnonzero(np.isin(activity, candidates))
+    if len(candidates) > 1:
+        fold = np.full(len(activity), ALWAYS_TRAIN)
+        if subject is not None:
+            subject = np.asarray(subject)[rows]
+            fold[rows] = subject_folds(subject, clip[rows])
+            protocol = f"leave one of {len(np.unique(subject))} subjects out"
+        else:
+            n_folds = min(folds, len(np.unique(clip[rows])))
+            fold[rows] = grouped_folds(activity[rows], clip[rows], n_folds, seed)
+            protocol = f"{n_folds}-fold cross-validation grouped by clip"
+        left_out |= untestable(activity, clip, candidates, fold)
+        tested = tuple(name for name in candidates if name not in left_out)
+        if len(tested) > 1:
+            return _Split(fold, tested, left_out, protocol)
+    raise ValueError(f"a utility map needs two activities that can be tested: {'; '.join(left_out.values())}")

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Four rehabilitation exercises from parameters: the motions of the demo library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arm_raise import arm_raise_band
+from .one_leg import one_leg_stand
+from .pose import PosePlan, pose
+from .session import Session, Style, draw_style
+from .sit_to_stand import sit_to_stand
+from .skeleton import Figure, draw_figure, forward_kinematics
+from .stairs import stair_climbing
+
+EXERCISES: dict[str, Callable[[Session], PosePlan]] = {
+    "sit_to_stand": sit_to_stand,
+    "stair_climbing": stair_climbing,
+    "arm_raise_band": arm_raise_band,
+    "one_leg_stand": one_leg_stand,
+}
+"""The paper's rehabilitation activities."""
+
+RATE = 30.0
+"""Frames per second, as Mixamo's."""
+
+
+@dataclass(frozen=True, eq=False)
+class RehabClip:
+    """A generated clip on the skeleton of `rehab_skeleton`.
+
+    Parameters
+    ----------
+    activity : str
+        One of `EXERCISES`.
+    number : int
+        Which clip of the activity, from 0; the same number is the same person in every activity.
+    figure : Figure
+    style : Style
+    rotations : ndarray, shape (T, 27, 3, 3), float64
+        Of each bone relative to its parent, in the axes of the T-pose (z up, facing -y).
+    hips : ndarray, shape (T, 3), float64
+        World position of the hips, metres.
+    rate : float
+        Frames per second.
+    """
+
+    activity: str
+    number: int
+    figure: Figure
+    style: Style
+    rotations: np.ndarray
+    hips: np.ndarray
+    rate: float = RATE
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.hips)
+
+    @property
+    def subject(self) -> str:
+        """Name of the person, ``S01`` and so on."""
+        return f"S{self.number + 1:02d}"
+
+    def joints(self) -> np.ndarray:
+        """World positions of the 27 bones' heads, shape (T, 27, 3), metres."""
+        return forward_kinematics(self.figure.rest(), self.rotations, self.hips)[1]
+
+
+def generate_clip(activity: str, number: int, seed: int = 0, rate: float = RATE) -> RehabClip:
+    """Make one clip.
+
+    Parameters
+    ----------
+    activity : str
+        One of `EXERCISES`.
+    number : int
+        Which clip, from 0. Person and manner follow from it and the seed alone, so a clip
+        does not depend on how many others are made.
+    seed : int
+        Not negative.
+    rate : float
+        Frames per second.
+
+    Returns
+    -------
+    RehabClip
+
+    Raises
+    ------
+    ValueError
+        If there is no such activity, or a number is out of range.
+    """
+    if activity not in EXERCISES:
+        raise ValueError(f"there is no exercise {activity!r}; there are {', '.join(EXERCISES)}")
+    if number < 0 or seed < 0:
+        raise ValueError(f"clip number and seed must not be negative, not {number} and {seed}")
+    if not rate > 0:
+        raise ValueError(f"the frame rate must be positive, not {rate}")
+    figure = draw_figure(np.random.default_rng([seed, number]))
+    rng = np.random.default_rng([seed, number, 1 + list(EXERCISES).index(activity)])
+    style = draw_style(rng)
+    time = np.arange(round(style.duration * rate) + 1) / rate
+    rotations, hips = pose(figure, EXERCISES[activity](Session(figure, style, time, rng)))
+    return RehabClip(activity, number, figure, style, rotations, hips, rate)
+
+
+def generate_library(clips_per_activity: int, seed: int = 0) -> Iterator[RehabClip]:
+    """All clips of all activities, one by one.
+
+    Parameters
+    ----------
+    clips_per_activity : int
+    seed : int
+
+    Yields
+    ------
+    RehabClip
+    """
+    for activity in EXERCISES:
+        for number in range(clips_per_activity):
+            yield generate_clip(activity, number, seed)

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a designer may and may not do: where sensors can go, where one must, how many, and at what cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..csv_tables import read_table
+from ..patches.naming import find_places
+from ..patches.patches import PatchSet
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """A designer's wishes, in words (see `body_parts.find_places`).
+
+    Parameters
+    ----------
+    only : tuple of str
+        Places are taken from these alone; empty for everywhere.
+    forbid : tuple of str
+        Places are not taken from these.
+    must : tuple of str
+        From each of these at least one place is taken.
+    costs : tuple of (str, float)
+        Price or discomfort of a sensor there, positive; 1 elsewhere. Of several that mean a
+        place the last counts.
+
+    Raises
+    ------
+    ValueError
+        If a cost is not positive.
+    """
+
+    only: tuple[str, ...] = ()
+    forbid: tuple[str, ...] = ()
+    must: tuple[str, ...] = ()
+    costs: tuple[tuple[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        for words, cost in self.costs:
+            if not (np.isfinite(cost) and cost > 0):
+                raise ValueError(f"the cost of {words!r} must be a positive number, not {cost}")
+
+    def __bool__(self) -> bool:
+        """Whether anything is wished for."""
+        return bool(self.only or self.forbid or self.must or self.costs)
+
+    def terms(self, patches: PatchSet) -> dict[str, Any]:
+        """The wishes as the arguments `allowed`, `required` and `cost` of `placement`'s functions.
+
+        Raises
+        ------
+        ValueError
+            If words mean no place, or nothing may be chosen or what must be may not.
+        """
+        allowed = np.ones(len(patches), dtype=bool)
+        if self.only:
+            allowed[:] = False
+            allowed[self._places(patches, self.only)] = True
+        allowed[self._places(patches, self.forbid)] = False
+        if not allowed.any():
+            raise ValueError(
+                f"nothing is left to choose from: only {', '.join(self.only) or 'the body'}, "
+                f"without {', '.join(self.forbid)}"
+            )
+        cost = np.ones(len(patches))
+        for words, price in self.costs:
+            cost[self._places(patches, [words])] = price
+        required = [self._places(patches, [words]) for words in self.must]
+        for words, places in zip(self.must, required, strict=True):
+            if not len(places):
+                raise ValueError(
+                    f"{words!r} must be chosen, but none of the {len(patches)} places lies there: use more"
+                )
+            if not allowed[places].any():
+                raise ValueError(f"{words!r} must be chosen, but no place there is allowed")
+        return {"allowed": allowed, "required": required, "cost": cost}
+
+    @staticmethod
+    def _places(patches: PatchSet, wishes: Sequence[str]) -> np.ndarray:
+        found = [find_places(patches.regions, patches.names, words) for words in wishes]
+        return np.concatenate([np.empty(0, dtype=int), *found])
+
+
+def read_costs(path: str | Path) -> tuple[tuple[str, float], ...]:
+    """Read costs from a csv file with the columns ``region`` and ``cost``.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read or is not such a table; the message says which line.
+    """
+    costs = []
+    for line, row in read_table(path, ("region", "cost")).rows:
+        try:
+            costs.append((row["region"], float(row["cost"])))
+        except ValueError:
+            raise ValueError(f"{path}, line {line}: '{row['cost']}' is no number") from None
+    return tuple(costs)

@@ -1,0 +1,331 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where to wear: the best single place, and small sets of places by greedy choice or exact optimum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..ranking.inputs import PlaceBlocks, as_blocks
+from ..ranking.utility import UtilityMap, utility_map
+from .exact import LARGEST, FacilityLocation, best_small_set
+
+ROUNDING = 1e-6
+"""F1 differences smaller than this are rounding, and the solver's tolerance."""
+
+
+@dataclass(frozen=True)
+class Subset:
+    """Places chosen one after another.
+
+    Attributes
+    ----------
+    order : tuple of int
+        Places in order of choice.
+    mean_max_after_each : tuple of float
+        Mean over activities of the best F1 among the places chosen so far.
+    target : float
+        Mean-max F1 asked for.
+    reached : bool
+    best_reachable : float
+        Mean-max F1 of all allowed places together: no choice can pass it.
+    cost : float
+        Sum of the chosen places' costs; their number where costs are 1.
+    proven : bool
+        True where a solver proved that no cheaper set does as much.
+    """
+
+    order: tuple[int, ...]
+    mean_max_after_each: tuple[float, ...]
+    target: float
+    reached: bool
+    best_reachable: float
+    cost: float
+    proven: bool = False
+
+    def sentence(self) -> str:
+        """Say in words whether the target was reached."""
+        places = "1 place reaches" if len(self.order) == 1 else f"{len(self.order)} places reach"
+        reach = f"{places} a mean-max F1 of {self.mean_max_after_each[-1]:.3f}"
+        if self.reached:
+            return f"{reach} (target {self.target:g})"
+        return (
+            f"{reach}; the target {self.target:g} is not reached, and "
+            f"all allowed places together reach {self.best_reachable:.3f}"
+        )
+
+
+Requirement = int | Sequence[int]
+"""A place that must be chosen, or several of which one must be."""
+
+
+def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
+    """The allowed place with the highest macro F1; the first of equals."""
+    return int(np.where(_mask(allowed, len(utility.mean)), utility.mean, -np.inf).argmax())
+
+
+def marginal_gain(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
+    """What each place would add to the mean-max F1 of the chosen ones.
+
+    Parameters
+    ----------
+    f1 : ndarray, shape (N, A)
+    chosen : sequence of int
+
+    Returns
+    -------
+    ndarray, shape (N,)
+    """
+    return _gain(np.asarray(f1, dtype=np.float64), _covered(f1, chosen))
+
+
+def greedy_subset(
+    f1: np.ndarray,
+    target: float = 0.90,
+    max_size: int | None = None,
+    allowed: np.ndarray | None = None,
+    required: Sequence[Requirement] = (),
+    cost: np.ndarray | None = None,
+) -> Subset:
+    """Add the place that raises the mean-max F1 most until the target is reached.
+
+    The paper's proxy for several sensors worn together: each activity is recognised
+    by the chosen place that is best at it. `multi_sensor_check` tests the proxy.
+
+    Parameters
+    ----------
+    f1 : ndarray, shape (N, A)
+    target : float
+        Mean over activities of the maximum over chosen places to reach.
+    max_size : int, optional
+        Most places.
+    allowed : ndarray of bool, shape (N,), optional
+        Places that may be chosen.
+    required : sequence of Requirement
+        Chosen first. Several places stand for one of them ("a wrist"), and the best is taken.
+    cost : ndarray, shape (N,), optional
+        What each place costs, positive; the gain per cost decides.
+
+    Returns
+    -------
+    Subset
+
+    Raises
+    ------
+    ValueError
+        If no place is allowed, a required place is not, or more are required than
+        `max_size`.
+    """
+    terms = _Terms.checked(f1, max_size, allowed, required, cost)
+    order: list[int] = []
+    covered = np.zeros(terms.f1.shape[1])
+
+    def choose(candidates: np.ndarray) -> None:
+        gain_per_cost = _gain(terms.f1[candidates], covered) / terms.cost[candidates]
+        order.append(int(candidates[gain_per_cost.argmax()]))
+        np.maximum(covered, terms.f1[order[-1]], out=covered)
+
+    for options in terms.required:
+        if not np.isin(order, options).any():
+            choose(options)
+    while len(order) < terms.max_size and (not order or covered.mean() < target - ROUNDING):
+        rest = np.setdiff1d(np.flatnonzero(terms.allowed), order)
+        if order and _gain(terms.f1[rest], covered).max(initial=0.0) <= ROUNDING:
+            break
+        choose(rest)
+    return terms.subset(order, target)
+
+
+def exact_subset(
+    f1: np.ndarray,
+    target: float = 0.90,
+    max_size: int | None = None,
+    allowed: np.ndarray | None = None,
+    required: Sequence[Requirement] = (),
+    cost: np.ndarray | None = None,
+    time_limit_s: float = 60.0,
+) -> Subset:
+    """The cheapest set that reaches the target, and among the cheapest the best.
+
+    Parameters
+    ----------
+    f1, target, max_size, allowed, required, cost
+        As for `greedy_subset`. A target that no places reach is lowered to the best
+        reachable, and where `max_size` places cannot reach it, the best set of that size
+        is given.
+    time_limit_s : float
+        Seconds the solver may take for each of its two steps.
+
+    Returns
+    -------
+    Subset
+        In the order greedy choice would take its places; `proven` is False where the
+        time ran out.
+
+    Raises
+    ------
+    ValueError
+        As `greedy_subset`.
+    TimeoutError
+        If the solver found no set in the time it had.
+    """
+    terms = _Terms.checked(f1, max_size, allowed, required, cost)
+    goal = min(target, terms.best_reachable) - ROUNDING / 2
+    few = _small_set(terms, goal)
+    if few is not None:
+        return terms.subset(_by_gain(terms.f1, few), target, proven=True)
+    open_places, required = terms.renumbered()
+    problem = FacilityLocation(
+        value=terms.f1[open_places],
+        cost=terms.cost[open_places],
+        required=required,
+        max_size=terms.max_size,
+        time_limit_s=time_limit_s,
+    )
+    cheapest = problem.cheapest(goal)
+    budget = None if cheapest is None else float(terms.cost[open_places[cheapest.places]].sum())
+    best = problem.best(budget)
+    proven = best.proven and (cheapest is None or cheapest.proven)
+    return terms.subset(_by_gain(terms.f1, open_places[best.places]), target, proven)
+
+
+def multi_sensor_check(
+    order: Sequence[int], inputs: np.ndarray | PlaceBlocks, activity: np.ndarray, **protocol: Any
+) -> list[UtilityMap]:
+    """Test the mean of maxima: one classifier on the chosen sensors' signals together.
+
+    Parameters
+    ----------
+    order : sequence of int
+        Places as chosen.
+    inputs : ndarray or PlaceBlocks, shape (W, N, D) or (W, N, samples, 6)
+        Features or windows of all places, as for `utility_map`.
+    activity : array_like of str, shape (W,)
+    **protocol
+        The other arguments of `utility_map`; the same ones give the same folds.
+
+    Returns
+    -------
+    list of UtilityMap
+        For the first sensor alone, the first two together, and so on; each of one
+        place, the sensors' inputs side by side along the last axis.
+    """
+    source = as_blocks(inputs)
+    alone = [source.places(place, place + 1)[:, 0] for place in order]
+    maps = []
+    for size in range(1, len(order) + 1):
+        worn = np.stack(alone[:size], axis=-2)
+        together = worn.reshape(*worn.shape[:-2], -1)[:, None]
+        maps.append(utility_map(together, activity, **protocol))
+    return maps
+
+
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    """What may be chosen, checked."""
+
+    f1: np.ndarray
+    allowed: np.ndarray
+    required: list[np.ndarray]
+    cost: np.ndarray
+    max_size: int
+
+    @classmethod
+    def checked(
+        cls,
+        f1: np.ndarray,
+        max_size: int | None,
+        allowed: np.ndarray | None,
+        required: Sequence[Requirement],
+        cost: np.ndarray | None,
+    ) -> _Terms:
+        f1 = np.asarray(f1, dtype=np.float64)
+        n_places = len(f1)
+        mask = _mask(allowed, n_places)
+        price = np.ones(n_places) if cost is None else np.asarray(cost, dtype=np.float64)
+        if price.shape != (n_places,) or not (np.isfinite(price) & (price > 0)).all():
+            raise ValueError(f"cost must hold {n_places} positive numbers, one a place")
+        options = []
+        for wish in required:
+            places = np.atleast_1d(np.asarray(wish, dtype=np.int64))
+            if not mask[places].any():
+                raise ValueError(
+                    f"one of the places {places.tolist()} is required, but none of them is allowed"
+                )
+            options.append(places[mask[places]])
+        limit = int(mask.sum()) if max_size is None else max_size
+        if limit < max(1, len(options)):
+            raise ValueError(f"max_size is {limit}, but {max(1, len(options))} places are required")
+        return cls(f1, mask, options, price, limit)
+
+    def renumbered(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """The allowed places, and what is required by their numbers among these."""
+        position = np.cumsum(self.allowed) - 1
+        return np.flatnonzero(self.allowed), [position[options] for options in self.required]
+
+    @property
+    def best_reachable(self) -> float:
+        return float(self.f1[self.allowed].max(axis=0).mean())
+
+    def subset(self, order: Sequence[int], target: float, proven: bool = False) -> Subset:
+        order = [int(place) for place in order]
+        values = np.maximum.accumulate(self.f1[order], axis=0).mean(axis=1)
+        return Subset(
+            order=tuple(order),
+            mean_max_after_each=tuple(values.tolist()),
+            target=target,
+            reached=bool(values[-1] >= target - ROUNDING),
+            best_reachable=self.best_reachable,
+            cost=float(self.cost[order].sum()),
+            proven=proven,
+        )
+
+
+def _small_set(terms: _Terms, goal: float) -> np.ndarray | None:
+    """The smallest set that reaches the goal, or the best of the size allowed; None where it is not small."""
+    if np.ptp(terms.cost) > 0:
+        return None
+    greedy = greedy_subset(terms.f1, goal, terms.max_size, terms.allowed, terms.required)
+    if min(len(greedy.order), terms.max_size) > 2 * LARGEST:
+        return None  # the optimum is hardly that much smaller
+    open_places, required = terms.renumbered()
+    for size in range(1, min(terms.max_size, LARGEST) + 1):
+        enough = len(greedy.order) <= size
+        known = greedy.mean_max_after_each[-1] if enough else 0.0
+        few = best_small_set(terms.f1[open_places], size, required, known)
+        if few is None:
+            continue
+        reached = terms.f1[open_places[few]].max(axis=0).mean() >= goal
+        if reached or size == terms.max_size:
+            return open_places[few]
+    return None
+
+
+def _mask(allowed: np.ndarray | None, n_places: int) -> np.ndarray:
+    mask = np.ones(n_places, bool) if allowed is None else np.asarray(allowed, dtype=bool)
+    if mask.shape != (n_places,):
+        raise ValueError(f"allowed must have shape ({n_places},), not {mask.shape}")
+    if not mask.any():
+        raise ValueError("no place is allowed: the constraints leave nothing to choose from")
+    return mask
+
+
+def _covered(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
+    """Best F1 of the chosen places by activity, 0 where none is chosen."""
+    return f1[list(chosen)].max(axis=0, initial=0.0)
+
+
+def _gain(f1: np.ndarray, covered: np.ndarray) -> np.ndarray:
+    return np.maximum(f1 - covered, 0.0).mean(axis=1)
+
+
+def _by_gain(f1: np.ndarray, places: np.ndarray) -> list[int]:
+    """The places in the order greedy choice would take them."""
+    order: list[int] = []
+    for _ in places:
+        rest = np.setdiff1d(places, order)
+        order.append(int(rest[_gain(f1[rest], _covered(f1, order)).argmax()]))
+    return order

@@ -1,0 +1,348 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion files in, through Blender's own importers: a named skeleton and its frames as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.motion.bone_maps import best_match, missing_joints
+from ..core.motion.bvh_check import check_bvh
+from ..core.motion.library import MOTION_SUFFIXES
+from ..core.motion.repair import repaired
+from ..core.motion.retarget import is_crumpled
+from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
+from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
+from .importers import check_fbx, import_fault
+
+Curves = dict[str, OwnCurves]
+
+PREFERRED_TAKE = "mixamo.com"
+MIN_FRAMES = 4
+"""Fewer frames than a cubic spline needs are a pose, not a motion."""
+
+MIN_TURN = np.radians(0.5)
+MIN_TRAVEL = 0.005
+"""A take moves where a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """One armature under one action."""
+
+    armature: bpy.types.Object
+    action: bpy.types.Action
+    curves: Curves
+
+    @property
+    def frame_range(self) -> tuple[int, int]:
+        """First and last whole frame that the bones' curves cover."""
+        ends = [
+            (curve.keyframe_points[0].co[0], curve.keyframe_points[-1].co[0])
+            for channels in self.curves.values()
+            for curve in channels.values()
+            if len(curve.keyframe_points)
+        ]
+        start, stop = min(end[0] for end in ends), max(end[1] for end in ends)
+        return round(start), round(stop)
+
+
+def read_clip(path: str | Path) -> SourceMotion:
+    """Import a motion file and read the take that moves.
+
+    The file is imported into the open scene, read, and everything that came with it is
+    removed again: nothing else in the scene changes.
+
+    Parameters
+    ----------
+    path : str or Path
+        An FBX or BVH file.
+
+    Returns
+    -------
+    SourceMotion
+
+    Raises
+    ------
+    UnusableMotion
+        If the file holds no motion that can be used; the message says why.
+    """
+    path = Path(path)
+    before = {action.session_uid for action in bpy.data.actions}
+    with imported(path) as objects:
+        # actions that were there before may fit the file's armature too: other clips of the same rig
+        source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
+    refuse_rate(source.rate)
+    return repaired(source) if path.suffix.lower() == ".bvh" else source
+
+
+@contextmanager
+def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
+    """The objects a motion file brings, removed again at the end.
+
+    Raises
+    ------
+    UnusableMotion
+        If Blender cannot import the file.
+    """
+    before = _existing_data()
+    scene = bpy.context.scene
+    settings = (scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end)
+    try:
+        import_file(path)
+        yield [item for item in _new_data(before) if isinstance(item, bpy.types.Object)]
+    finally:
+        scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end = settings
+        bpy.data.batch_remove(_new_data(before))
+
+
+def import_file(path: Path) -> None:
+    """Import an FBX or BVH file with Blender's importer into the open scene.
+
+    Raises
+    ------
+    UnusableMotion
+        If the file is of another kind, damaged, or Blender refuses it.
+    """
+    kind = path.suffix.lower()
+    try:
+        if kind == ".fbx":
+            check_fbx(path, python_importer=not _has_cpp_importer())
+            _import_fbx(path)
+        elif kind == ".bvh":
+            check_bvh(path)
+            bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
+        else:
+            raise UnusableMotion(
+                f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
+            )
+    except UnusableMotion:
+        raise
+    except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError
+        raise UnusableMotion(import_fault(path, error)) from error
+
+
+def best_take(
+    objects: list[bpy.types.Object], actions: Iterable[bpy.types.Action] | None = None
+) -> SourceMotion:
+    """Read the take that moves most, the one Mixamo names before any other.
+
+    Of several people in a file, each an armature, the one that moves most is read.
+
+    Parameters
+    ----------
+    objects : list of Object
+    actions : iterable of Action, optional
+        Where to look for takes; all actions there are unless told.
+
+    Raises
+    ------
+    UnusableMotion
+        If there is no armature, no animation of it, or none that moves.
+    """
+    armatures = [item for item in objects if item.type == "ARMATURE"]
+    if not armatures:
+        kinds = sorted({item.type.lower() for item in objects})
+        raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
+    matched = {item: _matched(item) for item in armatures}
+    missing = {item: len(missing_joints(joints)) for item, joints in matched.items()}
+    people = [item for item in armatures if missing[item] == min(missing.values())]
+    people = [item for item in people if not _rests_crumpled(item, matched[item])] or people
+    actions = list(bpy.data.actions if actions is None else actions)
+    takes = [take for armature in people for take in find_takes(armature, actions)]
+    if not takes:
+        raise UnusableMotion(
+            f"its armature '{people[0].name}' ({len(people[0].data.bones)} bones) has no animation"
+        )
+    motion = _most_moving(takes)
+    return replace(motion, people=max(len(people), _whole_trees(motion.parents)))
+
+
+def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] | None = None) -> list[Take]:
+    """Every action that animates bones of this armature, among some or among all."""
+    paths = {
+        f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"]': bone.name for bone in armature.data.bones
+    }
+    takes = []
+    for action in bpy.data.actions if actions is None else actions:
+        for curves in action_curves(action):
+            by_owner = _curves_by_owner(curves, paths)
+            if len(by_owner.keys() - {""}) * 3 >= len(paths):
+                takes.append(Take(armature, action, by_owner))
+    return takes
+
+
+def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
+    """World matrices of the bones, frame by frame, from the f-curves alone.
+
+    The armature object comes first, as a bone of its own: some rigs animate the object
+    instead of a hip bone.
+
+    Parameters
+    ----------
+    take : Take
+    frames : ndarray, shape (T,), optional
+        Which frames; every whole frame of the take unless told.
+
+    Returns
+    -------
+    SourceMotion
+    """
+    if frames is None:
+        start, stop = take.frame_range
+        refuse_too_long(stop - start + 1, len(take.armature.data.bones))
+        frames = np.arange(start, stop + 1, dtype=np.float64)
+    armature, bones = take.armature, _parents_first(take.armature)
+    index = {bone.name: number for number, bone in enumerate(bones, start=1)}
+    parents = np.array([-1] + [index[bone.parent.name] if bone.parent else 0 for bone in bones])
+    rest_local = np.array([np.eye(4)] + [np.array(bone.matrix_local) for bone in bones])
+    world = _object_matrices(armature, take, frames)
+    matrices = np.empty((len(frames), len(bones) + 1, 4, 4))
+    matrices[:, 0] = world
+    basis = basis_matrices(
+        [armature.pose.bones[bone.name] for bone in bones],
+        [take.curves.get(bone.name, {}) for bone in bones],
+        frames,
+    )
+    local = np.linalg.solve(rest_local[parents[1:]], rest_local[1:]) @ basis
+    for number in range(1, len(parents)):
+        np.matmul(matrices[:, parents[number]], local[:, number - 1], out=matrices[:, number])
+    render = bpy.context.scene.render
+    return SourceMotion(
+        bones=(armature.name, *(bone.name for bone in bones)),
+        parents=parents,
+        rest=world[0] @ rest_local,
+        matrices=matrices,
+        rate=render.fps / render.fps_base,
+        take=take.action.name,
+    )
+
+
+def _import_fbx(path: Path) -> None:
+    """Blender's C++ importer (4.5 and later), or the Python one it had before."""
+    if _has_cpp_importer():
+        bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
+    else:
+        bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
+
+
+def _has_cpp_importer() -> bool:
+    return "fbx_import" in dir(bpy.ops.wm)
+
+
+def _most_moving(takes: list[Take]) -> SourceMotion:
+    motions = [motion for motion in map(_read_finite, takes) if motion is not None]
+    if not motions:
+        raise UnusableMotion(NOT_FINITE)
+    moving = [motion for motion in motions if motion.n_frames >= MIN_FRAMES and motion_amount(motion) >= 1]
+    if not moving:
+        longest = max(motions, key=lambda motion: motion.n_frames)
+        if longest.n_frames < MIN_FRAMES:
+            count = f"{longest.n_frames} frame{'s' if longest.n_frames > 1 else ''}"
+            raise UnusableMotion(f"it holds a pose, not a motion: {count} in '{longest.take}'")
+        raise UnusableMotion(
+            "it holds a pose, not a motion: "
+            f"nothing moves over the {longest.n_frames} frames of '{longest.take}'"
+        )
+    preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
+    return max(preferred or moving, key=motion_amount)
+
+
+def _whole_trees(parents: np.ndarray) -> int:
+    """Trees of bones in one armature that are no mere helpers: half as large as the largest."""
+    tree = np.arange(len(parents))
+    for bone, parent in enumerate(parents):
+        if parent > 0:
+            tree[bone] = tree[parent]
+    sizes = np.bincount(tree[1:], minlength=1)
+    return max(1, int(np.count_nonzero((sizes > 0) & (2 * sizes >= sizes.max()))))
+
+
+def _read_finite(take: Take) -> SourceMotion | None:
+    """A take's motion, or None where it holds values that no body has."""
+    try:
+        motion = read_take(take)
+    except NotFiniteError:
+        return None
+    return motion if np.isfinite(motion.matrices).all() else None
+
+
+def motion_amount(motion: SourceMotion) -> float:
+    """How much a motion moves: its widest turn or travel in units of the least that counts."""
+    heads = motion.matrices[:, :, :3, 3]
+    size = np.ptp(motion.rest[:, :3, 3], axis=0).max()
+    travel = np.ptp(heads, axis=0).max() / max(size, 1e-12)
+    axes = motion.matrices[:, :, :3, 1]
+    axes = axes / np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
+    turn = np.linalg.norm(np.ptp(axes, axis=0), axis=-1).max()
+    return float(max(travel / MIN_TRAVEL, turn / MIN_TURN))
+
+
+def _matched(armature: bpy.types.Object) -> dict[int, int]:
+    """Joint -> bone by name, the armature itself being bone 0."""
+    return best_match([armature.name, *(bone.name for bone in armature.data.bones)])[1]
+
+
+def _rests_crumpled(armature: bpy.types.Object, matched: dict[int, int]) -> bool:
+    """Whether an armature has no body's rest pose, as a broken copy beside the true one may."""
+    heads = [np.zeros(3), *(np.array(bone.head_local) for bone in armature.data.bones)]
+    return is_crumpled({joint: heads[bone] for joint, bone in matched.items()})
+
+
+def _parents_first(armature: bpy.types.Object) -> list[bpy.types.Bone]:
+    """Bones in depth-first order, as Blender keeps them: a parent before its children."""
+    return list(armature.data.bones)
+
+
+def _curves_by_owner(curves: list[bpy.types.FCurve], paths: dict[str, str]) -> Curves:
+    """Curves by bone name, and those of the object itself under the empty name."""
+    by_owner: Curves = {}
+    for curve in curves:
+        owner_path, _, prop = curve.data_path.rpartition(".")
+        owner = paths.get(owner_path) if owner_path else ""
+        if owner is not None:
+            by_owner.setdefault(owner, {})[prop, curve.array_index] = curve
+    return by_owner
+
+
+def _object_matrices(item: bpy.types.Object, take: Take, frames: np.ndarray) -> np.ndarray:
+    """World matrix of an object in each frame, its animated parents included."""
+    curves = take.curves.get("", {}) if item is take.armature else _object_curves(item, take.action)
+    local = basis_matrices([item], [curves], frames)[:, 0]
+    if item.parent is None:
+        return local
+    return _object_matrices(item.parent, take, frames) @ np.array(item.matrix_parent_inverse) @ local
+
+
+def _object_curves(item: bpy.types.Object, action: bpy.types.Action) -> dict:
+    """Curves that an action holds for an object other than the armature."""
+    for slot in getattr(action, "slots", ()):
+        if slot.identifier == f"OB{item.name}":
+            for layer in action.layers:
+                for strip in layer.strips:
+                    bag = strip.channelbag(slot)
+                    if bag is not None:
+                        return _curves_by_owner(list(bag.fcurves), {}).get("", {})
+    return {}
+
+
+def _existing_data() -> set[int]:
+    return {item.session_uid for item in _all_data()}
+
+
+def _new_data(before: set[int]) -> list[bpy.types.ID]:
+    return [item for item in _all_data() if item.session_uid not in before]
+
+
+def _all_data() -> Iterator[bpy.types.ID]:
+    data = bpy.data
+    for collection in (
+        data.objects, data.armatures, data.actions, data.meshes, data.materials, data.images,
+        data.textures, data.cameras, data.lights, data.collections, data.shape_keys, data.curves,
+    ):  # fmt: skip
+        yield from collection

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The study of a body: its parts as core's types, and what is missing before a step makes sense."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import bpy
+
+from ..core.body.shapes import RANGES
+from ..core.imu.synthesis import Synthesis
+from ..core.patches.patches import PatchSet
+from ..core.ranking.utility import CLASSIFIERS, UtilityMap
+from ..core.ranking.windows import WindowSpec
+from ..core.study import StudyConfig
+from ..scene.patches import PATCH
+from .packing import unpack
+
+_depth = 0
+
+
+@contextmanager
+def without_updates() -> Iterator[None]:
+    """Inside, `is_silent` holds and update functions do nothing."""
+    global _depth
+    _depth += 1
+    try:
+        yield
+    finally:
+        _depth -= 1
+
+
+def is_silent() -> bool:
+    """Whether updates shall do nothing."""
+    return _depth > 0
+
+
+BAKED, STALE, IMPORTED, FAILED = "baked", "stale", "imported", "failed"
+"""States of a clip."""
+
+
+def current_body(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The body that the panel works on, or None: it may have been deleted, or be of another scene."""
+    body = context.scene.w2w.body
+    if body is None or context.scene.objects.get(body.name) is not body:
+        return None
+    return body
+
+
+def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """All bodies of a scene."""
+    return [item for item in scene.objects if item.type == "MESH" and item.w2w.is_body]
+
+
+def body_of_object(item: bpy.types.Object | None) -> bpy.types.Object | None:
+    """The body that an object belongs to: itself, the parent of a patch, or the armature's mesh."""
+    if item is None:
+        return None
+    if item.type == "MESH" and item.w2w.is_body:
+        return item
+    if PATCH in item and item.parent is not None and item.parent.w2w.is_body:
+        return item.parent
+    if item.type == "ARMATURE":
+        return next((child for child in item.children if child.type == "MESH" and child.w2w.is_body), None)
+    return None
+
+
+def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
+    """The study's parameters as core takes them."""
+    return StudyConfig(
+        patches=study.patch_count,
+        patch_mode=study.patch_method,
+        synthesis=Synthesis(rate_hz=study.rate),
+        sensor=study.sensor,
+        windows=WindowSpec.of_length(study.window_s),
+        classifier=study.classifier,
+        folds=study.folds,
+        by_subject=study.by_subject,
+        target=study.target,
+        max_places=study.max_places or None,
+        seed=study.seed,
+    )
+
+
+def patches_of(body: bpy.types.Object) -> PatchSet | None:
+    """The patches placed on a body; None where there are none, or those of a body it was copied from."""
+    study = body.w2w
+    collection = study.patch_collection
+    if not study.patches_key or collection is None:
+        return None
+    first = next(iter(collection.objects), None)
+    if first is None or first.parent is not body:
+        return None
+    return unpack(study.patches_key, lambda: study.patches_text, PatchSet.load)
+
+
+def utility_of(study: bpy.types.PropertyGroup) -> UtilityMap | None:
+    """The ranking, or None where there is none."""
+    if not study.utility_key:
+        return None
+    return unpack(study.utility_key, lambda: study.utility_text, UtilityMap.load)
+
+
+def bake_settings(study: bpy.types.PropertyGroup) -> str:
+    """All that signals depend on besides the body and the motion."""
+    text = f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
+    return f"{text} {_shape_text(study.shape)}".rstrip()
+
+
+def _shape_text(shape: bpy.types.PropertyGroup) -> str:
+    """The sliders that are not where they were at first; a slider that does not count is left out."""
+    counting = [name for name in RANGES if getattr(shape, f"set_{name}", True)]
+    values = {name: getattr(shape, name) for name in counting}
+    usual = {
+        name: shape.bl_rna.properties[name].default for name in counting if not hasattr(shape, f"set_{name}")
+    }
+    return " ".join(f"{name}={value:g}" for name, value in values.items() if value != usual.get(name))
+
+
+def rank_settings(study: bpy.types.PropertyGroup) -> str:
+    """All that a ranking depends on, as a hash."""
+    parts = [bake_settings(study), study.classifier, str(study.folds), str(study.by_subject)]
+    parts += [f"{clip.signals} {clip.activity} {clip.subject}" for clip in study.clips if not clip.problem]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
+
+
+def state_of(clip: bpy.types.PropertyGroup, settings: str) -> str:
+    """Whether a clip is baked, as one of BAKED, STALE, IMPORTED and FAILED; `settings` of `bake_settings`."""
+    if clip.problem or clip.action is None:
+        return FAILED
+    if not clip.signals:
+        return IMPORTED
+    return BAKED if clip.baked_as == settings else STALE
+
+
+def usable(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """Clips with a motion."""
+    return [clip for clip in study.clips if clip.action is not None and not clip.problem]
+
+
+def selected(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """The ticked clips, or the active one where none is."""
+    ticked = [clip for clip in study.clips if clip.selected]
+    if not ticked and 0 <= study.clip_index < len(study.clips):
+        ticked = [study.clips[study.clip_index]]
+    return ticked
+
+
+def playing_clip(body: bpy.types.Object) -> bpy.types.PropertyGroup | None:
+    """The clip whose action the body's armature plays."""
+    armature = next((m.object for m in body.modifiers if m.type == "ARMATURE" and m.object), None)
+    data = armature.animation_data if armature is not None else None
+    if data is None or data.action is None:
+        return None
+    return next((clip for clip in body.w2w.clips if clip.action == data.action), None)
+
+
+def missing_for_patches(body: bpy.types.Object | None) -> str:
+    """What stands in the way of placing patches; empty where nothing does."""
+    return "" if body is not None else "Add a body first (step 1)"
+
+
+def missing_for_bake(body: bpy.types.Object | None) -> str:
+    """What stands in the way of baking signals."""
+    if body is None:
+        return "Add a body first (step 1)"
+    if not usable(body.w2w):
+        return "Import motions first (step 2)"
+    if patches_of(body) is None:
+        return "Place patches first (step 3)"
+    return ""
+
+
+def missing_for_rank(body: bpy.types.Object | None) -> str:
+    """What stands in the way of ranking."""
+    return missing_for_any_rank(body) or classifier_problem(body.w2w)
+
+
+def missing_for_any_rank(body: bpy.types.Object | None) -> str:
+    """What stands in the way of ranking, whatever the classifier."""
+    missing = missing_for_bake(body)
+    if missing:
+        return missing
+    settings = bake_settings(body.w2w)
+    baked = [clip for clip in usable(body.w2w) if state_of(clip, settings) == BAKED]
+    if not baked:
+        return "Bake the signals first (step 4)"
+    if any(not clip.activity.strip() for clip in baked):
+        return "Give every clip an activity (step 2)"
+    clips = Counter(clip.activity for clip in baked)
+    if sum(count > 1 for count in clips.values()) < 2:
+        return "Two activities with two clips each are needed"
+    return ""
+
+
+def classifier_problem(study: bpy.types.PropertyGroup) -> str:
+    """Why the chosen classifier cannot work here; empty where it can."""
+    unavailable = getattr(CLASSIFIERS[study.classifier], "unavailable", None)
+    text = unavailable() if unavailable is not None else ""
+    return f"{text[0].upper()}{text[1:]}; the preferences tell where it is looked for" if text else ""

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Step 1: add the bundled body, or adopt the selected mesh."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import StringProperty
+
+from ..core.adopt.smpl import BodyError, load_body
+from ..core.body.body import Body
+from ..scene.body import add_body, armature_of, body_of
+from . import jobs
+from .jobs import dismiss, show_error
+from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
+from .state import body_of_object, current_body, without_updates
+
+
+class W2W_OT_add_body(bpy.types.Operator):
+    """Add the body that comes with W2W; its shape can be changed at any time"""
+
+    bl_idname = "w2w.add_body"
+    bl_label = "Add Body"
+    bl_options = {"REGISTER", "UNDO"}
+
+    __annotations__ = sliders()
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Bones can be made only from object mode."""
+        cls.poll_message_set("Go back to object mode first")
+        return context.mode == "OBJECT"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the shape's sliders in the panel of the last operation."""
+        draw_sliders(self.layout, self)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Add it at the 3D cursor, in a collection of its own."""
+        try:
+            body = shaped_body(self)
+        except ValueError as error:
+            return show_error(self, str(error))
+        mesh = add_study(context, body, "Body")
+        mesh.w2w.has_shape = True
+        copy_shape(self, mesh.w2w.shape)
+        return {"FINISHED"}
+
+
+class W2W_OT_reset_shape(bpy.types.Operator):
+    """Give the body its average shape again"""
+
+    bl_idname = "w2w.reset_shape"
+    bl_label = "Reset Shape"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a body with sliders."""
+        body = current_body(context)
+        idle = jobs.running is None and context.mode == "OBJECT"
+        return idle and body is not None and body.w2w.has_shape
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Put all sliders back."""
+        body = current_body(context)
+        with without_updates():
+            for name in NAMES:
+                body.w2w.shape.property_unset(name)
+        apply_shape(body)
+        return {"FINISHED"}
+
+
+class W2W_OT_load_body(bpy.types.Operator):
+    """Adopt an SMPL body of yours: an official model (npz, pkl), a mesh with SMPL's faces (obj, ply)"""
+
+    bl_idname = "w2w.load_body"
+    bl_label = "Load SMPL Body"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.npz;*.pkl;*.obj;*.ply", options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Bones can be made only from object mode."""
+        cls.poll_message_set("Go back to object mode first")
+        return context.mode == "OBJECT"
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Ask for the file."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Read it and add it as `W2W_OT_add_body` does."""
+        try:
+            body = load_body(bpy.path.abspath(self.filepath))
+        except BodyError as error:
+            return show_error(self, str(error))
+        add_study(context, body, body.name)
+        return {"FINISHED"}
+
+
+class W2W_OT_use_mesh(bpy.types.Operator):
+    """Work on the active mesh: one that an armature with the 24 SMPL-named bones moves"""
+
+    bl_idname = "w2w.use_mesh"
+    bl_label = "Use Active Mesh"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be an object that is not the body already."""
+        cls.poll_message_set("Select the mesh of another body first")
+        found = context.object
+        if found is None or found.type not in {"MESH", "ARMATURE", "EMPTY"}:
+            return False
+        return found.type == "MESH" or body_of_object(found) is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Switch to the body it belongs to, or adopt the mesh as a body."""
+        mesh = body_of_object(context.object) or context.object
+        try:
+            body_of(mesh)
+        except ValueError as error:
+            return show_error(self, str(error))
+        make_study(context, mesh)
+        dismiss()
+        return {"FINISHED"}
+
+
+class W2W_OT_select_body(bpy.types.Operator):
+    """Select the body's mesh and nothing else"""
+
+    bl_idname = "w2w.select_body"
+    bl_label = "Select Body"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a body."""
+        return current_body(context) is not None and context.mode == "OBJECT"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Select it."""
+        select_only(context, current_body(context))
+        return {"FINISHED"}
+
+
+def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Object:
+    """Add a body at the 3D cursor, in a collection of its own, and work on it; returns its mesh."""
+    collection = bpy.data.collections.new(f"W2W {name}")
+    context.scene.collection.children.link(collection)
+    objects = add_body(body, collection, name)
+    objects.armature.location = context.scene.cursor.location
+    make_study(context, objects.mesh)
+    select_only(context, objects.mesh)
+    dismiss()
+    return objects.mesh
+
+
+def make_study(context: bpy.types.Context, mesh: bpy.types.Object) -> None:
+    """Let the panel work on a mesh."""
+    mesh.w2w.is_body = True
+    armature_of(mesh).hide_set(not mesh.w2w.show_armature)
+    context.scene.w2w.body = mesh
+
+
+def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
+    """Select one object and make it active."""
+    for other in context.selected_objects:
+        other.select_set(False)
+    item.select_set(True)
+    context.view_layer.objects.active = item
+
+
+CLASSES = (
+    W2W_OT_add_body,
+    W2W_OT_reset_shape,
+    W2W_OT_load_body,
+    W2W_OT_use_mesh,
+    W2W_OT_select_body,
+)

@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Step 2: fill the list of motions, label them, play them on the body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
+
+from ..core.motion.library import MOTION_SUFFIXES, LibraryError
+from ..core.motion.source import UnusableMotion
+from ..scene.actions import FIRST_FRAME, scene_rate, show_action
+from ..scene.body import armature_of, body_of
+from ..scene.load import carry
+from ..scene.playback import active_action
+from ..scene.takes import best_take
+from . import jobs
+from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted_files, wanted_in_folder
+from .source_view import remove_source
+from .state import current_body, selected
+
+Context = bpy.types.Context
+
+
+def can_change(cls: type, context: Context) -> bool:
+    """Whether there is a body that nothing is working on."""
+    if current_body(context) is None:
+        cls.poll_message_set("Add a body first (step 1)")
+        return False
+    if jobs.running is not None:
+        cls.poll_message_set("Wait until the running job has finished, or cancel it with Esc")
+        return False
+    cls.poll_message_set("Go back to object mode first")
+    return context.mode == "OBJECT"
+
+
+class W2W_OT_import_motions(bpy.types.Operator):
+    """Import motion files (FBX, BVH, AMASS npz, smpl) onto the body; the files' own armatures are left out"""
+
+    bl_idname = "w2w.import_motions"
+    bl_label = "Import Motions onto Body"
+    bl_options = {"REGISTER"}
+
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    filter_glob: StringProperty(
+        default=";".join(f"*{suffix}" for suffix in MOTION_SUFFIXES), options={"HIDDEN"}
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be a body."""
+        return can_change(cls, context)
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        """Take dropped files at once; ask for files otherwise."""
+        if any(file.name for file in self.files):
+            return self.execute(context)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> set[str]:
+        """Start the import."""
+        try:
+            wanted = wanted_files(Path(self.directory) / file.name for file in self.files if file.name)
+        except LibraryError as error:
+            return jobs.show_error(self, str(error))
+        return jobs.start(self, context, "Import Motions", import_steps(current_body(context), wanted))
+
+
+class W2W_OT_import_folder(bpy.types.Operator):
+    """Import all motion files of a folder; a labels.csv, the folders in it or file names label them"""
+
+    bl_idname = "w2w.import_folder"
+    bl_label = "Import Folder"
+    bl_options = {"REGISTER"}
+
+    directory: StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"})
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be a body."""
+        return can_change(cls, context)
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        """Ask for the folder."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> set[str]:
+        """Start the import."""
+        try:
+            wanted = wanted_in_folder(Path(self.directory))
+        except LibraryError as error:
+            return jobs.show_error(self, str(error))
+        return jobs.start(self, context, "Import Motions", import_steps(current_body(context), wanted))
+
+
+class W2W_OT_add_armature_motion(bpy.types.Operator):
+    """Take the motion of the active armature of the scene; the armature itself is left as it is"""
+
+    bl_idname = "w2w.add_armature_motion"
+    bl_label = "Add Motion of Active Armature"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """An animated armature other than the body's must be active."""
+        if not can_change(cls, context):
+            return False
+        cls.poll_message_set("Select an animated armature that is not the body's own")
+        item = context.object
+        return item is not None and item.type == "ARMATURE" and item != armature_of(current_body(context))
+
+    def execute(self, context: Context) -> set[str]:
+        """Read it and list it."""
+        mesh, source = current_body(context), context.object
+        playing = active_action(source)
+        try:
+            carried = carry(best_take([source], None if playing is None else [playing]), body_of(mesh))
+        except UnusableMotion as error:
+            return jobs.show_error(self, f"{source.name}: {error}")
+        add_clip(mesh, armature_of(mesh), carried, Wanted(Path(), source.name, ""))
+        mesh.w2w.clip_index = len(mesh.w2w.clips) - 1
+        jobs.dismiss()
+        return {"FINISHED"}
+
+
+class W2W_OT_preview_clip(bpy.types.Operator):
+    """Play this clip on the body"""
+
+    bl_idname = "w2w.preview_clip"
+    bl_label = "Preview Clip"
+    bl_options = {"REGISTER", "UNDO"}
+
+    index: IntProperty(name="Clip", description="Number of the clip in the list", default=-1)
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be clips."""
+        cls.poll_message_set("Import motions first")
+        return current_body(context) is not None and len(current_body(context).w2w.clips) > 0
+
+    def execute(self, context: Context) -> set[str]:
+        """Let the armature play it over the preview range, which leaves the scene's own alone."""
+        mesh, scene = current_body(context), context.scene
+        if self.index >= 0:
+            mesh.w2w.clip_index = min(self.index, len(mesh.w2w.clips) - 1)
+        clip = mesh.w2w.clips[mesh.w2w.clip_index]
+        if clip.action is None:
+            return jobs.show_error(self, f"{clip.name}: {clip.problem}")
+        show_action(armature_of(mesh), clip.action)
+        scene.use_preview_range = True
+        scene.frame_preview_start = int(FIRST_FRAME)
+        scene.frame_preview_end = last_frame(clip)
+        scene.frame_set(int(FIRST_FRAME))
+        return {"FINISHED"}
+
+
+class W2W_OT_relabel_clips(bpy.types.Operator):
+    """Give all ticked clips the same activity"""
+
+    bl_idname = "w2w.relabel_clips"
+    bl_label = "Relabel Ticked"
+    bl_options = {"REGISTER", "UNDO"}
+
+    activity: StringProperty(name="Activity", description="Label for all ticked clips")
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be clips."""
+        return can_change(cls, context) and len(current_body(context).w2w.clips) > 0
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        """Ask for the label."""
+        clips = selected(current_body(context).w2w)
+        self.activity = clips[0].activity if clips else ""
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: Context) -> set[str]:
+        """Relabel."""
+        label = self.activity.strip()
+        if not label:
+            return jobs.show_error(self, "Type an activity: clips without one cannot be ranked")
+        clips = selected(current_body(context).w2w)
+        for clip in clips:
+            clip.activity = label
+        self.report({"INFO"}, f"{len(clips)} clips are now '{label}'")
+        return {"FINISHED"}
+
+
+class W2W_OT_remove_clips(bpy.types.Operator):
+    """Remove the ticked clips, or the active one where none is ticked, with their actions"""
+
+    bl_idname = "w2w.remove_clips"
+    bl_label = "Remove Clips"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be clips."""
+        return can_change(cls, context) and len(current_body(context).w2w.clips) > 0
+
+    def execute(self, context: Context) -> set[str]:
+        """Remove."""
+        mesh = current_body(context)
+        clips = mesh.w2w.clips
+        ticked = [index for index, clip in enumerate(clips) if clip.selected] or [mesh.w2w.clip_index]
+        for index in ticked:
+            remove_source(clips[index].name)
+        remove_clips(mesh, ticked)
+        return {"FINISHED"}
+
+
+class W2W_OT_tick_clips(bpy.types.Operator):
+    """Tick clips for Relabel, Remove and Bake"""
+
+    bl_idname = "w2w.tick_clips"
+    bl_label = "Tick Clips"
+    bl_options = {"REGISTER", "UNDO"}
+
+    which: EnumProperty(
+        name="Which",
+        items=(
+            ("ALL", "All", "Tick all clips"),
+            ("NONE", "None", "Tick no clip"),
+            ("INVERT", "Invert", "Tick the clips that are not ticked, and only those"),
+            ("ACTIVITY", "Same Activity", "Tick the clips of the active clip's activity"),
+            ("PROBLEM", "Unusable", "Tick the files that cannot be used"),
+        ),
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be clips."""
+        return can_change(cls, context) and len(current_body(context).w2w.clips) > 0
+
+    def execute(self, context: Context) -> set[str]:
+        """Tick."""
+        study = current_body(context).w2w
+        active = study.clips[study.clip_index].activity
+        for clip in study.clips:
+            clip.selected = {
+                "ALL": True,
+                "NONE": False,
+                "INVERT": not clip.selected,
+                "ACTIVITY": clip.activity == active,
+                "PROBLEM": bool(clip.problem),
+            }[self.which]
+        return {"FINISHED"}
+
+
+def last_frame(clip: bpy.types.PropertyGroup) -> int:
+    """Last frame of a clip on the scene's time line."""
+    return round(FIRST_FRAME + (clip.n_frames - 1) * scene_rate() / clip.rate)
+
+
+CLASSES = (
+    W2W_OT_import_motions,
+    W2W_OT_import_folder,
+    W2W_OT_add_armature_motion,
+    W2W_OT_preview_clip,
+    W2W_OT_relabel_clips,
+    W2W_OT_remove_clips,
+    W2W_OT_tick_clips,
+)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Step 3: spread patches over the body."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..core.patches.geodesics import exact_is_available
+from ..core.patches.patches import sample_patches
+from ..scene.body import body_of
+from ..scene.patches import place_patches, remove_patches
+from . import jobs, results
+from .packing import pack
+from .state import current_body
+from .step2_motions import can_change
+
+
+class W2W_OT_place_patches(bpy.types.Operator):
+    """Spread patches evenly over the body, an empty on each; replaces those that are there"""
+
+    bl_idname = "w2w.place_patches"
+    bl_label = "Place Patches"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a body."""
+        return can_change(cls, context)
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Start the work in the background."""
+        return jobs.start(self, context, "Place Patches", place_steps(current_body(context)))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Do the work at once."""
+        return jobs.run_now(self, "Place Patches", place_steps(current_body(context)))
+
+
+class W2W_OT_remove_patches(bpy.types.Operator):
+    """Remove the patches, and the ranking that was made with them"""
+
+    bl_idname = "w2w.remove_patches"
+    bl_label = "Remove Patches"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be patches."""
+        return can_change(cls, context) and current_body(context).w2w.patch_collection is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Remove."""
+        remove_all(current_body(context))
+        return {"FINISHED"}
+
+
+def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
+    """Sample in a thread, then replace the empties."""
+    body, study = body_of(mesh), mesh.w2w
+    if not exact_is_available():
+        study.patch_method = "fast"
+    count, seed, mode = study.patch_count, study.patch_seed, study.patch_method
+    patches = yield from jobs.in_thread(
+        lambda _told: sample_patches(body, count, seed, mode), f"spreading {count} patches", 0.0, 0.8
+    )
+    yield jobs.Step(0.8, "placing empties")
+    remove_all(mesh)
+    study = mesh.w2w
+    home = mesh.users_collection[0] if mesh.users_collection else None
+    study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
+    study.patches_text, study.patches_key = pack(patches)
+    results.hide_patches(study)
+    return f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
+
+
+def remove_all(mesh: bpy.types.Object) -> None:
+    """Remove the body's own empties and what was learned with them."""
+    study = mesh.w2w
+    results.clear(mesh)
+    collection = study.patch_collection
+    study.patch_collection = None
+    study.patches_text = study.patches_key = ""
+    if collection is not None and all(item.parent is mesh for item in collection.objects):
+        remove_patches(collection)
+
+
+CLASSES = (W2W_OT_place_patches, W2W_OT_remove_patches)

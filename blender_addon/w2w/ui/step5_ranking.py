@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Step 5: rank the patches, and pick one to look at."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty, IntProperty
+
+from ..scene.patches import patch_empties
+from . import jobs, results
+from .baking import rank_steps
+from .state import current_body, missing_for_rank, patches_of
+from .step1_body import select_only
+from .step2_motions import can_change
+
+
+class W2W_OT_rank_patches(bpy.types.Operator):
+    """Train and test a classifier at every patch, and show where activities are told apart best"""
+
+    bl_idname = "w2w.rank_patches"
+    bl_label = "Rank Patches"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Signals of at least two activities must be baked."""
+        if not can_change(cls, context):
+            return False
+        missing = missing_for_rank(current_body(context))
+        cls.poll_message_set(missing)
+        return not missing
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Start the work in the background."""
+        return jobs.start(self, context, "Rank Patches", rank_steps(current_body(context)))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Do the work at once."""
+        return jobs.run_now(self, "Rank Patches", rank_steps(current_body(context)))
+
+
+class W2W_OT_select_patch(bpy.types.Operator):
+    """Look at this patch; with Shift, compare it with the one looked at"""
+
+    bl_idname = "w2w.select_patch"
+    bl_label = "Look at Patch"
+    bl_options = {"UNDO"}
+
+    patch: IntProperty(name="Patch", description="Number of the patch", min=0)
+    compare: BoolProperty(
+        name="Compare", description="Keep the patch looked at, and compare this one with it"
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be patches."""
+        cls.poll_message_set("Place patches first (step 3)")
+        body = current_body(context)
+        return body is not None and context.mode == "OBJECT" and patches_of(body) is not None
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Shift compares."""
+        self.compare = event.shift
+        return self.execute(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Pick it."""
+        body = current_body(context)
+        if self.patch >= len(patches_of(body)):
+            return jobs.show_error(
+                self, f"The body has {len(patches_of(body))} patches, no number {self.patch}"
+            )
+        pick(context, body, self.patch, self.compare)
+        return {"FINISHED"}
+
+
+class W2W_OT_clear_pick(bpy.types.Operator):
+    """Look at no patch any more"""
+
+    bl_idname = "w2w.clear_pick"
+    bl_label = "Look at No Patch"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """A patch must be picked."""
+        body = current_body(context)
+        return body is not None and context.mode == "OBJECT" and body.w2w.picked >= 0
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Forget the picks and select the body."""
+        body = current_body(context)
+        body.w2w.picked = body.w2w.compared = -1
+        select_only(context, body)
+        return {"FINISHED"}
+
+
+class W2W_OT_fit_range(bpy.types.Operator):
+    """Let the fixed colour range span the F1 of all activities"""
+
+    bl_idname = "w2w.fit_range"
+    bl_label = "Fit Range to All"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a ranking."""
+        body = current_body(context)
+        return body is not None and bool(body.w2w.utility_key)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Fit."""
+        results.fit_range(current_body(context))
+        return {"FINISHED"}
+
+
+def pick(context: bpy.types.Context, body: bpy.types.Object, patch: int, compare: bool = False) -> None:
+    """Look at a patch, and select its empty where it is visible."""
+    study = body.w2w
+    compare = compare and study.picked >= 0 and study.picked != patch
+    if compare:
+        study.compared = patch
+    else:
+        study.picked, study.compared = patch, -1
+    empty = patch_empties(study.patch_collection)[patch]
+    if not compare:
+        for item in context.selected_objects:
+            item.select_set(False)
+    if empty.visible_get():
+        empty.select_set(True)
+        context.view_layer.objects.active = empty
+    elif not compare:
+        context.view_layer.objects.active = body
+
+
+CLASSES = (
+    W2W_OT_rank_patches,
+    W2W_OT_select_patch,
+    W2W_OT_clear_pick,
+    W2W_OT_fit_range,
+)

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texts and messages in the sidebar, in as many lines as its width needs."""
+
+from __future__ import annotations
+
+import blf
+import bpy
+
+from . import jobs
+
+FONT = 0
+PANEL_POINTS = 11
+"""Size of the text in panels at a scale of 1."""
+
+
+def wrapped(text: str, width: float) -> list[str]:
+    """Lines of a panel text, none wider than `width` pixels unless a single word is."""
+    blf.size(FONT, PANEL_POINTS * bpy.context.preferences.system.ui_scale)
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and blf.dimensions(FONT, longer)[0] <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+TABS_AND_MARGINS, ICON = 56, 22
+"""Pixels of the sidebar that no text gets, at a scale of 1."""
+
+
+def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message: jobs.Message) -> None:
+    """Draw the outcome of the last job, with a button that closes it."""
+    box = layout.box()
+    box.alert = message.is_error
+    row = box.row()
+    column = row.column(align=True)
+    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=36)
+    row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
+
+
+def draw_progress(layout: bpy.types.UILayout, job: jobs.Job) -> None:
+    """Draw how far a job is, and how to end it."""
+    column = layout.column(align=True)
+    column.progress(factor=job.fraction, text=f"{job.fraction:.0%}")
+    row = column.row()
+    row.active = False
+    row.label(text=f"Esc cancels   {job.text}", translate=False)
+
+
+def draw_text(
+    layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE", indent: int = 0
+) -> None:
+    """Draw a text in as many lines as the sidebar needs; `indent` is what else takes room, in pixels."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    taken = TABS_AND_MARGINS + (ICON if icon != "NONE" else 0) + indent
+    width = context.region.width - taken * context.preferences.system.ui_scale
+    for number, line in enumerate(wrapped(text, width)):
+        shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
+        column.label(text=line, icon=shown, translate=False)

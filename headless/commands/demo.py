@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w demo`: the whole road on a motion library that W2W makes itself."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from w2w.core.body.body import Body
+from w2w.core.files import write_json
+from w2w.core.motion.library import read_library
+from w2w.core.study import StudyConfig
+
+from ..console import USAGE, Progress
+from ..reports.console_tables import show_labels
+from ..runs.folder import code_sha256, versions
+from ..runs.monitor import SILENT
+from ..runs.own_files import ForeignFileError
+from ..runs.study import Study
+from ..runs.workers import Engine
+from .demo_library import ACTIVITIES, LABELS, write_demo_library
+from .execute import ended, execute
+
+TARGET = 0.99
+"""The exercises are easy to tell apart: one sensor would do for the usual 0.90, and no set would be seen."""
+
+
+def demo(
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the library and the results.")] = Path(
+        "demo_output"
+    ),
+    clips: Annotated[int, typer.Option(min=2, help="Clips an activity.")] = 12,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the library and of the study.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
+    or 1,
+) -> None:
+    """Make a library of four rehabilitation activities as FBX files and find the best spots for them."""
+    config = StudyConfig(seed=seed, target=TARGET)
+    rehabilitation_study(out, clips, config, Engine(workers), True, Console(highlight=False))
+
+
+def rehabilitation_study(
+    out: Path, clips: int, config: StudyConfig, engine: Engine, pictures: bool, console: Console
+) -> Study:
+    """Make the library in `out`/library, with the config's seed, and run the study in `out`/results.
+
+    Raises
+    ------
+    typer.Exit
+        With the exit code, when there is no result.
+    """
+    library = out / "library"
+    _write_library_once(library, clips, config.seed, console)
+    clips_found = read_library(library, library / LABELS)
+    show_labels(clips_found, console)
+    return execute(clips_found, Body.bundled(), config, out / "results", engine, pictures, console)
+
+
+def _write_library_once(library: Path, clips: int, seed: int, console: Console) -> None:
+    """Write the demo library, unless an earlier run of the same code and seed finished it."""
+    made_by = {"clips": clips, "seed": seed, "code_sha256": code_sha256(), "bpy": versions().get("bpy", "")}
+    stamp = library / "made_by.json"
+    with suppress(OSError, ValueError):
+        if json.loads(stamp.read_text(encoding="utf-8")) == made_by:
+            return
+    stamp.unlink(missing_ok=True)
+    with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
+        try:
+            write_demo_library(library, clips_per_activity=clips, seed=seed, progress=advance)
+        except ForeignFileError as error:
+            raise ended(str(error), USAGE, console, SILENT) from error
+    write_json(stamp, made_by)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w demo-library`: W2W's own motion library, as FBX files like Mixamo's."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from w2w.core.csv_tables import csv_text
+from w2w.core.files import write_text
+from w2w.core.rehab.clips import EXERCISES, generate_clip
+
+from ..console import USAGE, Progress
+from ..needs_blender import needs_blender
+from ..runs.clip_files import WORK
+from ..runs.own_files import ForeignFileError, claim
+
+ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
+"""Activities of the library, each a folder of it."""
+
+LABELS = "labels.csv"
+
+
+def write_demo_library(
+    folder: str | Path,
+    clips_per_activity: int = 12,
+    seed: int = 0,
+    progress: Callable[[int], None] | None = None,
+) -> list[Path]:
+    """Write a library of generated rehabilitation exercises.
+
+    There is a folder an activity, with files named as Mixamo's
+    (``sit_to_stand/Sit To Stand (3).fbx``), and a ``labels.csv`` that also says who moves:
+    clips of the same number are the same person. The same seed, with the same Blender,
+    gives the same bytes; files of an earlier such library are replaced.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it does not exist.
+    clips_per_activity : int
+    seed : int
+    progress : callable, optional
+        Called with 1 after every clip.
+
+    Returns
+    -------
+    list of Path
+        The FBX files in the order of `ACTIVITIES`.
+
+    Raises
+    ------
+    ValueError
+        If the number of clips is not positive or the seed is negative.
+    ForeignFileError
+        If a file that W2W did not write has one of these names.
+    """
+    with needs_blender():
+        from w2w.scene.mixamo_export import write_mixamo_fbx
+
+    if clips_per_activity < 1:
+        raise ValueError(f"a library needs at least one clip an activity, not {clips_per_activity}")
+    folder = Path(folder)
+    _claim(folder, clips_per_activity)
+    rows, paths = [], []
+    for activity in ACTIVITIES:
+        (folder / activity).mkdir(parents=True, exist_ok=True)
+        for number in range(clips_per_activity):
+            clip = generate_clip(activity, number, seed)
+            file = _file(activity, number)
+            write_mixamo_fbx(clip, folder / file)
+            rows.append((file, activity, clip.subject))
+            paths.append(folder / file)
+            if progress is not None:
+                progress(1)
+    _write_labels(folder / LABELS, rows)
+    return paths
+
+
+def demo_library(
+    folder: Annotated[Path, typer.Argument(help="Where to write it.")],
+    clips: Annotated[int, typer.Option(min=1, help="Clips an activity.")] = 12,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same library.")] = 0,
+) -> None:
+    """Write the built-in library of four rehabilitation activities as FBX files.
+
+    Its clips can be read by anything that reads Mixamo's. `w2w demo` makes and uses it by itself.
+    """
+    console = Console(highlight=False)
+    with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
+        try:
+            paths = write_demo_library(folder, clips, seed, advance)
+        except ForeignFileError as error:
+            console.print(str(error), style="red", markup=False)
+            raise typer.Exit(USAGE) from error
+    console.print(f"{len(paths)} clips and {LABELS} are in {folder}")
+
+
+def _file(activity: str, number: int) -> str:
+    return f"{activity}/{activity.replace('_', ' ').title()} ({number + 1}).fbx"
+
+
+def _claim(folder: Path, clips: int) -> None:
+    """Take the library's names, all of which are ours where its labels list nothing but them."""
+    (folder / WORK).mkdir(parents=True, exist_ok=True)
+    names = [_file(activity, number) for activity in ACTIVITIES for number in range(clips)]
+    try:
+        with (folder / LABELS).open(newline="", encoding="utf-8") as stream:
+            listed = {row["file"] for row in csv.DictReader(stream)}
+    except (OSError, ValueError, KeyError, csv.Error):
+        listed = set()
+    most = range(max(clips, len(listed)))
+    ours = {_file(activity, number) for activity in ACTIVITIES for number in most}
+    claim(folder, () if listed and listed <= ours else (*names, LABELS))
+
+
+def _write_labels(path: Path, rows: list[tuple[str, str, str]]) -> None:
+    write_text(path, csv_text([("file", "activity", "subject"), *rows]))

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w inspect`: what a motion file holds, and whether and how it would be used."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from w2w.core.body.body import Body
+from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.file_names import shown
+from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.library import Clip, activity_in, read_library
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.retarget import BY_STRUCTURE
+from w2w.core.motion.skinning import joint_transforms
+from w2w.core.motion.source import SourceMotion, UnusableMotion
+from w2w.core.ranking.windows import WindowSpec
+
+from ..console import NOTHING_TO_DO, USAGE
+from ..runs.workers import load_alone
+
+
+def inspect(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A motion file: FBX, BVH or npz.")],
+    library: Annotated[
+        Path | None, typer.Option(help="The library that FILE is part of, to see how 'w2w run' labels it.")
+    ] = None,
+    labels: Annotated[Path | None, typer.Option(help="The csv with its labels, as for 'w2w run'.")] = None,
+    bone_map: Annotated[list[Path] | None, typer.Option(help="Bone map of your own rig (JSON).")] = None,
+) -> None:
+    """Say what a motion file holds, and whether and how 'w2w run' would use it.
+
+    Exit codes: 0 it would be used, 1 it would not (and why), 2 wrong use.
+    """
+    console = Console(highlight=False)
+    body = Body.bundled()
+    try:
+        label = label_said(file, library, labels)
+        bone_maps = [BoneMap.load(path) for path in bone_map or ()]
+    except (ValueError, OSError) as error:
+        console.print(str(error), style="red", markup=False)
+        raise typer.Exit(USAGE) from error
+    try:
+        source, motion, details = load_alone(Clip(file, shown(file.name), "clip", ""), body, bone_maps)
+    except UnusableMotion as error:
+        raise _skipped(file, str(error), console) from error
+    table = Table(show_header=False, box=None, title=escape(shown(file)), title_justify="left")
+    for row in (*_about_source(source, details), *_about_motion(motion, details, body)):
+        table.add_row(*map(escape, row))
+    console.print(table)
+    shortest = WindowSpec().shortest_s
+    if details["duration_s"] < shortest:
+        raise _skipped(file, f"it is shorter than the {shortest:g} s a window needs", console)
+    console.print(f"[green]{escape(shown(file.name))} would be used.[/green] {escape(label)}")
+
+
+def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
+    """Say why a run would skip the file; gives the exit to raise."""
+    console.print(f"[red]{escape(shown(file.name))} would be skipped:[/red] {escape(reason.rstrip('.'))}.")
+    return typer.Exit(NOTHING_TO_DO)
+
+
+def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
+    """How a run labels the file, in a sentence.
+
+    Raises
+    ------
+    ValueError
+        If the file is not in the library, or the labels cannot be understood.
+    """
+    file = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its own name
+    if library is None and labels is None:
+        inside, above = activity_in(file.parent, file), activity_in(file.parent.parent, file)
+        if not file.parent.name:
+            return f"A run labels it '{inside}' after its file name."
+        return (
+            f"A run labels it '{above}' after its folder, or '{inside}' after its file name if that folder "
+            "is itself the library (see --library)."
+        )
+    library = Path(os.path.abspath(library or file.parent))  # noqa: PTH100
+    if not file.is_relative_to(library):
+        raise ValueError(f"{shown(file)} is not in the library {shown(library)}")
+    found = read_library(library, labels)
+    clip = next((clip for clip in found.clips if clip.path == file), None)
+    if clip is None:
+        inside = shown(file.relative_to(library).as_posix())
+        reason = dict(found.skipped).get(inside, "it is none of the library's motion files")
+        return f"But a run on this library would skip it: {reason}."
+    source = "its folder" if "/" in clip.file else "its file name"
+    if labels is not None:
+        source = f"its line in {shown(labels)}"
+    return f"A run labels it '{clip.activity}' after {source}."
+
+
+def _about_source(source: SourceMotion | Motion, details: dict) -> list[tuple[str, str]]:
+    rate = f"{details['frames']} at {details['frame_rate']:g} frames/s"
+    if not isinstance(source, SourceMotion):
+        return [("skeleton", "SMPL joints"), ("frames", rate)]
+    matched = f"matched by their names ({details['skeleton']})"
+    if details["skeleton"] == BY_STRUCTURE:
+        matched = "matched by structure, as no bone map knows their names"
+    rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(source.bones) - 1} bones, {matched}")]
+    if source.people > 1:
+        rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
+    extent = np.ptp(source.rest[1:, :3, 3], axis=0).max()
+    scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
+    rows.append(("scale", f"{scale}; the rest pose spans {extent:.4g} units"))
+    return [*rows, ("frames", rate)]
+
+
+def _about_motion(motion: Motion, details: dict, body: Body) -> list[tuple[str, str]]:
+    _, positions = joint_transforms(body, motion)
+    across = motion.rotations[:, 0, :2, 0]
+    turn = np.degrees(np.ptp(np.unwrap(np.arctan2(across[:, 1], across[:, 0]))[[0, -1]]))
+    travel = np.linalg.norm(motion.pelvis[-1, :2] - motion.pelvis[0, :2])
+    hands = [
+        np.linalg.norm(np.diff(positions[:, JOINT_INDEX[f"{side}_wrist"]], axis=0), axis=1).sum()
+        for side in ("left", "right")
+    ]
+    return [
+        ("duration", f"{details['duration_s']:.2f} s"),
+        ("body turns", f"{turn:.0f} degrees between the first and last frame"),
+        ("body travels", f"{travel:.2f} m between the first and last frame"),
+        ("hands travel", f"left {hands[0]:.2f} m, right {hands[1]:.2f} m along their paths"),
+    ]

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w place`: choose sensors again from a finished ranking, under a designer's constraints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from w2w.core.files import write_json
+from w2w.core.selection.advice import advise
+
+from ..console import USAGE
+from ..options import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
+from ..reports.advice_text import advice_content, show_advice
+from ..runs.results_folder import FinishedStudy, sensors_together
+
+
+def place(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    target: Annotated[
+        float | None,
+        typer.Option(
+            min=0.01,
+            max=1,
+            help="F1 the set of sensors should reach.  [default: the run's]",
+            show_default=False,
+        ),
+    ] = None,
+    only: Only = "",
+    forbid: Forbid = "",
+    must: Must = "",
+    max_places: MaxPlaces = None,
+    costs: Costs = None,
+    together: Annotated[
+        bool, typer.Option(help="Test the chosen sensors together by one classifier on all of them.")
+    ] = True,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="json file to write the choice to.")] = None,
+) -> None:
+    """Choose sensors from a finished ranking under constraints, without baking anything again.
+
+    Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why).
+    """
+    console = Console(highlight=False)
+    try:
+        study = FinishedStudy.load(results)
+        goal = target if target is not None else study.parameters["target"]
+        constraints = parse_wishes(only, forbid, must, costs)
+        advice = advise(study.utility, study.patches, goal, max_places, constraints)
+    except (ValueError, OSError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    tested = sensors_together(study, advice.subset.order) if together else ()
+    show_advice(advice, study.utility, study.patches, tested, console)
+    if out is not None:
+        write_json(out, advice_content(advice, study.utility, study.patches, tested))
+        console.print(f"\nWritten to {out}")

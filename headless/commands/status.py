@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w status`: watch a run from another terminal."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from filelock import FileLock, Timeout
+from rich.console import Console
+
+from ..console import USAGE
+from ..runs.clip_files import WORK
+from ..runs.monitor import RunState, read_state
+
+
+def status(
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="The results folder of a run.")],
+) -> None:
+    """Say how far the run in a results folder has come.
+
+    Exit codes: 0 there is a run and this is how it stands, 2 no run was ever started there.
+    """
+    console = Console(highlight=False)
+    try:
+        state = read_state(out)
+    except (OSError, ValueError, TypeError) as error:
+        console.print(f"[red]No run was started in {out}.[/red]")
+        raise typer.Exit(USAGE) from error
+    console.print(describe(state, is_running(out)))
+
+
+def is_running(out: Path) -> bool:
+    """Whether a process holds the folder."""
+    lock = FileLock(out / WORK / "lock")
+    try:
+        with lock.acquire(timeout=0):
+            return False
+    except Timeout:
+        return True
+
+
+def describe(state: RunState, running: bool) -> str:
+    """The state in a few words."""
+    spent = state.spent or max(0.0, state.updated - state.started)  # runs of earlier versions
+    clips = f"{state.done} of {state.clips} clips done, {state.skipped} of them skipped"
+    if state.step in ("finished", "failed"):
+        ending = f" {state.message}" if state.message else ""
+        return f"{state.step.capitalize()} after {_minutes(spent)}: {clips}.{ending}"
+    if not running:
+        halt = f"Stopped after {_minutes(spent)} while {state.step}"
+        return f"{halt}: {clips}. The same command goes on from here."
+    text = (
+        f"Running for {_minutes(spent + max(0.0, time.time() - state.updated))}, now {state.step}: {clips}."
+    )
+    if 0 < state.done < state.clips:
+        text += f" About {_minutes(spent / state.done * (state.clips - state.done))} of clips left."
+    return text
+
+
+def _minutes(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return (
+        f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
+    )

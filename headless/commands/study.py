@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w study`: the paper's studies, for anyone to run."""
+
+from __future__ import annotations
+
+import typer
+
+from .study_mixamo import mixamo
+from .study_rehab import rehab
+
+STUDY = typer.Typer(no_args_is_help=True, help="Run one of the paper's studies.")
+STUDY.command()(rehab)
+STUDY.command()(mixamo)

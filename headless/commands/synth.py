@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w synth`: what one sensor at one spot would record of one clip, as a table and a picture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from w2w.core.body.body import Body
+from w2w.core.file_names import shown
+from w2w.core.imu.formats import write_csv
+from w2w.core.imu.presets import DEFAULT_SENSOR
+from w2w.core.imu.synthesis import Synthesis
+from w2w.core.motion.library import Clip
+from w2w.core.motion.source import UnusableMotion
+from w2w.core.motion.variants import smoothed_root
+from w2w.core.patches.naming import resolve
+from w2w.core.patches.patches import PatchSet
+from w2w.core.study import StudyConfig, place_patches, record
+
+from ..console import NOTHING_TO_DO, USAGE
+from ..reports.signal_figure import signal_figure
+from ..runs.patch_mode import placeable
+from ..runs.workers import load_alone
+
+AS_DEFAULT = Synthesis()
+
+
+def synth(
+    clip: Annotated[Path, typer.Argument(metavar="CLIP", help="A motion file: FBX, BVH or npz.")],
+    patch: Annotated[
+        str, typer.Option(help="Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name.")
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="csv file to write.")],
+    plot: Annotated[Path | None, typer.Option(help="png file to draw the signal to.")] = None,
+    sensor: Annotated[
+        str, typer.Option(help="Sensor preset (see 'w2w sensors'), or 'ideal'.")
+    ] = DEFAULT_SENSOR,
+    rate: Annotated[float, typer.Option(min=5, max=1000, help="Samples per second.")] = 100.0,
+    band: Annotated[
+        float,
+        typer.Option(min=0, help="Band limit, Hz; 0 for none. Raise it for clean motion capture."),
+    ] = AS_DEFAULT.cutoff_hz,
+    root_band: Annotated[
+        float | None,
+        typer.Option(min=0.1, help="Band limit of the root's path, Hz: about 3 for inertial suits."),
+    ] = None,
+    acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
+    gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
+) -> None:
+    """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.
+
+    Exit codes: 0 written, 1 the clip cannot be used (and why), 2 wrong use.
+    """
+    console = Console(highlight=False)
+    try:
+        synthesis = Synthesis(rate_hz=rate, cutoff_hz=band or None)
+        config = placeable(StudyConfig(sensor=sensor, synthesis=synthesis, seed=seed), console)
+        body = Body.bundled()
+        patches = place_patches(body, config)
+        chosen = resolve(patch, body, patches)
+    except ValueError as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    name = shown(clip.name)
+    try:
+        _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
+        if root_band is not None:
+            motion = smoothed_root(motion, root_band)
+        recording = record(body, _only(patches, chosen), motion, config)
+        write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
+    except (UnusableMotion, ValueError, OSError) as error:
+        console.print(f"[red]No signal of {escape(name)}: {escape(str(error))}[/red]")
+        raise typer.Exit(NOTHING_TO_DO) from error
+    place = patches.names[chosen]
+    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {sensor} at the {place}"
+    console.print(f"{signal}: {escape(shown(out))}")
+    if plot is not None:
+        signal_figure(
+            plot, recording, title=f"{shown(clip.stem)}: {place}", subtitle=f"{sensor}, {recording.rate:g} Hz"
+        )
+        console.print(f"Picture: {escape(shown(plot))}")
+
+
+def _only(patches: PatchSet, chosen: int) -> PatchSet:
+    """The same places, of which only one carries a sensor."""
+    return replace(
+        patches,
+        vertices=patches.vertices[[chosen]],
+        triangles=patches.triangles[[chosen]],
+        regions=(patches.regions[chosen],),
+    )

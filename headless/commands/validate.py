@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w validate`: does the simulated map rank places as the real sensors of a public data set do?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from w2w.core.datasets.imu_datasets import read_utd_mhad
+from w2w.core.datasets.mmfit import read_mmfit
+from w2w.core.datasets.vidimu import read_vidimu
+from w2w.core.motion.source import UnusableMotion
+
+from ..console import USAGE, Progress
+from ..reports.console_tables import wide_console
+from ..validation.dsads import compare_dsads
+from ..validation.gait import compare_gait, write_gait
+from ..validation.paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
+from ..validation.report import agreement_table, write_validation
+from ..validation.utd import compare_utd, write_utd
+
+VALIDATE = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="Test on your own copy of a public data set whether simulated sensors rank places as real ones do.",
+)
+
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for report.md, tables and pictures.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")]
+Folds = Annotated[int, typer.Option(min=2, help="Folds by clip, the same for real and simulated.")]
+
+
+@VALIDATE.command()
+def mmfit(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="MM-Fit's folder of w00 to w20.")],
+    out: Out,
+    folds: Folds = 5,
+    seed: Seed = 0,
+) -> None:
+    """MM-Fit: ten exercises, 3D video pose, watches, phones and an earbud.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Reading MM-Fit"):
+            exercises = read_mmfit(path)
+        with Progress(console).spinner("Fitting poses, simulating and ranking"):
+            outcome = compare_mmfit(exercises, folds, seed)
+        _write(out, [outcome], "MM-Fit: real and simulated devices", console)
+
+
+@VALIDATE.command()
+def vidimu(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="VIDIMU's folder dataset/videoandimus.")],
+    out: Out,
+    folds: Folds = 5,
+    seed: Seed = 0,
+) -> None:
+    """VIDIMU: 13 daily activities, 3D video pose, five orientation sensors. Angular velocity only.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Reading VIDIMU"):
+            trials = read_vidimu(path)
+        with Progress(console).spinner("Fitting poses, simulating and ranking"):
+            outcomes = compare_vidimu(trials, folds, seed)
+        _write(out, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
+
+
+@VALIDATE.command()
+def dsads(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="DSADS's folder, or an npz of it.")],
+    motions: Annotated[
+        list[Path], typer.Option(help="Motion library that shows some of DSADS's activities; repeatable.")
+    ],
+    out: Out,
+    labels: Annotated[
+        list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
+    ] = None,
+    window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
+    seed: Seed = 0,
+) -> None:
+    """DSADS: sports and daily activities, five worn sensors, against clips of a library. Unpaired.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
+        with Progress(console).spinner("Reading, simulating and ranking"):
+            found, notes, places = compare_dsads(path, motions, tables, window, seed)
+        _write(out, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
+
+
+@VALIDATE.command(name="utd-mhad")
+def utd_mhad(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="UTD-MHAD's folder, or an npz of it.")],
+    out: Out,
+    cutoff: Annotated[
+        float, typer.Option(min=0.5, max=7, help="Band of the joints' paths, Hz.")
+    ] = POSE_CUTOFF_HZ,
+    seed: Seed = 0,
+) -> None:
+    """UTD-MHAD: 27 actions, Kinect and one worn sensor. Trained on one side, tested on the other.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Reading UTD-MHAD"):
+            trials = read_utd_mhad(path)
+        with Progress(console).spinner("Fitting poses, simulating and training"):
+            parts = compare_utd(trials, cutoff, seed)
+        console.print(write_utd(out, parts), markup=False)
+
+
+@VALIDATE.command()
+def gait(
+    path: Annotated[
+        Path, typer.Argument(metavar="PATH", help="Folder with the trial's csv files and xsens_<TRIAL>.bvh.")
+    ],
+    out: Out,
+    trial: Annotated[str, typer.Option(help="Which trial.")] = "S02-Trial-Walk-1",
+    seed: Seed = 0,
+) -> None:
+    """A walk with nine worn Xsens sensors: signals, energies and gait phases, site by site.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with Progress(console).spinner("Simulating and comparing"):
+            found = compare_gait(path, trial, seed)
+        console.print(write_gait(out, found), markup=False)
+
+
+@contextmanager
+def _sentences(console: Console) -> Iterator[None]:
+    """What is wrong with the data as a sentence, not as a traceback."""
+    try:
+        yield
+    except (ValueError, OSError, UnusableMotion) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+
+
+def _write(out: Path, outcomes: list[Outcome], title: str, console: Console) -> None:
+    for name, found, notes, places in outcomes:
+        suffix = f"_{name.replace(' ', '_')}" if name else ""
+        headline = f"{title}, {name}" if name else title
+        write_validation(out, found, headline, notes, places, suffix)
+        console.print(f"[bold]{headline}[/bold]\n{found.sentence()}\n")
+        console.print("\n".join(agreement_table(found)), markup=False)
+        console.print(f"\nReport: {out / f'report{suffix}.md'}")

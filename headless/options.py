@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bodies that a study is run on, and how far their maps agree."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import MORPHOLOGIES, shaped
+from w2w.core.files import reserved
+from w2w.core.selection.constraints import Constraints, read_costs
+
+from .needs_blender import needs_blender
+from .runs.load_clip import quiet_output
+
+GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
+SHAPE_PARAMETERS = ("height", "weight", "muscle", "age", "arms", "legs")
+
+BETAS = re.compile(r"(?P<file>.*\S)\s+betas=(?P<betas>\S+)")
+
+EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
+
+
+def parse_bodies(text: str) -> list[tuple[str, Body]]:
+    """Bodies from what a person writes: descriptions or files, separated by commas.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"neutral, female height=1.55, male"``, ``"SMPL_NEUTRAL.npz"`` or
+        ``"SMPL_NEUTRAL.npz betas=walking.npz"``.
+
+    Returns
+    -------
+    list of (str, Body)
+        A name that can be a folder's, and the body.
+
+    Raises
+    ------
+    ValueError
+        If a description is not understood or a shape cannot be reached.
+    """
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    if not parts:
+        raise ValueError(f"give at least one body, such as {EXAMPLE}")
+    bodies = [(_folder_name(part), _body(part)) for part in parts]
+    if len({name.lower() for name, _ in bodies}) < len(bodies):
+        raise ValueError(f"two of the bodies are the same: {text}")
+    return bodies
+
+
+def _body(text: str) -> Body:
+    words = text.split()
+    if text in MORPHOLOGIES:
+        return shaped(Body.bundled(), **MORPHOLOGIES[text]) if MORPHOLOGIES[text] else Body.bundled()
+    if words[0] in GENDERS:
+        return _shaped(words)
+    with_betas = BETAS.fullmatch(text)
+    file, betas = (with_betas["file"], _betas(with_betas["betas"])) if with_betas else (text, None)
+    if Path(file).suffix:
+        with needs_blender():
+            from w2w.scene.adopt import adopt_file
+
+        with quiet_output():
+            return adopt_file(file, betas)
+    raise ValueError(
+        f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
+    )
+
+
+def _folder_name(text: str) -> str:
+    with_betas = BETAS.fullmatch(text)
+    file, betas = (
+        (with_betas["file"], " betas " + Path(with_betas["betas"]).name) if with_betas else (text, "")
+    )
+    name = re.sub(r"[^0-9A-Za-z.]+", "_", Path(file).name + betas).rstrip(".")
+    return f"body_{name}" if reserved(name) or not name else name
+
+
+def _betas(text: str) -> np.ndarray:
+    """Shape coefficients, from numbers joined by colons or from the npz of a motion."""
+    try:
+        if text.lower().endswith(".npz"):
+            with np.load(text, allow_pickle=False) as data:
+                return np.atleast_1d(data["betas"].squeeze()).astype(np.float64)
+        return np.array([float(number) for number in text.split(":")])
+    except (OSError, KeyError, ValueError) as error:
+        raise ValueError(
+            f"betas={text}: {error}; write numbers such as betas=1.2:0:-0.5, or an npz that holds 'betas'"
+        ) from error
+
+
+def _shaped(words: list[str]) -> Body:
+    given = {}
+    for word in words[1:]:
+        name, _, value = word.partition("=")
+        try:
+            given[name] = float(value)
+        except ValueError:
+            raise ValueError(f"'{word}' is not understood: write a shape as {EXAMPLE}") from None
+        if name not in SHAPE_PARAMETERS:
+            raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
+    return shaped(Body.bundled(), gender=GENDERS[words[0]], **given)
+
+
+PANEL = "Design constraints"
+
+Only = Annotated[
+    str,
+    typer.Option(
+        help="Use only these regions, comma-separated: 'left', 'left,middle', 'arm,torso', 'left wrist'.",
+        rich_help_panel=PANEL,
+    ),
+]
+Forbid = Annotated[
+    str, typer.Option(help="Never use these regions: 'head,hand,foot'.", rich_help_panel=PANEL)
+]
+Must = Annotated[
+    str,
+    typer.Option(
+        help="Use at least one place in each of these regions: 'left wrist'.", rich_help_panel=PANEL
+    ),
+]
+MaxPlaces = Annotated[
+    int | None, typer.Option("--max", min=1, help="Maximum number of sensors.", rich_help_panel=PANEL)
+]
+Costs = Annotated[
+    Path | None,
+    typer.Option(
+        "--cost",
+        help="csv with columns region, cost: price or discomfort of a sensor there (1 elsewhere).",
+        rich_help_panel=PANEL,
+    ),
+]
+
+
+def parse_wishes(only: str, forbid: str, must: str, costs: Path | None) -> Constraints:
+    """The options as `Constraints`.
+
+    Raises
+    ------
+    ValueError, OSError
+        If a cost is wrong or its table cannot be read.
+    """
+    return Constraints(_words(only), _words(forbid), _words(must), read_costs(costs) if costs else ())
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(part.strip() for part in text.split(",") if part.strip())

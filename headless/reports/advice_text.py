@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A choice of sensors in words on the screen and as plain values on file."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection.advice import Advice
+from w2w.core.selection.subsets import Subset
+
+from .counts import interval_caution, interval_text, mean_caution
+from .joint import joint_content
+
+AT_MOST = 12
+"""Sensors listed on the screen; the files have them all."""
+
+DIGITS = 6
+"""Decimals of an F1 on file."""
+
+
+def show_advice(
+    advice: Advice,
+    utility: UtilityMap,
+    patches: PatchSet,
+    together: Sequence[UtilityMap],
+    console: Console,
+) -> None:
+    """Print the best spot, the chosen set sensor by sensor, and what the choice rests on."""
+    best, names = advice.best, patches.names
+    same = int(utility.same_as(best).sum()) - 1
+    caution = mean_caution(utility)
+    interval = (
+        caution or f"95 % interval {interval_text(utility.mean_low[best], utility.mean_high[best], '')}"
+    )
+    console.print(
+        f"Best single spot: [bold]{names[best]}[/bold], mean F1 {utility.mean[best]:.3f} "
+        f"({interval}); "
+        + (f"{same} other places cannot be told apart from it." if same else "no other place is as good.")
+    )
+    if warning := interval_caution(utility):
+        console.print(f"Caution: {warning}.", style="yellow")
+    table = Table(title="The set, sensor by sensor", title_justify="left")
+    table.add_column("")
+    table.add_column("place", overflow="fold")
+    if together:
+        table.add_column("F1 together", justify="right")
+        table.add_column("95 % interval", justify="right")
+    table.add_column("best-of proxy", justify="right")
+    table.add_column("would do as well", overflow="fold")
+    order = advice.subset.order
+    for number, (place, score) in enumerate(
+        zip(order[:AT_MOST], advice.subset.mean_max_after_each, strict=False)
+    ):
+        row = [str(number + 1), names[place]]
+        if together:
+            row += _tested(together[number], caution) if number < len(together) else ["", ""]
+        table.add_row(*row, f"{score:.3f}", _regions(advice.alternatives[number], patches))
+    if len(order) > AT_MOST:
+        table.add_row("", f"and {len(order) - AT_MOST} more")
+    console.print(table)
+    joint = _joint(advice, together)
+    if joint is not None:
+        console.print(f"[bold]{_capital(joint['sentence'])}.[/bold]")
+    else:
+        console.print("The sensors were not tested together.")
+    console.print(f"By the best-of proxy: {advice.subset.sentence()}; {advice.gap_sentence()}.")
+    if advice.next_place >= 0:
+        console.print(
+            f"By the proxy, one more sensor ({names[advice.next_place]}) would add {advice.next_gain:.3f}."
+        )
+    console.print(
+        "'F1 together': one classifier on all sensors up to that line, tested as the map is. 'Best-of "
+        "proxy' (mean-max F1): for each activity the F1 of the sensor that is best at it; it never falls "
+        "when sensors are added, which a real classifier's F1 can.",
+        style="dim",
+    )
+
+
+def advice_content(
+    advice: Advice, utility: UtilityMap, patches: PatchSet, together: Sequence[UtilityMap]
+) -> dict[str, Any]:
+    """The choice as plain values."""
+    return {
+        "best_single_patch": {
+            **place_content(advice.best, utility, patches),
+            "indistinguishable_patches": int(utility.same_as(advice.best).sum()) - 1,
+        },
+        "interval_caution": interval_caution(utility),
+        "joint": _joint(advice, together),
+        "subset": {
+            **subset_content(advice.subset, utility, patches),
+            "alternatives": [[patches.names[p] for p in places] for places in advice.alternatives],
+        },
+        "exact": None
+        if advice.exact is None
+        else {
+            **subset_content(advice.exact, utility, patches),
+            "proven": advice.exact.proven,
+        },
+        "greedy_and_exact": advice.gap_sentence(),
+        "next_sensor": None
+        if advice.next_place < 0
+        else {
+            "patch": advice.next_place,
+            "name": patches.names[advice.next_place],
+            "gain": _f1(advice.next_gain),
+        },
+        "together": together_content(together),
+    }
+
+
+def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """A set of places with its reach."""
+    return {
+        "target": subset.target,
+        "reached": subset.reached,
+        "sentence": subset.sentence(),
+        "best_reachable": _f1(subset.best_reachable),
+        "cost": subset.cost,
+        "places": [
+            {**place_content(patch, utility, patches), "mean_max_f1_so_far": _f1(value)}
+            for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True)
+        ],
+    }
+
+
+def place_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """One patch by number, name and place, with its scores."""
+    return {
+        "patch": int(patch),
+        "name": patches.names[patch],
+        "region": patches.regions[patch],
+        "vertex": int(patches.vertices[patch]),
+        "mean_f1": _f1(utility.mean[patch]),
+        "mean_f1_interval": [_f1(utility.mean_low[patch]), _f1(utility.mean_high[patch])],
+        "rank_interval": [int(utility.rank_low[patch]), int(utility.rank_high[patch])],
+        "f1": {name: _f1(value) for name, value in zip(utility.activities, utility.f1[patch], strict=True)},
+    }
+
+
+def together_content(together: Sequence[UtilityMap]) -> list[dict[str, Any]]:
+    """What one classifier on the first sensor, the first two, and so on reached."""
+    return [
+        {
+            "sensors": number,
+            "classifier": tested.classifier,
+            "mean_f1": _f1(tested.mean[0]),
+            "mean_f1_interval": [_f1(tested.mean_low[0]), _f1(tested.mean_high[0])],
+            "f1": {name: _f1(value) for name, value in zip(tested.activities, tested.f1[0], strict=True)},
+        }
+        for number, tested in enumerate(together, start=1)
+    ]
+
+
+def _joint(advice: Advice, together: Sequence[UtilityMap]) -> dict[str, Any] | None:
+    subset = advice.subset
+    return joint_content(together_content(together), subset.target, len(subset.order), advice.least)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _tested(tested: UtilityMap, caution: str) -> list[str]:
+    return [f"{tested.mean[0]:.3f}", interval_text(tested.mean_low[0], tested.mean_high[0], caution)]
+
+
+def _regions(places: np.ndarray, patches: PatchSet) -> str:
+    """Regions of places with how many there are of each, the commonest first."""
+    if not len(places):
+        return "none"
+    counts = Counter(patches.regions[place] for place in places.tolist()).most_common()
+    shown = ", ".join(f"{region} ({count})" for region, count in counts[:4])
+    return shown + (f" and {len(counts) - 4} regions more" if len(counts) > 4 else "")
+
+
+def _f1(value: float) -> float:
+    return round(float(value), DIGITS)

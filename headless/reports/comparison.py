@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far the maps of several bodies agree, as a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from w2w.core.files import write_json
+from w2w.core.ranking.agreement import rank_agreement
+
+from ..runs.own_files import json_content, refuse
+from ..runs.study import Study
+from .summary import DIGITS, place
+
+COMPARISON = "bodies.json"
+
+
+def keep_foreign_comparison(out: Path) -> None:
+    """Refuse to overwrite a `bodies.json` that W2W did not write.
+
+    Raises
+    ------
+    ForeignFileError
+    """
+    content = json_content(out / COMPARISON)
+    ours = isinstance(content, dict) and content.keys() == {"bodies", "agreement"}
+    refuse(out, [COMPARISON] if os.path.lexists(out / COMPARISON) and not ours else [])
+
+
+def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
+    """Write `bodies.json`: each body's best spot and set, and how far the maps agree pair by pair.
+
+    Returns
+    -------
+    dict
+        What was written.
+    """
+    content = {
+        "bodies": {
+            name: {
+                "body": study.body.name,
+                "height_m": round(study.body.height, 3),
+                "best_single_patch": place(study, study.recommendation.best),
+                "subset": [study.patches.names[patch] for patch in study.recommendation.subset.order],
+            }
+            for name, study in studies
+        },
+        "agreement": [
+            {"bodies": [first, second], **_agreement(a, b)}
+            for (first, a), (second, b) in combinations(studies, 2)
+        ],
+    }
+    write_json(out / COMPARISON, content)
+    return content
+
+
+def _agreement(first: Study, second: Study) -> dict[str, Any]:
+    """Spearman's rho of two maps over the same places, of the mean and by activity."""
+    a, b = first.recommendation.utility, second.recommendation.utility
+    mean = rank_agreement(a.mean, b.mean, a.mean_samples, b.mean_samples)
+    shared = [name for name in a.activities if name in b.activities]
+    by_activity = {
+        name: rank_agreement(a.f1[:, a.activities.index(name)], b.f1[:, b.activities.index(name)]).spearman
+        for name in shared
+    }
+    return {
+        "spearman_mean": _number(mean.spearman),
+        "interval": [_number(mean.low), _number(mean.high)],
+        "spearman_by_activity": {name: _number(value) for name, value in by_activity.items()},
+    }
+
+
+def _number(value: float) -> float | None:
+    return round(float(value), DIGITS) if value == value else None

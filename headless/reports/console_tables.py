@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run says on the console: the labels it understood, what it skipped, what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from w2w.core.csv_tables import csv_text
+from w2w.core.files import write_text
+from w2w.core.motion.library import Library
+from w2w.core.ranking.f1 import FEWEST_CLIPS
+from w2w.core.ranking.score_table import ScoreRow
+from w2w.core.ranking.windows import WindowSpec
+
+from ..console import show_left_out
+from ..runs.clip import Outcome
+from ..runs.picture_names import HEATMAPS
+from ..runs.study import Study
+from ..window_options import window_content, window_warning
+from .advice_text import show_advice
+from .best_regions import best_regions
+from .counts import counts_sentence, interval_text, mean_caution
+from .html import REPORT
+from .label_notes import label_notes
+from .pictures import BLEND
+from .summary import study_counts
+
+
+def show_labels(library: Library, console: Console) -> None:
+    """Print the labelling that was understood."""
+    table = Table(
+        title=f"{len(library.clips)} clips, labelled by {library.labelled_by}", title_justify="left"
+    )
+    table.add_column("activity")
+    table.add_column("clips", justify="right")
+    table.add_column("for example")
+    for activity, count in library.activities.items():
+        example = next(clip.file for clip in library.clips if clip.activity == activity)
+        table.add_row(escape(activity), str(count), escape(example))
+    console.print(table)
+    for note in label_notes(library.check):
+        console.print(f"Labels: {note}", style="yellow", markup=False)
+
+
+def show_outcome(
+    study: Study,
+    pictures: bool,
+    console: Console,
+    report: bool = True,
+    failed: Mapping[str, str] = MappingProxyType({}),
+) -> None:
+    """Print what was found and where it stands, and what could not be drawn."""
+    utility = study.recommendation.utility
+    skipped = skipped_files(study.outcomes, study.library)
+    show_skipped(skipped, console)
+    show_left_out(utility.left_out, console)
+    show_window_warning(study.outcomes, study.config.windows, console)
+    _show_regions(study, console)
+    show_advice(study.advice, utility, study.patches, study.together, console)
+    console.print(f"{counts_sentence(study_counts(study), utility)}.")
+    console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
+    if pictures:
+        for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", BLEND)):
+            if name not in failed:
+                console.print(f"{title} {study.out / name}")
+    if report:
+        console.print(f"Report:   {study.out / REPORT}")
+    for name, why in failed.items():
+        console.print(f"\nNo {name}: {why}.", style="red", markup=False)
+    if failed:
+        console.print("Everything else is there; the same command goes on from here.")
+
+
+def show_window_warning(outcomes: Sequence[Outcome], spec: WindowSpec, console: Console) -> None:
+    """Say so where most clips are shorter than a window."""
+    used = sum(outcome.used for outcome in outcomes)
+    if warning := window_warning(window_content(outcomes, spec), used):
+        console.print(f"{warning}.", style="yellow", markup=False)
+
+
+def _show_regions(study: Study, console: Console) -> None:
+    table = Table(title="Best regions (each by its best place, mean over activities)", title_justify="left")
+    table.add_column("place")
+    for heading in ("mean F1", "95 % interval", "rank"):
+        table.add_column(heading, justify="right")
+    utility = study.recommendation.utility
+    for row in best_regions(utility, study.patches):
+        low, high = row["rank"]
+        interval = interval_text(row["low"], row["high"], mean_caution(utility))
+        table.add_row(row["place"], f"{row['f1']:.3f}", interval, f"{low} to {high}")
+    console.print(table)
+
+
+def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:
+    """Print which files were skipped, and why."""
+    if not skipped:
+        return
+    table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
+    table.add_column("file", overflow="fold")
+    table.add_column("why", overflow="fold")
+    for row in skipped:
+        table.add_row(*map(escape, row))
+    console.print(table)
+
+
+def skipped_files(outcomes: Sequence[Outcome], library: Library) -> list[tuple[str, str]]:
+    """Files without use and the reasons."""
+    return [(o.clip.file, o.reason) for o in outcomes if not o.used] + list(library.skipped)
+
+
+def show_comparison(comparison: dict[str, Any], console: Console) -> None:
+    """Print how far the maps of several bodies agree."""
+    table = Table(
+        title="How far the maps agree (Spearman's rho of mean F1 over places)", title_justify="left"
+    )
+    table.add_column("bodies")
+    table.add_column("rho", justify="right")
+    table.add_column("95 % interval", justify="right")
+    for pair in comparison["agreement"]:
+        low, high = pair["interval"]
+        table.add_row(" and ".join(pair["bodies"]), f"{pair['spearman_mean']}", f"{low} to {high}")
+    console.print(table)
+
+
+DIGITS = 6
+WIDTH = 140
+"""Columns of a screen that is no terminal."""
+
+
+def wide_console() -> Console:
+    """A console on which the table is not squeezed when it is written to a file."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, console: Console) -> None:
+    """Print a table a group: F1 over its interval; bold where it cannot be told from the row's best."""
+    for group, members in groupby(rows[:-1], key=lambda row: row.group):
+        name = _words(group) or title
+        console.print(_table(list(members), columns, name))
+    overall = _table([rows[-1]], columns, "All activities")
+    console.print(overall)
+    console.print(
+        "F1 with its 95 % interval below, by a bootstrap over clips. Bold: cannot be told apart from the "
+        f"best of the row. 'n': clips tested; 'few clips': under {FEWEST_CLIPS}, too few for an interval.",
+        style="dim",
+    )
+
+
+def write_scores(path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], places: Sequence[int]) -> None:
+    """Write one line a cell: group, activity, place, patch, F1, its interval, motions and windows."""
+    lines = [
+        ["group", "activity", "placement", "patch", "f1", "low", "high", "same_as_best", "motions", "windows"]
+    ]
+    for row in rows:
+        head = (row.group or "all", row.activity or "mean")
+        for number, (column, place) in enumerate(zip(columns, places, strict=True)):
+            scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
+            same = "yes" if row.best[number] else "no"
+            lines.append([*head, column, place, *scores, same, row.clips, row.windows])
+    write_text(path, csv_text(lines))
+
+
+def _table(rows: Sequence[ScoreRow], columns: Sequence[str], title: str) -> Table:
+    table = Table(title=title, title_justify="left")
+    table.add_column("activity", overflow="fold")
+    table.add_column("n", justify="right")
+    for column in columns:
+        table.add_column(column, justify="right", overflow="fold", min_width=7)
+    for row in rows:
+        cells = [_cell(row, number) for number in range(len(columns))]
+        table.add_row(_words(row.activity) or "mean", str(row.clips), *cells)
+    return table
+
+
+def _cell(row: ScoreRow, number: int) -> str:
+    score = f"{row.f1[number]:.2f}"
+    score = f"[bold]{score}[/bold]" if row.best[number] and row.f1.any() else score
+    few = row.activity and row.clips < FEWEST_CLIPS
+    interval = "few clips" if few else f"{_short(row.low[number])}-{_short(row.high[number])}"
+    return f"{score}\n[dim]{interval}[/dim]"
+
+
+def _short(value: float) -> str:
+    """Two decimals without the leading nought."""
+    text = f"{value:.2f}"
+    return text.removeprefix("0") if value < 0.995 else "1"
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How many clips and activities a result rests on, and where they are too few for an interval."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from w2w.core.ranking.f1 import FEWEST_CLIPS
+from w2w.core.ranking.utility import UtilityMap
+
+TOO_FEW = "too few clips"
+"""Stands in a table's cell where an interval would."""
+
+
+def clip_counts(found: int, used: Sequence[str], utility: UtilityMap) -> dict[str, int]:
+    """Clips found, used, ranked and skipped.
+
+    Parameters
+    ----------
+    found : int
+        Motion files of the library.
+    used : sequence of str
+        The activity of each clip that was turned into signals.
+    utility : UtilityMap
+        Only clips of its activities are trained on and tested.
+    """
+    ranked = sum(activity in utility.activities for activity in used)
+    return {"found": found, "used": len(used), "ranked": ranked, "skipped": found - len(used)}
+
+
+def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
+    """The counts in words: what was found, used, ranked and left out."""
+    names, left_out = len(utility.activities), len(utility.left_out)
+    text = f"{clips['ranked']} of {clips['found']} clips ranked, in {names} activities"
+    if left_out:
+        others = clips["used"] - clips["ranked"]
+        text += (
+            f"; {others} clip{'' if others == 1 else 's'} could be used but belong{'s' * (others == 1)} to "
+            f"{left_out} {'activity' if left_out == 1 else 'activities'} that could not be ranked"
+        )
+    return f"{text}; {clips['skipped']} skipped"
+
+
+def few_clips(count: int) -> str:
+    """A caution where an interval comes from too few clips; empty where it does not."""
+    if count >= FEWEST_CLIPS:
+        return ""
+    return f"from {count} clip{'' if count == 1 else 's'} only: too few for an interval"
+
+
+def interval_caution(utility: UtilityMap) -> str:
+    """A caution where the interval of the mean rests on activities of few clips; empty where it does not."""
+    counts = utility.tested_clips()
+    few = sum(count < FEWEST_CLIPS for count in counts)
+    if not few:
+        return ""
+    return (
+        f"{few} of {len(counts)} ranked activities {'has' if few == 1 else 'have'} fewer than {FEWEST_CLIPS} "
+        f"clips (the fewest: {min(counts)}), too few for an interval: intervals of the mean are narrower "
+        "than they should be"
+    )
+
+
+def mean_caution(utility: UtilityMap) -> str:
+    """A caution to stand in place of the mean's interval where no activity has clips enough for one."""
+    most = max(utility.tested_clips())
+    return f"from at most {most} clips per activity: too few for an interval" if most < FEWEST_CLIPS else ""
+
+
+def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str:
+    """An interval, or in its place that there are too few clips for one."""
+    return TOO_FEW if caution else f"{low:.{digits}f} to {high:.{digits}f}"

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finished pictures of heatmaps and chosen places, ready for a slide or a paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
+
+from w2w.core.colours import COLOUR_MAP, colour_table
+
+from .page import (
+    DPI,
+    FAINT,
+    FONT,
+    INK,
+    LIST_COLUMN,
+    MARGIN,
+    Place,
+    axes_at,
+    common_crop,
+    draw_list,
+    draw_markers,
+    fit,
+    save,
+    write,
+)
+
+VIEW_SIZE = 4.3
+"""Height that a square view is drawn with, inches."""
+
+HEADER = 0.78
+"""Height of the title and subtitle, inches."""
+
+BAR_COLUMN = 1.05
+SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
+"""Which of the body's sides is on the left and on the right of a view."""
+
+
+def heatmap_figure(
+    path: str | Path,
+    views: Sequence[np.ndarray],
+    title: str,
+    low: float,
+    high: float,
+    label: str = "F1",
+    subtitle: str = "",
+    view_names: Sequence[str] = ("Front", "Back"),
+    colour_map: str = COLOUR_MAP,
+) -> None:
+    """Write a picture of a heatmap: the views side by side, a title and a labelled colour bar.
+
+    Parameters
+    ----------
+    path : str or Path
+        The PNG file to write.
+    views : sequence of ndarray, shape (H, W, 4), uint8
+        From `BodyRenderer.render`.
+    title : str
+        What the heatmap is of, such as the activity.
+    low, high : float
+        Scores at the two ends of the colour bar.
+    label : str
+        What the colours stand for.
+    subtitle : str
+        A second, quieter line.
+    view_names : sequence of str
+        What to write under each view.
+    colour_map : str
+        The colour map that the views were coloured with.
+    """
+    crop = common_crop(views)
+    figure, left = _page(views, crop, BAR_COLUMN, title, subtitle)
+    _draw_views(figure, views, crop, view_names)
+    _draw_bar(figure, left + 0.3, low, high, label, colour_map)
+    save(figure, path)
+
+
+def subset_figure(
+    path: str | Path,
+    views: Sequence[np.ndarray],
+    title: str,
+    places: Sequence[Place],
+    names: Sequence[str],
+    scores: Sequence[float],
+    label: str = "Mean F1",
+    target: float | None = None,
+    subtitle: str = "",
+    view_names: Sequence[str] = ("Front", "Back"),
+    scale: tuple[float, float] | None = None,
+    colour_map: str = COLOUR_MAP,
+) -> None:
+    """Write a picture of chosen places: numbered markers on the body and a list beside it.
+
+    Parameters
+    ----------
+    path : str or Path
+        The PNG file to write.
+    views : sequence of ndarray, shape (H, W, 4), uint8
+        From `BodyRenderer.render`.
+    title : str
+        What was chosen.
+    places : sequence of (view, column, row)
+        Where each place is, in order of choice, from `BodyRenderer.locate`.
+    names : sequence of str
+        Body region of each place.
+    scores : sequence of float, each 0 to 1
+        Score that the places up to and with this one reach together.
+    label : str
+        What the scores are.
+    target : float, optional
+        The score that was asked for, drawn as a line.
+    subtitle : str
+        A second, quieter line.
+    view_names : sequence of str
+        What to write under each view.
+    scale : (low, high), optional
+        Scores at the two ends of a colour bar, where the body is coloured by score.
+    colour_map : str
+        The colour map that the views were coloured with.
+
+    Raises
+    ------
+    ValueError
+        If places, names and scores differ in number.
+    """
+    if not len(places) == len(names) == len(scores):
+        raise ValueError(
+            f"places ({len(places)}), names ({len(names)}) and scores ({len(scores)}) must be as many"
+        )
+    crop = common_crop(views)
+    bar = BAR_COLUMN if scale else 0.0
+    figure, left = _page(views, crop, bar + LIST_COLUMN, title, subtitle)
+    axes = _draw_views(figure, views, crop, view_names)
+    if scale:
+        _draw_bar(figure, left + 0.3, *scale, label, colour_map)
+    pixels_an_inch = (crop[1] - crop[0]) / VIEW_SIZE
+    for number, view in enumerate(axes):
+        here = [index for index, place in enumerate(places) if place[0] == number]
+        draw_markers(
+            view, np.array([places[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
+        )
+    draw_list(figure, left + bar + 0.3, names, scores, label, target, MARGIN, VIEW_SIZE)
+    save(figure, path)
+
+
+def _page(
+    views: Sequence[np.ndarray], crop: tuple[int, int, int, int], column: float, title: str, subtitle: str
+) -> tuple[Figure, float]:
+    """An empty page with its title, and where the right column starts, inches."""
+    top, bottom, first, last = crop
+    view_width = VIEW_SIZE * (last - first) / (bottom - top)
+    left = MARGIN + len(views) * view_width + (len(views) - 1) * MARGIN
+    width, height = left + column + MARGIN, MARGIN * 2 + HEADER + VIEW_SIZE
+    figure = Figure(figsize=(width, height), dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    heading = write(figure, MARGIN, height - MARGIN, title, size=17, weight="bold", va="top")
+    fit(figure, heading, width - 2 * MARGIN)
+    if subtitle:
+        line = write(figure, MARGIN, height - MARGIN - 0.36, subtitle, size=9.5, color=FAINT, va="top")
+        fit(figure, line, width - 2 * MARGIN)
+    return figure, left
+
+
+def _draw_views(
+    figure: Figure, views: Sequence[np.ndarray], crop: tuple[int, int, int, int], names: Sequence[str]
+) -> list[Axes]:
+    top, bottom, first, last = crop
+    view_width = VIEW_SIZE * (last - first) / (bottom - top)
+    drawn = []
+    for number, (view, name) in enumerate(zip(views, names, strict=True)):
+        left = MARGIN + number * (view_width + MARGIN)
+        axes = axes_at(figure, left, MARGIN, view_width, VIEW_SIZE)
+        axes.imshow(view, interpolation="lanczos", aspect="auto", extent=(0, view.shape[1], view.shape[0], 0))
+        axes.set(xlim=(first, last), ylim=(bottom, top))
+        write(figure, left, MARGIN + 0.02, name, size=9.5, color=FAINT, va="bottom")
+        _draw_sides(axes, view, SIDES.get(name, ("", "")))
+        drawn.append(axes)
+    return drawn
+
+
+def _draw_sides(axes: Axes, view: np.ndarray, sides: tuple[str, str]) -> None:
+    """A faint letter below each hand: which side of the body it is."""
+    covered = view[..., 3] > 127
+    columns = np.flatnonzero(covered.any(axis=0))
+    if not columns.size:
+        return
+    reach = max((columns[-1] - columns[0]) // 12, 1)
+    for edge, inward, letter in ((columns[0], 1, sides[0]), (columns[-1], -1, sides[1])):
+        tip = covered[:, min(edge, edge + inward * reach) : max(edge, edge + inward * reach) + 1]
+        lowest = np.flatnonzero(tip.any(axis=1))[-1]
+        axes.annotate(
+            letter, (edge + inward * reach / 2, lowest), (0, -6), textcoords="offset points", ha="center",
+            va="top", fontsize=8.5, color=FAINT, fontfamily=FONT,
+        )  # fmt: skip
+
+
+def _draw_bar(figure: Figure, left: float, low: float, high: float, label: str, colour_map: str) -> None:
+    bottom, height = MARGIN + VIEW_SIZE * 0.2, VIEW_SIZE * 0.6
+    axes = axes_at(figure, left, bottom, 0.15, height)
+    span = (low, high) if high > low else (low - 0.5, low + 0.5)
+    axes.imshow(colour_table(colour_map)[::-1, None], aspect="auto", extent=(0, 1, *span))
+    axes.set_axis_on()
+    axes.yaxis.tick_right()
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if high > low else MaxNLocator(1))
+    if not high > low:
+        axes.set_yticks([low], [f"{low:.2f}"])
+    else:
+        axes.yaxis.set_major_formatter(ScalarFormatter(useOffset=False))
+    axes.set_xticks([])
+    axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=INK, labelfontfamily=FONT)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    write(figure, left, bottom + height + 0.2, label, size=11, weight="bold")

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w report`: a finished study as one page that opens in any browser, without a network."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from rich.console import Console
+
+from w2w.core.body.body import Body
+from w2w.core.files import write_text
+from w2w.core.ranking.utility import UtilityMap
+
+from ..console import USAGE, left_out_sentences
+from ..runs.own_files import ForeignFileError, claim, note
+from ..runs.results_folder import FinishedStudy
+from ..window_options import window_warning
+from .best_regions import best_regions
+from .counts import clip_counts, counts_sentence, few_clips, interval_caution, mean_caution
+from .joint import joint_content
+from .report_data import MEAN_TITLE, as_script_json, title, view_data
+
+REPORT = "report.html"
+
+PAGE = Path(__file__).resolve().parent / "report_page"
+
+MAX_CONFUSED = 12
+"""A table of mistakes wider than this cannot be read."""
+
+
+def report(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    project: Annotated[
+        str | None, typer.Option("--title", help="Project name on the page.  [default: the run's]")
+    ] = None,
+) -> None:
+    """Write `report.html` into a finished results folder: the heatmaps in 3D, the choice, the tables.
+
+    The page is one file and needs no network. `w2w run` writes it by itself.
+
+    Exit codes: 0 written, 2 the folder holds no finished run.
+    """
+    console = Console(highlight=False)
+    try:
+        path = write_report(results, project)
+    except (ValueError, OSError, ForeignFileError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    console.print(f"Report: {path}")
+
+
+def write_report(out: Path, project: str | None = None) -> Path:
+    """Write a finished study's `report.html` into its folder, under the run's title or another.
+
+    Raises
+    ------
+    ValueError
+        If the folder holds no finished run.
+    ForeignFileError
+        If a `report.html` stands there that W2W did not write.
+    """
+    study = FinishedStudy.load(out)
+    summary, config = (
+        json.loads((out / name).read_text(encoding="utf-8")) for name in ("summary.json", "config.json")
+    )
+    project = config["parameters"].get("title", "") if project is None else project.strip()
+    claim(out, [REPORT])
+    write_text(out / REPORT, page(study, study.body(), summary, config, project))
+    note(out, [REPORT])
+    return out / REPORT
+
+
+def page(
+    study: FinishedStudy, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
+) -> str:
+    """The page's HTML.
+
+    Parameters
+    ----------
+    study : FinishedStudy
+    body : Body
+        The study's.
+    summary, config : dict
+        What stands in its `summary.json` and `config.json`.
+    project : str
+        The project's name.
+    """
+    utility, best = study.utility, summary["best_single_patch"]["patch"]
+    chosen = [place["patch"] for place in summary["subset"]["places"]]
+    environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
+    environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": _capital}
+    clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
+    subset, together = summary["subset"], summary["together"]
+    return environment.get_template("page.html").render(
+        project=project,
+        summary=summary,
+        config=config,
+        clips=clips,
+        counts=counts_sentence(clips, utility),
+        caution=interval_caution(utility),
+        mean_caution=mean_caution(utility),
+        notes=_notes(summary),
+        left_out=left_out_sentences(utility.left_out),
+        joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
+        body=body,
+        utility=utility,
+        n_places=len(study.patches),
+        mean_title=MEAN_TITLE,
+        regions=best_regions(utility, study.patches),
+        activities=_activities(study, summary, best),
+        mistakes=_mistakes(utility, best),
+        skipped=sorted(summary["skipped"], key=lambda entry: entry["file"]),
+        style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
+        scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
+        data=Markup(as_script_json(view_data(body, study.patches, utility, chosen, best))),
+    )
+
+
+def _activities(study: FinishedStudy, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
+    """Each tested activity: its clips, its own best spot, and how the best single spot does."""
+    utility, tested, rows = study.utility, study.utility.tested_clips(), []
+    for number, name in enumerate(utility.activities):
+        own = int(utility.f1[:, number].argmax())
+        rows.append(
+            {
+                "name": name,
+                **summary["activities"][name],
+                "place": study.patches.names[own],
+                "patch": own,
+                "f1": float(utility.f1[own, number]),
+                "low": float(utility.f1_low[own, number]),
+                "high": float(utility.f1_high[own, number]),
+                "caution": few_clips(tested[number]),
+                "at_best": float(utility.f1[best, number]),
+            }
+        )
+    return rows
+
+
+def _notes(summary: dict[str, Any]) -> list[str]:
+    """What stood out in the labels and the windows."""
+    notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
+    windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
+    return notes + ([f"{windows}."] if windows else [])
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _mistakes(utility: UtilityMap, place: int) -> list[dict[str, Any]]:
+    """Rows of the confusion table of one place, each window count with its share of the row."""
+    if len(utility.activities) > MAX_CONFUSED:
+        return []
+    return [
+        {
+            "name": name,
+            "cells": [(int(count), float(count / max(row.sum(), 1))) for count in row],
+        }
+        for name, row in zip(utility.activities, utility.confusion[place], strict=True)
+    ]

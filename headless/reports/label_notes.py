@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What stood out in a library's labels, in sentences and as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from w2w.core.motion.labels import LabelCheck
+
+NAMED = 3
+"""Files named in a sentence; `summary.json` has them all."""
+
+
+def label_notes(check: LabelCheck) -> list[str]:
+    """One sentence for each kind of thing that stood out."""
+    notes = [f"{check.note}."] if check.note else []
+    for name, ways in check.spellings:
+        spelled = _listed([f"'{way}'" for way in ways], len(ways))
+        if check.exact:
+            notes.append(f"{spelled} count as different activities (--exact-labels).")
+        else:
+            notes.append(f"{spelled} count as one activity, '{name}' (--exact-labels keeps them apart).")
+    kinds = (
+        (check.no_such_file, "row matches no file", "rows match no file"),
+        (check.no_activity, "row has no activity or no file name", "rows have no activity or no file name"),
+        (check.not_listed, "file is not listed", "files are not listed"),
+    )
+    for files, one, many in kinds:
+        if files:
+            notes.append(f"{len(files)} {one if len(files) == 1 else many}: {_listed(files)}.")
+    return notes
+
+
+def label_content(check: LabelCheck) -> dict[str, Any]:
+    """All of it, every file named."""
+    return {
+        "rows_without_file": list(check.no_such_file),
+        "rows_without_activity": list(check.no_activity),
+        "files_not_listed": list(check.not_listed),
+        "spellings": {name: list(ways) for name, ways in check.spellings},
+        "spellings_kept_apart": check.exact,
+        "notes": label_notes(check),
+    }
+
+
+def _listed(words: Sequence[str], most: int = NAMED) -> str:
+    if len(words) > most:
+        return f"{', '.join(words[:most])} and {len(words) - most} more"
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Chosen places in a picture: numbered markers on the body, and the list beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager
+from matplotlib.patches import Rectangle
+from matplotlib.text import Text
+
+from w2w.core.files import atomic_write
+
+DPI = 200
+INK, FAINT, HAIRLINE, ACCENT = "#1d2530", "#7a8391", "#d9dde3", "#31688e"
+OTHER_SCRIPTS = ("Noto Sans CJK SC", "Noto Sans CJK JP", "Microsoft YaHei", "PingFang SC", "Noto Sans Arabic")
+FONT = ["DejaVu Sans", *(name for name in OTHER_SCRIPTS if name in fontManager.get_font_names())]
+"""The first comes with matplotlib, so that a figure looks the same on every machine; the others
+are for letters that it lacks."""
+
+MARGIN = 0.45
+"""White edge around everything, inches."""
+
+
+def common_crop(views: Sequence[np.ndarray]) -> tuple[int, int, int, int]:
+    """Rows and columns (top, bottom, left, right) that hold the body in every view."""
+    covered = np.any([view[..., 3] > 0 for view in views], axis=0)
+    rows, columns = np.flatnonzero(covered.any(axis=1)), np.flatnonzero(covered.any(axis=0))
+    if not rows.size:
+        return 0, covered.shape[0], 0, covered.shape[1]
+    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
+
+
+def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Axes without frame or ticks, placed in inches."""
+    page = figure.get_size_inches()
+    axes = figure.add_axes((left / page[0], bottom / page[1], width / page[0], height / page[1]))
+    axes.set_axis_off()
+    return axes
+
+
+def write(
+    figure: Figure,
+    x: float,
+    y: float,
+    text: str,
+    size: float,
+    color: str = INK,
+    weight: str = "normal",
+    va: str = "baseline",
+) -> Text:
+    """Text on the page, placed in inches."""
+    page = figure.get_size_inches()
+    return figure.text(
+        x / page[0], y / page[1], text, fontsize=size, color=color, fontweight=weight, va=va,
+        fontfamily=FONT, parse_math=False,
+    )  # fmt: skip
+
+
+def fit(figure: Figure, text: Text, width: float) -> None:
+    """Shrink a text until it is no wider than so many inches."""
+    renderer = figure.canvas.get_renderer()
+    # hinting makes widths jump, so one step may not be enough
+    while (extent := text.get_window_extent(renderer).width / DPI) > width:
+        text.set_fontsize(min(width / extent, 0.98) * text.get_fontsize())
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write the PNG whole or not at all, without the date and program that would change its bytes."""
+    with atomic_write(path) as stream:
+        figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": None})
+
+
+LIST_COLUMN = 3.7
+ROW, BAR = 0.52, 0.06
+"""Height of a row of the list, where there is room, and of its bar, inches."""
+
+BADGE = 0.088
+"""Radius of a numbered marker, inches."""
+
+Place = tuple[int, float, float]
+"""Index of a view, and the column and row of a pixel in it."""
+
+
+def draw_markers(axes: Axes, anchors: np.ndarray, numbers: Sequence[int], scale: float) -> None:
+    """Numbered badges, pushed apart where they would overlap, each tied to its dot."""
+    badges = apart(anchors, 2.3 * BADGE * scale)
+    for anchor, badge, number in zip(anchors, badges, numbers, strict=True):
+        if np.linalg.norm(badge - anchor) > 0.5 * BADGE * scale:
+            axes.plot(*np.transpose([anchor, badge]), color=INK, linewidth=0.8, clip_on=False, zorder=3)
+            axes.plot(*anchor, "o", color=INK, markersize=2.6, clip_on=False, zorder=3)
+        _draw_badge(axes, badge, number + 1)
+
+
+def _draw_badge(axes: Axes, centre: Sequence[float], number: int) -> None:
+    """A white disc with a number, the same size on every page."""
+    points = 2 * BADGE * 72
+    axes.plot(
+        *centre, "o", markersize=points, color="white", markeredgecolor=INK, markeredgewidth=1.1,
+        clip_on=False, zorder=4,
+    )  # fmt: skip
+    axes.annotate(
+        str(number), centre, ha="center", va="center_baseline", fontsize=8, fontweight="bold", color=INK,
+        fontfamily=FONT, annotation_clip=False, zorder=5,
+    )  # fmt: skip
+
+
+def draw_list(
+    figure: Figure,
+    left: float,
+    names: Sequence[str],
+    scores: Sequence[float],
+    label: str,
+    target: float | None,
+    bottom: float,
+    height: float,
+) -> None:
+    """One row a place: its badge, its name, and a bar of the score reached with it."""
+    width = LIST_COLUMN - 0.3
+    row = min(ROW, (height - 0.55) / max(len(names), 1))
+    axes = axes_at(figure, left, bottom, width, height)
+    axes.set(xlim=(0, width), ylim=(0, height))
+    start, stop, top = 0.34, width - 0.45, height - 0.3
+    axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, fontfamily=FONT)
+    style = {"color": INK, "fontfamily": FONT, "fontsize": 10 if row > 0.4 else 9}
+    for number, (name, score) in enumerate(zip(names, scores, strict=True)):
+        bar = top - (number + 0.5) * row - 0.13
+        _draw_badge(axes, (0.1, bar + 0.1), number + 1)
+        fit(figure, axes.text(start, bar + 0.115, name, **style), width - start)
+        axes.add_patch(Rectangle((start, bar), stop - start, BAR, color=HAIRLINE, linewidth=0))
+        axes.add_patch(Rectangle((start, bar), (stop - start) * score, BAR, color=ACCENT, linewidth=0))
+        axes.text(stop + 0.1, bar + BAR / 2, f"{score:.2f}", va="center_baseline", **style)
+        if target is not None:
+            x = start + (stop - start) * target
+            axes.plot([x, x], [bar - 0.02, bar + BAR + 0.02], color=INK, linewidth=1.2, solid_capstyle="butt")
+    if target is not None and len(names):
+        axes.text(
+            start + (stop - start) * target, bar - 0.17, f"target {target:.2f}", fontsize=8.5, color=FAINT,
+            ha="center", fontfamily=FONT,
+        )  # fmt: skip
+
+
+def apart(anchors: np.ndarray, gap: float, rounds: int = 200) -> np.ndarray:
+    """Positions near the anchors, at least `gap` from one another."""
+    # a spiral of tiny offsets, so that equal anchors have a direction to part in
+    turns = np.arange(len(anchors)) * 2.4
+    positions = anchors + 1e-3 * gap * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    for _ in range(rounds):
+        offsets = positions[:, None] - positions[None, :]
+        lengths = np.linalg.norm(offsets, axis=-1)
+        np.fill_diagonal(lengths, np.inf)
+        overlap = np.clip(gap - lengths, 0, None)
+        if not overlap.any():
+            break
+        positions = positions + (offsets * (0.51 * overlap / lengths)[..., None]).sum(axis=1)
+    return positions

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a finished study looks like: a picture for each heatmap, and the study as a Blender file.
+
+Blender draws them, and may die of it: `draw` has this done in a worker process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from w2w.core.colours import patch_colours, score_range
+from w2w.core.motion.motion import Motion, read_amass
+from w2w.core.selection.subsets import Subset
+
+from ..needs_blender import needs_blender
+from ..runs.picture_names import HEATMAPS, MEAN, SUBSET, picture_names
+from ..runs.results_folder import FinishedStudy
+from .heatmap_figure import heatmap_figure, subset_figure
+
+if TYPE_CHECKING:
+    from w2w.scene.render import BodyRenderer  # needs Blender's module, which drawing alone may miss
+
+BLEND = "study.blend"
+
+MAX_LISTED = 12
+"""More places than this do not fit beside the picture; the summary has them all."""
+
+
+def write_pictures(out: Path, subset: Subset) -> None:
+    """Draw `heatmaps/*.png` of a finished study: one an activity, one of the mean, one of the set."""
+    with needs_blender():
+        from w2w.scene.render import BodyRenderer
+
+    study = FinishedStudy.load(out)
+    utility = study.utility
+    folder = out / HEATMAPS
+    titles = [name.replace("_", " ").capitalize() for name in utility.activities]
+    maps = [*zip(picture_names(utility.activities), titles, utility.f1.T, strict=True)]
+    maps.append((MEAN, "All activities (mean)", utility.mean))
+    with BodyRenderer(study.body()) as renderer:
+        for name, title, scores in maps:
+            low, high = score_range(scores)
+            pictures = renderer.render(patch_colours(study.patches, scores, low, high))
+            best = study.patches.names[int(np.argmax(scores))]
+            heatmap_figure(
+                folder / f"{name}.png", pictures, title, low, high, subtitle=f"Best spot: {best} ({high:.2f})"
+            )
+        _draw_subset(study, subset, renderer)
+
+
+def write_blend(out: Path, subset: Subset) -> None:
+    """Save a finished study's `study.blend`: body, actions, parented empties and heatmaps."""
+    with needs_blender():
+        from w2w.scene.study_file import write_study
+
+    study = FinishedStudy.load(out)
+    utility = study.utility
+    write_study(
+        out / BLEND,
+        study.body(),
+        study.patches,
+        _motions(study),
+        utility.f1,
+        utility.activities,
+        utility.mean,
+        subset.order,
+    )
+
+
+def _draw_subset(study: FinishedStudy, subset: Subset, renderer: BodyRenderer) -> None:
+    utility, patches, body = study.utility, study.patches, renderer.body
+    order = list(subset.order[:MAX_LISTED])
+    low, high = score_range(utility.mean)
+    pictures = renderer.render(patch_colours(patches, utility.mean, low, high))
+    corners = body.vertices[patches.triangles[order]]
+    normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
+    subtitle = subset.sentence()
+    if len(order) < len(subset.order):
+        subtitle += f" (the first {len(order)} of {len(subset.order)} places shown)"
+    count = f"{len(subset.order)} sensor{'s' if len(subset.order) != 1 else ''}"
+    subset_figure(
+        study.out / HEATMAPS / f"{SUBSET}.png",
+        pictures,
+        f"Where to wear {count}" if subset.reached else "Where to wear: the best set there is",
+        renderer.locate(corners.mean(axis=1), normals),
+        [patches.names[patch] for patch in order],
+        subset.mean_max_after_each[: len(order)],
+        target=subset.target,
+        subtitle=subtitle,
+        scale=(low, high),
+    )
+
+
+def _motions(study: FinishedStudy) -> Iterator[Motion]:
+    for clip in study.clips:
+        motion = read_amass(study.out / "motions" / f"{clip.name}.npz", z_up=True)
+        yield motion.labelled(clip.activity, clip.subject, clip.name)

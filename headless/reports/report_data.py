@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the report's 3D view needs, small enough to stand in the page: the body, its places, their scores."""
+
+from __future__ import annotations
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.colours import colour_table
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.utility import UtilityMap
+
+from .best_regions import AT_MOST
+from .counts import few_clips, mean_caution
+
+MEAN_TITLE = "All activities (mean)"
+
+COLOURS = 256
+
+F1_STEPS = 65535
+"""F1 is kept in 16 bits: steps of 0.000015."""
+
+
+def view_data(
+    body: Body, patches: PatchSet, utility: UtilityMap, places: list[int], best: int
+) -> dict[str, Any]:
+    """Everything the 3D view draws.
+
+    Parameters
+    ----------
+    body : Body
+    patches : PatchSet
+    utility : UtilityMap
+    places : list of int
+        The recommended patches, in order of choice.
+    best : int
+        The best single patch.
+
+    Returns
+    -------
+    dict
+        Plain values; arrays as `packed`. Map 0 is the mean over activities, then one an activity.
+    """
+    corner = body.vertices.min(axis=0)
+    step = float(np.ptp(body.vertices, axis=0).max()) / 65535
+    spread = patches.interpolation.tocsr()
+    regions = sorted(set(patches.regions))
+    low, mean, high = (
+        np.column_stack([whole, parts]).T
+        for whole, parts in (
+            (utility.mean_low, utility.f1_low),
+            (utility.mean, utility.f1),
+            (utility.mean_high, utility.f1_high),
+        )
+    )
+    return {
+        "titles": [MEAN_TITLE, *(title(name) for name in utility.activities)],
+        "level": utility.level,
+        "cautions": [mean_caution(utility), *(few_clips(count) for count in utility.tested_clips())],
+        "regions_listed": AT_MOST,
+        "corner": corner.round(6).tolist(),
+        "step": step,
+        "positions": packed(np.rint((body.vertices - corner) / step)),
+        "faces": packed(body.faces),
+        "cells": packed(patches.labels),
+        "spread_count": packed(np.diff(spread.indptr)),
+        "spread_place": packed(spread.indices),
+        "spread_share": packed(np.rint(spread.data * 65535)),
+        "centres": packed(patches.vertices),
+        "names": list(patches.names),
+        "regions": regions,
+        "region": packed(np.searchsorted(regions, patches.regions)),
+        "f1": packed(_steps(mean)),
+        "low": packed(_steps(low)),
+        "high": packed(_steps(high)),
+        "rank": packed(np.column_stack([utility.rank_low, utility.rank_high])),
+        "chosen": places,
+        "best": best,
+        "colours": packed(np.rint(255 * colour_table(steps=COLOURS))),
+    }
+
+
+def packed(array: np.ndarray) -> dict[str, str]:
+    """Whole numbers that are not negative, in as few bytes as they need, little-endian, as base64."""
+    array = np.asarray(array)
+    largest = int(array.max(initial=0))
+    kind = next(kind for kind in ("uint8", "uint16", "uint32") if largest <= np.iinfo(kind).max)
+    data = np.ascontiguousarray(array, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
+    return {"type": kind, "data": base64.b64encode(data).decode("ascii")}
+
+
+def as_script_json(content: Any) -> str:
+    """JSON that may stand in a ``<script>`` element: nothing in it can end the element or begin a comment."""
+    text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def title(activity: str) -> str:
+    """An activity's label as people write it."""
+    words = activity.replace("_", " ").strip()
+    return words[:1].upper() + words[1:]
+
+
+def _steps(f1: np.ndarray) -> np.ndarray:
+    return np.rint(np.clip(np.nan_to_num(f1), 0, 1) * F1_STEPS)

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Write a finished study down: summary, table, configuration."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from w2w.core.csv_tables import csv_text
+from w2w.core.files import write_json, write_text
+from w2w.core.motion.library import Library
+
+from ..runs.clip import Outcome
+from ..runs.results_folder import UTILITY
+from ..runs.study import Study, StudyError
+from ..window_options import window_content
+from .advice_text import DIGITS, advice_content, place_content
+from .counts import clip_counts, few_clips
+from .label_notes import label_content
+
+AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "cluster")
+
+
+def write_results(study: Study) -> None:
+    """Write `summary.json`, `utility.csv` and `utility.npz` into the study's folder."""
+    study.recommendation.utility.save(study.out / UTILITY)
+    write_text(study.out / "utility.csv", utility_table(study))
+    write_json(study.out / "summary.json", summary(study))
+
+
+def write_failure(out: Path, library: Library, error: StudyError) -> None:
+    """Write a `summary.json` that says what was wrong, with every clip and why it was skipped."""
+    skipped = _skipped(error.outcomes, library)
+    used = [outcome.clip.file for outcome in error.outcomes if outcome.used]
+    found = len(library.clips) + len(library.skipped)
+    content = {
+        "problem": str(error),
+        "clips": {"found": found, "used": len(used), "skipped": len(skipped)},
+        "labelled_by": library.labelled_by,
+        "labels": label_content(library.check),
+        "used": used,
+        "skipped": skipped,
+    }
+    write_json(out / "summary.json", content)
+
+
+def _skipped(outcomes: Sequence[Outcome], library: Library) -> list[dict[str, str]]:
+    """Files without use and the reasons."""
+    unused = [(outcome.clip.file, outcome.reason) for outcome in outcomes if not outcome.used]
+    return [{"file": file, "reason": reason} for file, reason in (*library.skipped, *unused)]
+
+
+def utility_table(study: Study) -> str:
+    """Every patch's F1: patch, region, vertex, one column an activity, mean, rank, and their intervals.
+
+    Patches of one `cluster` say the same.
+    """
+    utility, patches = study.recommendation.utility, study.patches
+    rows = [["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES]]
+    for patch, region in enumerate(patches.regions):
+        scores = [*utility.f1[patch], utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]]
+        rows.append(
+            [
+                patch,
+                region,
+                patches.vertices[patch],
+                *(f"{score:.{DIGITS}f}" for score in scores),
+                utility.rank_low[patch],
+                utility.rank_high[patch],
+                study.advice.clusters[patch],
+            ]
+        )
+    return csv_text(rows)
+
+
+def summary(study: Study) -> dict[str, Any]:
+    """What the study found, for people and programs."""
+    utility = study.recommendation.utility
+    return {
+        "clips": study_counts(study),
+        "labelled_by": study.library.labelled_by,
+        "labels": label_content(study.library.check),
+        "windows": window_content(study.outcomes, study.config.windows),
+        "ranked_activities": list(utility.activities),
+        "activities": _activities(study),
+        "left_out": utility.left_out,
+        "protocol": utility.protocol,
+        "classifier": utility.classifier,
+        "sensor": study.config.sensor,
+        **advice_content(study.advice, utility, study.patches, study.together),
+        "regions": _regions(study),
+        "used": [_used(study, number) for number in range(len(study.used))],
+        "skipped": _skipped(study.outcomes, study.library),
+    }
+
+
+def study_counts(study: Study) -> dict[str, int]:
+    """Clips found, used, ranked and skipped."""
+    found = len(study.outcomes) + len(study.library.skipped)
+    used = [outcome.clip.activity for outcome in study.used]
+    return clip_counts(found, used, study.recommendation.utility)
+
+
+def place(study: Study, patch: int) -> dict[str, Any]:
+    """One patch by number, name and place, with its scores."""
+    return place_content(patch, study.recommendation.utility, study.patches)
+
+
+def _activities(study: Study) -> dict[str, dict[str, Any]]:
+    clips = Counter(outcome.clip.activity for outcome in study.used)
+    windows: Counter[str] = Counter()
+    motions: dict[str, set[int]] = {}
+    for outcome, group in zip(study.used, study.groups.tolist(), strict=True):
+        windows[outcome.clip.activity] += outcome.details["windows"]
+        motions.setdefault(outcome.clip.activity, set()).add(group)
+    return {
+        name: {
+            "clips": clips[name],
+            "distinct_motions": len(motions[name]),
+            "windows": windows[name],
+            "ranked": name in study.recommendation.utility.activities,
+            "interval_caution": few_clips(len(motions[name])),
+        }
+        for name in sorted(clips)
+    }
+
+
+def _regions(study: Study) -> dict[str, dict[str, Any]]:
+    """Each named region: how many patches it has and how good they are."""
+    mean = study.recommendation.utility.mean
+    regions = np.array(study.patches.regions)
+    return {
+        region: {
+            "patches": int((regions == region).sum()),
+            "best_mean_f1": _f1(mean[regions == region].max()),
+            "average_mean_f1": _f1(mean[regions == region].mean()),
+        }
+        for region in sorted(set(study.patches.regions))
+    }
+
+
+def _used(study: Study, number: int) -> dict[str, Any]:
+    outcome = study.used[number]
+    first = int(np.flatnonzero(study.groups == study.groups[number])[0])
+    entry = {
+        "file": outcome.clip.file,
+        "clip": outcome.clip.name,
+        "activity": outcome.clip.activity,
+        "subject": outcome.clip.subject,
+        **outcome.details,
+    }
+    if first != number:
+        entry["same_motion_as"] = study.used[first].clip.file
+    return entry
+
+
+def _f1(value: float) -> float:
+    return round(float(value), DIGITS)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a clip's work leaves for the ranking: its windows and those of its copies, and where they lie."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from w2w.core.files import write_npz
+from w2w.core.motion.library import WORK_FOLDER
+from w2w.core.ranking.inputs import PlaceBlocks, clip_inputs
+from w2w.core.ranking.utility import inputs_of
+from w2w.core.ranking.windows import WindowSpec
+
+WORK = WORK_FOLDER
+"""Folder inside the output folder for what a later run can take up again."""
+
+
+def features_file(out: Path, clip: str) -> Path:
+    """Windows of a clip, then of its copies, as features."""
+    return out / WORK / "features" / f"{clip}.npz"
+
+
+def copy_file(out: Path, clip: str, copy: int) -> Path:
+    """The recording of a copy of a clip, where the classifier wants it."""
+    return out / WORK / "copies" / f"{clip}.{copy}.npz"
+
+
+def write_features(
+    path: Path, features: Sequence[np.ndarray], is_test: np.ndarray, signature: np.ndarray
+) -> None:
+    """Write the features of a clip and of its copies.
+
+    Parameters
+    ----------
+    path : Path
+    features : sequence of ndarray, shape (windows, N, D)
+        The clip's own, then each copy's.
+    is_test : ndarray of bool
+        Of the clip's own windows; copies are never tested.
+    signature : ndarray
+        By which equal motions are known.
+    """
+    counts = np.array([len(part) for part in features])
+    whole = np.zeros(counts.sum(), dtype=bool)
+    whole[: len(is_test)] = is_test
+    write_npz(
+        path,
+        {
+            "features": np.concatenate(features),
+            "is_test": whole,
+            "signature": signature,
+            "counts": counts,
+        },
+    )
+
+
+class ClipWindows:
+    """Which windows a clip's features file holds.
+
+    Attributes
+    ----------
+    is_test : ndarray of bool, shape (W,)
+    signature : ndarray
+    counts : list of int
+        Windows of the clip, then of each copy.
+    """
+
+    def __init__(self, out: Path, clip: str) -> None:
+        with np.load(features_file(out, clip), allow_pickle=False) as data:
+            self.is_test, self.signature = data["is_test"], data["signature"]
+            self.counts = data["counts"].tolist()
+
+
+def ranking_inputs(
+    out: Path, clips: Sequence[str], windows: Sequence[ClipWindows], classifier: str, spec: WindowSpec
+) -> PlaceBlocks:
+    """What a classifier takes of a run's clips and copies, served from disk."""
+    recordings = []
+    for clip, found in zip(clips, windows, strict=True):
+        recordings.append(out / "signals" / f"{clip}.npz")
+        recordings += [copy_file(out, clip, copy) for copy in range(len(found.counts) - 1)]
+    counts = [count for found in windows for count in found.counts]
+    features = [features_file(out, clip) for clip in clips]
+    return clip_inputs(inputs_of(classifier), features, recordings, counts, spec)

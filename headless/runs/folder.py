@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The folders of a run: made before it, and rid of what earlier runs left."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shutil
+import socket
+import sys
+import tomllib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from w2w.core.body.body import PACKAGE, TEMPLATES
+from w2w.core.files import UNFINISHED
+from w2w.core.motion.library import Library
+
+from .clip_files import WORK
+from .own_files import claim, files_of_record, json_content, note, remove_own
+from .picture_names import HEATMAPS, picture_files
+
+
+class FolderBusyError(Exception):
+    """Another run works in the folder; the message says which."""
+
+
+@contextmanager
+def only_run(folder: Path) -> Iterator[None]:
+    """Hold the folder for this run; the lock goes with the process, however it ends.
+
+    Raises
+    ------
+    FolderBusyError
+        If another run holds it.
+    """
+    lock, holder = FileLock(folder / "lock"), folder / "holder"
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        who = holder.read_text() if holder.exists() else "another process"
+        raise FolderBusyError(
+            f"another run works in {folder.parent} ({who.strip()}): wait for it, or give another --out"
+        ) from error
+    try:
+        holder.write_text(f"process {os.getpid()} on {socket.gethostname()}\n")
+        yield
+    finally:
+        holder.unlink(missing_ok=True)
+        lock.release()
+
+
+FOLDERS = ("motions", "signals", *(f"{WORK}/{name}" for name in ("features", "copies", "clips", "running")))
+"""What a run writes clips into."""
+
+TABLES = ("config.json", "utility.npz", "utility.csv", "summary.json")
+
+
+def make_folders(out: Path) -> None:
+    """Make the output folder."""
+    for folder in FOLDERS:
+        (out / folder).mkdir(parents=True, exist_ok=True)
+
+
+@contextmanager
+def own_results(out: Path, library: Library, more: Sequence[str], pictures: bool) -> Iterator[None]:
+    """Claim the names that a run writes under, and note at its end what it wrote.
+
+    Parameters
+    ----------
+    out : Path
+    library : Library
+    more : sequence of str
+        What it writes beside the tables.
+    pictures : bool
+        Whether it draws heatmaps; their names are claimed when they are drawn.
+
+    Raises
+    ------
+    ForeignFileError
+        If a file that W2W did not write stands at one of them.
+    """
+    clips = [name for clip in library.clips for name in _not_recorded(out, clip.name)]
+    drawn = [f"{HEATMAPS}/{file}" for file in picture_files(list(library.activities)) if pictures]
+    claim(out, [*TABLES, *more], [*drawn, *clips])
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # a full disk: what is claimed stays ours
+            note(out)
+
+
+def forget_running(out: Path) -> None:
+    """Forget which clips a run that was killed was at."""
+    for marker in (out / WORK / "running").iterdir():
+        marker.unlink(missing_ok=True)
+
+
+def remove_leftovers(out: Path, used: set[str]) -> None:
+    """Remove what an earlier run of another library left: the folder holds this study alone.
+
+    Of motions and signals only what a record of ours names and nobody has changed since; the
+    work folder is all ours.
+    """
+    for record in (out / WORK / "clips").glob("*.json"):
+        files = {} if record.stem in used else files_of_record(record)
+        if files:
+            remove_own(out, files)
+            record.unlink()
+    for path in (out / WORK / "features").glob("*.npz"):
+        if path.stem not in used:
+            path.unlink()
+    for path in (out / WORK / "copies").glob("*.npz"):
+        if path.stem.rpartition(".")[0] not in used:
+            path.unlink()
+    remove_unfinished(out)
+
+
+def remove_unfinished(out: Path) -> None:
+    """Remove half-written files of a run that was killed while it wrote."""
+    for folder in (out, *(out / name for name in (*FOLDERS, HEATMAPS, WORK))):
+        for path in folder.glob(f".*{UNFINISHED}"):
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+
+
+def _not_recorded(out: Path, clip: str) -> list[str]:
+    """Where a clip's motion and recording go, unless its record says that we wrote there."""
+    record = out / WORK / "clips" / f"{clip}.json"
+    if record.exists() and json_content(record) is None:
+        return []  # damaged, but ours
+    recorded = files_of_record(record)
+    names = (f"motions/{clip}.npz", f"signals/{clip}.npz")
+    return [name for name in names if name not in recorded]
+
+
+LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "pygeodesic", "potpourri3d", "bpy")
+HEADLESS = Path(__file__).resolve().parents[1]
+
+
+def versions() -> dict[str, str]:
+    """Version of W2W, of Python, of Blender and of each library that results depend on."""
+    found = {"w2w": _own_version(), "python": platform.python_version()}
+    for name in LIBRARIES:
+        version = _version(name)
+        if version:
+            found[name] = version
+    if "bpy" not in found and "bpy" in sys.modules:  # the Blender program
+        found["bpy"] = sys.modules["bpy"].app.version_string
+    return found
+
+
+@cache
+def code_sha256() -> str:
+    """Hash of the code and templates that results depend on."""
+    digest = hashlib.sha256()
+    hashed = {"core": PACKAGE / "core", "scene": PACKAGE / "scene", "runs": HEADLESS / "runs"}
+    files = [(name, root, path) for name, root in hashed.items() for path in root.rglob("*.py")]
+    templates = (*TEMPLATES.glob("*.npz"), *TEMPLATES.glob("bone_maps/*.json"))
+    files += [("templates", TEMPLATES, path) for path in templates]
+    for name, root, path in sorted(files):
+        digest.update(f"{name}/{path.relative_to(root).as_posix()}".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _own_version() -> str:
+    """W2W's version, as an installed extension or a tree says it, else as pip does."""
+    try:
+        manifest = (HEADLESS.parent / "blender_manifest.toml").read_text(encoding="utf-8")
+        return tomllib.loads(manifest)["version"]
+    except OSError:
+        return _version("where-to-wear")
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Read one motion file through Blender, silently, and carry it to a body."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from w2w.core.body.body import Body
+from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.library import Clip
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.source import SourceMotion
+
+from ..blender import forget_scripts_path
+from ..needs_blender import needs_blender
+
+
+def load_clip(
+    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()
+) -> tuple[SourceMotion | Motion, Motion, dict[str, Any]]:
+    """Read a clip's file and carry it to the body, under the clip's labels.
+
+    Returns
+    -------
+    source : SourceMotion or Motion
+        What the file holds.
+    motion : Motion
+    details : dict
+        Where it came from: take, skeleton, scale, frames, rate, duration.
+
+    Raises
+    ------
+    UnusableMotion
+        If it cannot be used; the message says why.
+    NoBlenderError
+        If it needs Blender, and Blender's module cannot be imported.
+    """
+    forget_scripts_path()
+    from w2w.scene.load import carry, read_motion
+
+    with needs_blender(), quiet_output():
+        source = read_motion(clip.path)
+    carried = carry(source, body, bone_maps)
+    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
+    details = {
+        "take": carried.take,
+        "skeleton": carried.skeleton,
+        "frames": motion.n_frames,
+        "frame_rate": motion.rate,
+        "duration_s": round(motion.duration, 4),
+        "scale": carried.scale,
+    }
+    if isinstance(source, SourceMotion) and source.people > 1:
+        details["people"] = source.people
+    return source, motion, details
+
+
+@contextlib.contextmanager
+def quiet_output() -> Iterator[None]:
+    """Keep what Blender's importers print from the user's screen."""
+    with output_to(Path(os.devnull)):
+        yield
+
+
+@contextlib.contextmanager
+def output_to(path: Path) -> Iterator[None]:
+    """Let a file have what the process prints, C++ included, even when it dies."""
+    with path.open("w") as file:
+        saved = [os.dup(1), os.dup(2)]
+        try:
+            os.dup2(file.fileno(), 1)
+            os.dup2(file.fileno(), 2)
+            yield
+        finally:
+            for number, handle in enumerate(saved, start=1):
+                os.dup2(handle, number)
+                os.close(handle)

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A whole study: clips to signals, signals to a ranking, the ranking to files people open."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import bundled_targets
+from w2w.core.clip_ranking import RankedClip, rank_clips
+from w2w.core.files import write_json
+from w2w.core.motion.library import Clip, Library
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection.advice import Advice, advise
+from w2w.core.study import Recommendation, StudyConfig, place_patches
+
+from ..console import Progress
+from .clip import Job, Outcome, file_sha256
+from .clip_files import WORK, ClipWindows, ranking_inputs
+from .folder import code_sha256, forget_running, remove_leftovers, versions
+from .monitor import Watch
+from .workers import Engine, run_jobs
+
+
+class StudyError(Exception):
+    """A study cannot be finished; the message says why and what to do.
+
+    Parameters
+    ----------
+    message : str
+    outcomes : sequence of Outcome
+        What became of the clips until then.
+    """
+
+    def __init__(self, message: str, outcomes: Sequence[Outcome] = ()) -> None:
+        super().__init__(message)
+        self.outcomes = tuple(outcomes)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A finished study, ready to be written down.
+
+    Parameters
+    ----------
+    library : Library
+    config : StudyConfig
+    body : Body
+    patches : PatchSet
+    outcomes : tuple of Outcome
+        What became of each clip, in the library's order.
+    groups : ndarray, shape (used clips,), int
+        Which used clips show the same motion.
+    recommendation : Recommendation
+    advice : Advice
+        The choice under the config's constraints.
+    out : Path
+        Output folder.
+    together : tuple of UtilityMap
+        What one classifier on the first chosen sensor, the first two, and so on reaches.
+    """
+
+    library: Library
+    config: StudyConfig
+    body: Body
+    patches: PatchSet
+    outcomes: tuple[Outcome, ...]
+    groups: np.ndarray
+    recommendation: Recommendation
+    advice: Advice
+    out: Path
+    together: tuple[UtilityMap, ...] = ()
+
+    @property
+    def used(self) -> list[Outcome]:
+        """Clips that take part."""
+        return [outcome for outcome in self.outcomes if outcome.used]
+
+
+def run_study(
+    library: Library,
+    body: Body,
+    config: StudyConfig,
+    out: Path,
+    engine: Engine,
+    progress: Progress,
+    watch: Watch,
+) -> Study:
+    """Bake every clip, rank every patch.
+
+    Parameters
+    ----------
+    library : Library
+    body : Body
+    config : StudyConfig
+    out : Path
+        Output folder, made by `make_folders`.
+    engine : Engine
+    progress : Progress
+    watch : Watch
+
+    Raises
+    ------
+    StudyError
+        If no clip can be used or fewer than two activities can be told apart.
+    EngineError
+        If the workers cannot go on.
+    OSError
+        If the disk is full or the folder cannot be written.
+    """
+    watch.step("placing patches")
+    if config.augmentation and config.augmentation.bodies and not bundled_targets().fit(body):
+        raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
+    forget_running(out)
+    patches = _prepare(body, config, out, progress)
+    try:
+        config.constraints.terms(patches)
+    except ValueError as error:
+        raise StudyError(f"the constraints cannot be met: {error}") from error
+    watch.step("turning motions to signals")
+    outcomes = _bake(library, config, out, engine, progress, watch)
+    used = [outcome.clip for outcome in outcomes if outcome.used]
+    if not used:
+        raise StudyError("no clip can be used; why each cannot stands in the table", outcomes)
+    remove_leftovers(out, {clip.name for clip in used})
+    watch.step("ranking places")
+    try:
+        recommendation, groups = _rank(used, config, out, progress)
+    except ValueError as error:
+        activities = Counter(clip.activity for clip in used)
+        found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
+        raise StudyError(f"{error}. Clips used by activity: {found}", outcomes) from error
+    watch.step("choosing places")
+    with progress.spinner("Choosing places"):
+        advice = _choose(recommendation, patches, config)
+    recommendation = replace(recommendation, best=advice.best, subset=advice.subset)
+    return Study(library, config, body, patches, tuple(outcomes), groups, recommendation, advice, out)
+
+
+def write_config(study: Study) -> None:
+    """Save every parameter, the versions and the hashes of all inputs beside the results."""
+    write_json(
+        study.out / "config.json",
+        {
+            "parameters": study.config.as_dict(),
+            "body": {"name": study.body.name, "sha256": file_sha256(study.out / WORK / "body.npz")},
+            "versions": versions(),
+            "code_sha256": code_sha256(),
+            "labelled_by": study.library.labelled_by,
+            "inputs": {outcome.clip.file: outcome.source_sha256 for outcome in study.outcomes},
+        },
+    )
+
+
+def _prepare(body: Body, config: StudyConfig, out: Path, progress: Progress) -> PatchSet:
+    """Place the patches; on the bundled body's shapes they stay at the vertices of the neutral one."""
+    with progress.spinner("Placing patches on the body"):
+        neutral = Body.bundled()
+        patches = place_patches(neutral if bundled_targets().fit(body) else body, config)
+        body.save(out / WORK / "body.npz")
+        patches.save(out / WORK / "patches.npz")
+    return patches
+
+
+def _bake(
+    library: Library, config: StudyConfig, out: Path, engine: Engine, progress: Progress, watch: Watch
+) -> list[Outcome]:
+    inputs = hashlib.sha256(
+        b"".join((out / WORK / name).read_bytes() for name in ("body.npz", "patches.npz"))
+        + repr((config.signal_parameters(), engine.bone_maps)).encode()
+        + code_sha256().encode()
+    ).hexdigest()
+    out = out.resolve()
+    jobs = [
+        Job(
+            replace(clip, path=clip.path.absolute()),  # of a link its own name, which says its kind
+            out,
+            config,
+            inputs,
+            engine.limit_s,
+            engine.bone_maps,
+            engine.memory,
+        )
+        for clip in library.clips
+    ]
+    with progress.bar("Motions to signals", len(jobs)) as advance:
+
+        def told(outcome: Outcome) -> None:
+            watch.clip_done(outcome)
+            advance(1)
+
+        return run_jobs(jobs, engine.workers, engine.scheduler, told)
+
+
+def _rank(
+    used: list[Clip], config: StudyConfig, out: Path, progress: Progress
+) -> tuple[Recommendation, np.ndarray]:
+    windows = [ClipWindows(out, clip.name) for clip in used]
+    clips = [
+        RankedClip(clip.name, clip.activity, clip.subject, found.is_test, found.signature, clip.motion_key)
+        for clip, found in zip(used, windows, strict=True)
+    ]
+    names = [clip.name for clip in used]
+    inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
+    with progress.bar("Ranking places", 100) as advance:
+        done = 0
+
+        def told(fraction: float) -> None:
+            nonlocal done
+            advance(int(100 * fraction) - done)
+            done = int(100 * fraction)
+
+        return rank_clips(clips, inputs, config, told, out / WORK)
+
+
+def _choose(recommendation: Recommendation, patches: PatchSet, config: StudyConfig) -> Advice:
+    try:
+        return advise(recommendation.utility, patches, config.target, config.max_places, config.constraints)
+    except ValueError as error:
+        raise StudyError(f"the constraints cannot be met: {error}") from error

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run clip jobs in worker processes, so that a file that crashes or hangs Blender costs only itself.
+
+On one machine the workers are joblib's (loky), or background Blenders where this is the Blender program;
+on a cluster they are Dask's. Either way a job is handed out again when its worker died, and a job that dies
+alone is a skipped clip.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, as_completed
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import wait
+from typing import Any, TypeVar
+
+from joblib.externals.loky import get_reusable_executor
+
+from w2w.core.body.body import Body
+from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.library import Clip
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.motion_file import unreadable
+from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of
+
+from ..blender import inside_blender
+from ..needs_blender import NoBlenderError
+from ..stopping import deaf_children, when_stopped
+from .blender_executor import BlenderExecutor
+from .clip import Job, Outcome, record_death, work_in_worker
+from .guard import LIMIT_S, MEMORY, end_with, guarded, timed_out
+from .load_clip import load_clip
+
+Result = TypeVar("Result")
+
+MAX_BREAKS = 5
+"""Times in a row that all workers may die with no clip to blame before the run gives up."""
+
+
+KILL_S = 5.0
+"""Seconds that killed workers are waited for."""
+
+
+class EngineError(Exception):
+    """The workers cannot go on; the message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Who does the clips, and how they are read.
+
+    Parameters
+    ----------
+    workers : int
+        Processes on this machine that work on clips at the same time.
+    scheduler : str
+        Address or file of a Dask scheduler that brings its own workers; empty for none.
+    limit_s : float
+        Seconds after which a clip is given up.
+    bone_maps : tuple of BoneMap
+        The user's own, tried before the bundled ones.
+    memory : int
+        Bytes a worker may take for a clip.
+    """
+
+    workers: int = 1
+    scheduler: str = ""
+    limit_s: float = LIMIT_S
+    bone_maps: tuple[BoneMap, ...] = ()
+    memory: int = MEMORY
+
+
+def run_jobs(
+    jobs: Sequence[Job], workers: int, scheduler: str, told: Callable[[Outcome], None]
+) -> list[Outcome]:
+    """Do all jobs.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    workers : int
+        Worker processes on this machine.
+    scheduler : str
+        Address of a Dask scheduler, or a scheduler file, that brings its own workers; empty
+        for this machine. Its workers must see the library and the output folder at the same
+        paths.
+    told : callable
+        Given each outcome as it comes.
+
+    Returns
+    -------
+    list of Outcome
+        In the order of `jobs`.
+
+    Raises
+    ------
+    EngineError
+        If the scheduler cannot be reached or workers die again and again.
+    """
+    outcomes = _on_cluster(jobs, scheduler, told) if scheduler else _on_this_machine(jobs, workers, told)
+    return [outcomes[job.clip.name] for job in jobs]
+
+
+def _on_this_machine(
+    jobs: Sequence[Job], workers: int, told: Callable[[Outcome], None]
+) -> dict[str, Outcome]:
+    outcomes: dict[str, Outcome] = {}
+    waiting = list(jobs)
+    breaks = 0
+    while waiting:
+        with _local_executor(min(workers, len(waiting))) as executor:
+            broken = _collect(executor, waiting, outcomes, told)
+        if not broken:
+            break
+        suspects = [job for job in waiting if job.clip.name not in outcomes and job.marker.exists()]
+        for job in suspects:
+            outcomes[job.clip.name] = record_death(job) if timed_out(job.marker) else _alone(job)
+            told(outcomes[job.clip.name])
+        breaks = 0 if suspects else breaks + 1
+        if breaks >= MAX_BREAKS:
+            raise EngineError(
+                "worker processes keep dying before they begin (out of memory?): try fewer --workers"
+            )
+        waiting = [job for job in waiting if job.clip.name not in outcomes]
+    return outcomes
+
+
+def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
+    """Do something in a worker process of its own; None if the worker dies of it."""
+    with _local_executor(1) as executor:
+        try:
+            with deaf_children():
+                future = executor.submit(work, *args)
+            return future.result()
+        except BrokenExecutor:
+            return None
+
+
+def _alone(job: Job) -> Outcome:
+    """Give a job that may have killed its worker a worker to itself, once."""
+    found: dict[str, Outcome] = {}
+    with _local_executor(1) as executor:
+        _collect(executor, [job], found, lambda _: None)
+    return found.get(job.clip.name) or record_death(job)
+
+
+def _collect(
+    executor: Executor, jobs: Sequence[Job], outcomes: dict[str, Outcome], told: Callable[[Outcome], None]
+) -> bool:
+    """Hand out jobs and gather outcomes; True if the workers died before all were done."""
+    try:
+        with deaf_children():
+            futures = [executor.submit(work_in_worker, job) for job in jobs]
+        for future in as_completed(futures):
+            outcome = future.result()
+            outcomes[outcome.clip.name] = outcome
+            told(outcome)
+    except BrokenExecutor:
+        return True
+    return False
+
+
+@contextmanager
+def _local_executor(workers: int) -> Iterator[Executor]:
+    if inside_blender():
+        executor = BlenderExecutor(workers)
+        kill = executor.kill
+    else:
+        with deaf_children():
+            executor = get_reusable_executor(
+                max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
+            )
+        kill = partial(_kill, executor)
+    with when_stopped(kill):
+        try:
+            yield executor
+        finally:
+            executor.shutdown(wait=True, kill_workers=True)
+
+
+def _kill(executor: Executor) -> None:
+    """End an executor's workers at once, and wait until they are gone: the folder's lock goes next."""
+    workers = list((executor._processes or {}).values())
+    for worker in workers:
+        with suppress(OSError):
+            os.kill(worker.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+    until = time.monotonic() + KILL_S
+    for worker in workers:
+        wait([worker.sentinel], max(0.0, until - time.monotonic()))
+
+
+def _on_cluster(jobs: Sequence[Job], scheduler: str, told: Callable[[Outcome], None]) -> dict[str, Outcome]:
+    try:
+        from distributed import Client, KilledWorker
+        from distributed import as_completed as finished
+    except ModuleNotFoundError as error:
+        raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
+    where = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
+    try:
+        client = Client(**where, timeout="20s")
+    except (OSError, ValueError, TimeoutError) as error:
+        raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    outcomes: dict[str, Outcome] = {}
+    with client:
+        futures = {client.submit(work_in_worker, job, pure=False, key=_key(job)): job for job in jobs}
+        for future in finished(futures):
+            job = futures[future]
+            try:
+                outcome = future.result()
+            except KilledWorker:
+                outcome = record_death(job)
+            outcomes[outcome.clip.name] = outcome
+            told(outcome)
+    return outcomes
+
+
+def _key(job: Job) -> str:
+    return f"w2w-{job.inputs[:12]}-{job.clip.name}"
+
+
+Loaded = tuple[SourceMotion | Motion, Motion, dict[str, Any]]
+
+
+def load_alone(clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()) -> Loaded:
+    """What `load_clip` gives, whatever the file does to the process that reads it.
+
+    Raises
+    ------
+    UnusableMotion
+        If it cannot be used; the message says why.
+    NoBlenderError
+        If it needs Blender, and Blender's module cannot be imported.
+    """
+    found = run_alone(_load, clip, body, tuple(bone_maps))
+    if found is None:
+        raise UnusableMotion(
+            f"Blender crashed on it, or it took longer than {LIMIT_S:g} s or more than "
+            f"{MEMORY / 2**30:g} GiB: it is damaged, or far too long"
+        )
+    if isinstance(found, str):
+        raise UnusableMotion(found)
+    return found
+
+
+def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap]) -> Loaded | str:
+    """The clip, or a sentence."""
+    with guarded():
+        try:
+            return load_clip(clip, body, bone_maps)
+        except NoBlenderError:
+            raise
+        except MemoryError:
+            return f"it needs more than {MEMORY / 2**30:g} GiB of memory"
+        except OSError as error:
+            return unreadable(error)
+        except (UnusableMotion, ValueError) as error:
+            return reason_of(error)
+        except Exception as error:
+            return f"W2W failed on it, please report this: {type(error).__name__}: {error}"

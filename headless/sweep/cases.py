@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a sweep changes: tempo, asymmetry, body, sensor, window length, augmentation, one at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+
+from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.imu.augmentation import SWITCHES, Augmentation, at_tempo, scaled
+from w2w.core.motion.motion import Motion
+from w2w.core.study import StudyConfig
+
+TEMPI = (0.75, 1.25, 1.5)
+NARROW = 0.5
+"""Width of one side's movements, where the two sides differ."""
+
+BODIES: dict[str, dict[str, float]] = {
+    "female": {"gender": -1.0},
+    "male": {"gender": 1.0},
+    "short": {"height": 1.55},
+    "tall": {"height": 1.90},
+    "heavy": {"weight": 90.0},
+}
+SENSORS = ("ideal", "bmi270", "mpu-6050", "phone")
+WINDOWS_S = (1.0, 2.0, 4.0)
+
+USUAL = "as run"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One map of a sweep.
+
+    Parameters
+    ----------
+    factor : str
+        What is changed; empty in the usual case.
+    name : str
+        To what.
+    config : StudyConfig
+    tempo : float
+        Speed of all motions.
+    narrow : tuple of str
+        Joints that move half as far.
+    shape : tuple of (str, float)
+        Parameters of `shapes.shaped`; empty for the study's own body.
+    """
+
+    factor: str
+    name: str
+    config: StudyConfig
+    tempo: float = 1.0
+    narrow: tuple[str, ...] = ()
+    shape: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Factor and value in words."""
+        return f"{self.factor}: {self.name}" if self.factor else self.name
+
+    def motion(self, motion: Motion) -> Motion:
+        """The motion as this case has it."""
+        if self.narrow:
+            motion = scaled(motion, NARROW, self.narrow)
+        return at_tempo(motion, self.tempo) if self.tempo != 1.0 else motion
+
+
+def cases(config: StudyConfig, factors: Collection[str], copies: int) -> list[Case]:
+    """The usual case, then those of each factor.
+
+    Parameters
+    ----------
+    config : StudyConfig
+        Of the study.
+    factors : collection of str
+        Of `FACTORS`.
+    copies : int
+        Copies a clip in the cases of augmentation.
+
+    Raises
+    ------
+    ValueError
+        If a factor is unknown.
+    """
+    unknown = sorted(set(factors) - set(FACTORS))
+    if unknown:
+        raise ValueError(f"'{unknown[0]}' cannot be swept; there are {', '.join(FACTORS)}")
+    found = [Case("", USUAL, config)]
+    for factor in factors:
+        found += FACTORS[factor](config, copies)
+    return found
+
+
+def _tempi(config: StudyConfig, _copies: int) -> list[Case]:
+    return [Case("tempo", f"{tempo:g} x", config, tempo=tempo) for tempo in TEMPI]
+
+
+def _asymmetries(config: StudyConfig, _copies: int) -> list[Case]:
+    return [
+        Case(
+            "asymmetry",
+            f"{side} limbs half as far",
+            config,
+            narrow=tuple(joint for joint in JOINT_NAMES if joint.startswith(f"{side}_")),
+        )
+        for side in ("left", "right")
+    ]
+
+
+def _bodies(config: StudyConfig, _copies: int) -> list[Case]:
+    return [Case("body", name, config, shape=tuple(shape.items())) for name, shape in BODIES.items()]
+
+
+def _sensors(config: StudyConfig, _copies: int) -> list[Case]:
+    return [Case("sensor", name, replace(config, sensor=name)) for name in SENSORS if name != config.sensor]
+
+
+def _windows(config: StudyConfig, _copies: int) -> list[Case]:
+    usual = config.windows
+    share = usual.stride_s / usual.length_s
+    return [
+        Case(
+            "window",
+            f"{length:g} s",
+            replace(config, windows=replace(usual, length_s=length, stride_s=share * length)),
+        )
+        for length in WINDOWS_S
+        if length != usual.length_s
+    ]
+
+
+def _augmentations(config: StudyConfig, copies: int) -> list[Case]:
+    plain = replace(config, augmentation=None)
+    plans = {name: Augmentation.only([name], copies) for name in SWITCHES}
+    plans["all"] = Augmentation.only(SWITCHES, copies)
+    return [Case("augment", name, replace(plain, augmentation=plan)) for name, plan in plans.items()]
+
+
+FACTORS: dict[str, Callable[[StudyConfig, int], list[Case]]] = {
+    "tempo": _tempi,
+    "asymmetry": _asymmetries,
+    "body": _bodies,
+    "sensor": _sensors,
+    "window": _windows,
+    "augment": _augmentations,
+}
+"""What can be swept."""

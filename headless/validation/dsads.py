@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""DSADS's five worn sensors against the same activities simulated from a user's motion library: unpaired."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.body.landmarks import SensorSite
+from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.datasets.imu_datasets import DSADS_RATE, DSADS_SITES, read_dsads
+from w2w.core.imu.presets import preset
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import SiteSimulator
+from w2w.core.motion.duplicates import motion_signature
+from w2w.core.motion.library import read_library
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import joint_transforms
+from w2w.core.motion.source import UnusableMotion
+from w2w.core.ranking.windows import WindowSpec
+from w2w.core.study import same_clips
+from w2w.core.validation.sites import SiteValidation, site_windows, validate_sites
+
+from ..runs.load_clip import load_clip
+
+MATCHES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "walking": (("walking in parking lot", "walking on flat treadmill"), ("walking", "walk")),
+    "running": (("running on treadmill",), ("running", "run", "jogging")),
+    "standing": (("standing",), ()),
+    "sitting": (("sitting",), ()),
+    "ascending stairs": (("ascending stairs",), ("climbing_stairs", "ascending_stairs", "stair_climbing")),
+    "jumping": (("jumping",), ("jumping", "jumping_jacks", "jump")),
+    "playing basketball": (("playing basketball",), ("dribbling", "playing_basketball")),
+    "rowing": (("rowing",), ("rowing",)),
+    "cycling": (("cycling horizontal", "cycling vertical"), ("cycling", "riding_bike")),
+    "lying": (("lying on back", "lying on right side"), ("lying", "laying", "sleeping")),
+}
+"""Name -> DSADS's activities, and labels of a motion library, that show the same."""
+
+STILL = (
+    "standing", "standing_idle", "idle", "sitting", "sitting_idle", "typing", "eating", "drinking", "talking",
+    "pointing", "using_phone", "greeting", "nodding", "shaking_head", "clapping", "beckoning",
+)  # fmt: skip
+"""Labels of clips that show people who stay where they are: their thighs say whether they sit or stand."""
+
+SEATED, UPRIGHT = np.radians((75, 105)), np.radians((0, 30))
+"""Range of the thighs' tilt from hanging down, in nine frames of ten."""
+
+SITES: dict[str, str | SensorSite] = {
+    "torso": "sternum",
+    "right arm": "right wrist",
+    "left arm": "left wrist",
+    "right leg": SensorSite("DSADS right leg", -1, ("right_hip",), ("right_knee",), 0.85, (-1, 0, 0)),
+    "left leg": SensorSite("DSADS left leg", -1, ("left_hip",), ("left_knee",), 0.85, (1, 0, 0)),
+}
+"""Chest, wrists, and the outer side of the thighs just above the knees (Altun et al. 2010, section 2)."""
+
+SENSOR = "xsens mtw awinda"
+"""The nearest preset to the MTx that DSADS's subjects wore."""
+
+
+def simulated_recordings(
+    folders: Sequence[Path], labels: Sequence[Path | None], seed: int
+) -> tuple[list[ImuRecording], list[str], tuple[str, ...]]:
+    """Recordings of a library's matching clips at DSADS's sites.
+
+    Returns
+    -------
+    recordings : list of ImuRecording
+        Clips that show one motion bear one name.
+    unusable : list of str
+        Clips that could not be read, each with the reason.
+    places : tuple of str
+        Patch of each site.
+    """
+    simulator = SiteSimulator(Body.bundled(), SITES, Synthesis(rate_hz=DSADS_RATE), preset(SENSOR), seed)
+    wanted = {label: name for name, (_, theirs) in MATCHES.items() for label in theirs}
+    recordings, keys, signatures, unusable = [], [], [], []
+    for number, (folder, table) in enumerate(zip(folders, labels, strict=True)):
+        for clip in read_library(folder, table).clips:
+            if clip.activity not in wanted and clip.activity not in STILL:
+                continue
+            try:
+                _, motion, _ = load_clip(clip, simulator.body)
+                activity = wanted.get(clip.activity) or posture(simulator.body, motion)
+                if not activity:
+                    continue
+                motion = motion.labelled(activity, clip.subject, f"{number} {clip.name}")
+                recordings.append(simulator.record(motion))
+            except (UnusableMotion, ValueError) as error:
+                unusable.append(f"{clip.file}: {error}")
+                continue
+            keys.append(clip.motion_key)
+            signatures.append(motion_signature(motion))
+    if not recordings:
+        known = ", ".join(sorted(wanted))
+        raise ValueError(f"no clip of the library shows what DSADS has: label them as any of {known}")
+    groups = same_clips([r.clip for r in recordings], keys, np.array(signatures))
+    first = [recordings[int(np.flatnonzero(groups == group)[0])].clip for group in groups]
+    named = [replace(r, clip=name) for r, name in zip(recordings, first, strict=True)]
+    return named, unusable, simulator.places
+
+
+def posture(body: Body, motion: Motion) -> str:
+    """Whether somebody sits or stands throughout, by both thighs; empty where neither."""
+    joints = joint_transforms(body, motion)[1]
+    tilts = []
+    for side in ("left", "right"):
+        thigh = joints[:, JOINT_INDEX[f"{side}_knee"]] - joints[:, JOINT_INDEX[f"{side}_hip"]]
+        tilts.append(np.arccos(-thigh[:, 2] / np.linalg.norm(thigh, axis=1)))
+    low, high = np.quantile(tilts, [0.05, 0.95])
+    for name, (least, most) in (("sitting", SEATED), ("standing", UPRIGHT)):
+        if least <= low and high <= most:
+            return name
+    return ""
+
+
+def real_recordings(path: Path) -> list[ImuRecording]:
+    """DSADS's segments of the activities that can be matched, one clip a person and activity."""
+    names = {theirs: name for name, (of_dsads, _) in MATCHES.items() for theirs in of_dsads}
+    return [
+        replace(r, activity=names[r.activity], clip=f"{r.activity} {r.subject}", sites=tuple(SITES))
+        for r in read_dsads(path)
+        if r.activity in names
+    ]
+
+
+def compare_dsads(
+    path: Path, folders: Sequence[Path], labels: Sequence[Path | None], window_s: float = 5.0, seed: int = 0
+) -> tuple[SiteValidation, list[str], tuple[str, ...]]:
+    """Validate, and say what a reader must know.
+
+    Returns
+    -------
+    found : SiteValidation
+    notes : list of str
+    places : tuple of str
+    """
+    simulated, unusable, places = simulated_recordings(folders, labels, seed)
+    shared = [name for name in MATCHES if any(r.activity == name for r in simulated)]
+    real = [r for r in real_recordings(path) if r.activity in shared]
+    spec = WindowSpec(length_s=window_s, stride_s=min(1.0, window_s), short="reflect")
+    found = validate_sites(
+        site_windows(real, spec), site_windows(simulated, spec), DSADS_SITES, shared,
+        by_subject=(True, False), seed=seed,
+    )  # fmt: skip
+    clips = {name: len({r.clip for r in simulated if r.activity == name}) for name in shared}
+    seconds = float(np.median([r.n_samples / r.rate for r in simulated]))
+    notes = [
+        "Unpaired: other people, other surroundings, other instructions than in the simulated clips.",
+        "Distinct simulated motions: " + ", ".join(f"{name} {count}" for name, count in clips.items()) + ".",
+        f"Half the simulated clips are shorter than {seconds:.1f} s; short ones are played forwards and "
+        f"backwards to fill windows of {window_s:g} s, at {DSADS_RATE:g} Hz, read by a {SENSOR}.",
+        "Whether a clip without a step shows sitting or standing was read from its thighs.",
+        f"{len(unusable)} clips could not be used." if unusable else "All matching clips were used.",
+    ]
+    return found, notes, places

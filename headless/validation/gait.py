@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A walk with nine worn Xsens sensors and its full-body BVH: signals, energies and gait phases by site."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.datasets.gait_sites import SITES
+from w2w.core.datasets.imu_datasets import GaitTrial, read_gait
+from w2w.core.files import write_json, write_text
+from w2w.core.filtering import butterworth
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import SiteSimulator
+from w2w.core.motion.library import Clip
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.variants import smoothed_root
+from w2w.core.ranking.agreement import Agreement, rank_agreement
+from w2w.core.ranking.features import window_features
+from w2w.core.validation.correlation import Correlation, magnitude_correlation
+from w2w.core.validation.sites import SiteValidation, SiteWindows, validate_sites
+
+from ..runs.load_clip import load_clip
+from .report import agreement_table, write_validation
+
+PHASES = ("double support", "left swing", "right swing")
+SWING_SPEED = 0.3
+"""A foot swings while its ankle is faster than this part of its fast speed (its 95th percentile)."""
+
+WINDOW, STRIDE = 20, 5
+"""Samples of a phase's window and from one to the next, at 100 Hz; every fourth is tested on."""
+
+BLOCKS = 10
+"""Stretches of the walk that are never split between training and test."""
+
+LOWPASS_HZ, LONGEST_LAG_S, ROOT_HZ = 10.0, 0.1, 3.0
+
+
+class GaitValidation(NamedTuple):
+    """What was found, site by site.
+
+    Attributes
+    ----------
+    sites, places : tuple of str
+    acc, gyr : list of Correlation
+        Magnitudes, real against simulated.
+    energy : dict of str to (ndarray, ndarray)
+        Root mean square of the alternating magnitude of each kind, (N,), real and simulated.
+    energy_agreement : dict of str to Agreement
+    phases : SiteValidation
+    """
+
+    sites: tuple[str, ...]
+    places: tuple[str, ...]
+    acc: list[Correlation]
+    gyr: list[Correlation]
+    energy: dict[str, tuple[np.ndarray, np.ndarray]]
+    energy_agreement: dict[str, Agreement]
+    phases: SiteValidation
+
+
+def compare_gait(folder: Path, trial: str, seed: int = 0) -> GaitValidation:
+    """Simulate a trial's sensors from its BVH and compare.
+
+    Raises
+    ------
+    ValueError
+        If files are missing or do not belong together.
+    """
+    worn = read_gait(folder, trial)
+    unknown = [site for site in worn.recording.sites if site not in SITES]
+    if unknown:
+        raise ValueError(f"where the sensors {', '.join(unknown)} sat is not known")
+    sites = {site: SITES[site].on_body for site in worn.recording.sites}
+    simulator = SiteSimulator(
+        Body.bundled(), sites, Synthesis(rate_hz=worn.recording.rate), SensorModel.ideal(), seed
+    )
+    made = simulator.record(_walk(folder / f"xsens_{trial}.bvh", worn, simulator.body))
+    real = worn.recording
+    n = min(real.n_samples, made.n_samples)
+    acc, gyr = (
+        [
+            magnitude_correlation(a[:n, k], b[:n, k], real.rate, LOWPASS_HZ, LONGEST_LAG_S)
+            for k in range(real.n_sensors)
+        ]
+        for a, b in ((real.acc, made.acc), (real.gyr, made.gyr))
+    )
+    energy = {
+        kind: tuple(_energy(getattr(side, kind)[:n], real.rate) for side in (real, made))
+        for kind in ("acc", "gyr")
+    }
+    phase = phases(worn)[:n]
+    sides = [_phase_windows(side, phase) for side in (real, made)]
+    return GaitValidation(
+        real.sites, simulator.places, acc, gyr, energy,
+        {kind: rank_agreement(*values, seed=seed) for kind, values in energy.items()},
+        validate_sites(*sides, real.sites, PHASES, seed=seed),
+    )  # fmt: skip
+
+
+def _walk(path: Path, worn: GaitTrial, body: Body) -> Motion:
+    """The frames of the BVH that the sensors' samples belong to; leading T-poses are not among those read."""
+    if not path.is_file():
+        raise ValueError(f"{path} is missing: the trial's full-body motion")
+    counted = re.search(r"^\s*Frames:\s*(\d+)", path.read_text(errors="replace"), re.MULTILINE)
+    if not counted:
+        raise ValueError(f"{path} does not say how many frames it has")
+    _, motion, _ = load_clip(Clip(path, path.name, path.stem, "walk"), body)
+    motion = smoothed_root(motion, ROOT_HZ)
+    first = worn.first_row - (int(counted[1]) - motion.n_frames)
+    frames = slice(first, first + worn.recording.n_samples)
+    if first < 0 or first + worn.recording.n_samples > motion.n_frames:
+        raise ValueError(f"{path} does not reach over the sensors' samples")
+    return Motion(motion.rotations[frames], motion.pelvis[frames], motion.rate, "walk", clip=path.stem)
+
+
+def _energy(values: np.ndarray, rate: float) -> np.ndarray:
+    slow = butterworth(values.transpose(1, 2, 0).astype(np.float64), rate, LOWPASS_HZ, 2, zero_phase=True)
+    return np.linalg.norm(slow, axis=1).std(axis=1)
+
+
+def phases(worn: GaitTrial) -> np.ndarray:
+    """Phase of each sample by the speeds of Vicon's ankles, shape (T,), as indices into `PHASES`."""
+    swings = []
+    for side in "LR":
+        path = butterworth(worn.vicon[f"{side}TIO"].T, worn.recording.rate, LOWPASS_HZ, 2, zero_phase=True).T
+        speed = np.linalg.norm(np.gradient(path, 1 / worn.recording.rate, axis=0), axis=1)
+        swings.append(speed > SWING_SPEED * np.percentile(speed, 95))
+    left, right = swings
+    return np.where(left & ~right, 1, np.where(right & ~left, 2, 0))
+
+
+def _phase_windows(recording: ImuRecording, phase: np.ndarray) -> SiteWindows:
+    """Short windows, each named by the phase in its middle; none reaches from one block into the next."""
+    signals = np.concatenate([recording.acc, recording.gyr], axis=2)[: len(phase)]
+    views = np.lib.stride_tricks.sliding_window_view(signals, WINDOW, axis=0)[::STRIDE].transpose(0, 1, 3, 2)
+    starts = np.arange(len(views)) * STRIDE
+    block = starts * BLOCKS // len(phase)
+    whole = block == (starts + WINDOW - 1) * BLOCKS // len(phase)
+    named = np.array(PHASES)[phase[starts + WINDOW // 2]]
+    return SiteWindows(
+        window_features(views[whole], recording.rate),
+        named[whole],
+        np.array([f"block {number}" for number in block[whole]]),
+        np.full(int(whole.sum()), ""),
+        (starts[whole] // STRIDE) % (WINDOW // STRIDE) == 0,
+        {},
+    )
+
+
+def write_gait(out: Path, found: GaitValidation) -> str:
+    """Write ``report.md`` and ``signals.json`` beside what `write_validation` writes; returns the report."""
+    notes = [
+        "Paired: one walk of one person; nothing is fitted. The BVH is from the same suit's sensors, so the "
+        "pose is not independent of them; its root path is low-passed at 3 Hz (docs/signals.md).",
+        "Gait phases by the speed of Vicon's ankles; stretches of a second are never split.",
+    ]
+    write_validation(
+        out, found.phases, "Gait phases: worn and simulated sensors", notes, found.places, "_phases"
+    )
+    lines = ["# Gait: nine worn sensors and simulated ones", "", *(f"- {note}" for note in notes), ""]
+    lines += _signal_table(found)
+    lines += ["", "| ranking of the sites by | rho | 95 % interval (sites) | p |", "|---|---|---|---|"]
+    names = {"acc": "energy of acceleration", "gyr": "energy of angular velocity"}
+    for kind, found_so in found.energy_agreement.items():
+        lines.append(
+            f"| {names[kind]} | {found_so.spearman:.2f} | {found_so.low:.2f} to {found_so.high:.2f} | "
+            f"{found_so.p_value:.3f} |"
+        )
+    lines += ["", "## Gait phases", "", found.phases.sentence(), "", *agreement_table(found.phases), ""]
+    lines += ["![F1 of gait phases by site](f1_sites_phases.png)", ""]
+    write_json(out / "signals.json", _content(found))
+    write_text(out / "report.md", "\n".join(lines))
+    return "\n".join(lines)
+
+
+def _signal_table(found: GaitValidation) -> Sequence[str]:
+    lines = [
+        "| site | patch | acc r | best lag | gyr r | best lag | acc energy real, simulated | gyr energy |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for k, (site, place) in enumerate(zip(found.sites, found.places, strict=True)):
+        energies = [", ".join(f"{side[k]:.2f}" for side in found.energy[kind]) for kind in ("acc", "gyr")]
+        lines.append(
+            f"| {site} | {place} | {found.acc[k].zero_lag:.2f} | {found.acc[k].best_lag:.2f} "
+            f"| {found.gyr[k].zero_lag:.2f} | {found.gyr[k].best_lag:.2f} | {energies[0]} | {energies[1]} |"
+        )
+    return lines
+
+
+def _content(found: GaitValidation) -> dict:
+    return {
+        site: {
+            "patch": found.places[k],
+            "acc": [round(v, 4) for v in found.acc[k]],
+            "gyr": [round(v, 4) for v in found.gyr[k]],
+            **{
+                f"{kind} energy": [round(float(side[k]), 4) for side in found.energy[kind]]
+                for kind in ("acc", "gyr")
+            },
+        }
+        for k, site in enumerate(found.sites)
+    }
