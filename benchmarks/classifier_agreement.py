@@ -20,11 +20,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from headless.runs.results_folder import FinishedStudy
 from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
+from w2w.core.results_folder import StudyResults
 
 RESAMPLES = 300
 
@@ -61,7 +61,7 @@ class SomePlaces:
         return np.concatenate([self._source.places(place, place + 1) for place in wanted], axis=1)
 
 
-def rank_again(study: FinishedStudy, classifier: Any, places: Sequence[int], work: Path | None) -> UtilityMap:
+def rank_again(study: StudyResults, classifier: Any, places: Sequence[int], work: Path | None) -> UtilityMap:
     """The map of some places of a finished study by another classifier, its name or itself."""
     if work is not None and isinstance(classifier, Multi3Net):
         classifier = replace(classifier, checkpoints=work / f"{classifier.width}")
@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="of so many places one")
     parser.add_argument("--work", type=Path)
     options = parser.parse_args()
-    study = FinishedStudy.load(options.results)
+    study = StudyResults.load(options.results)
     places = range(0, len(study.utility.mean), options.every)
     started = time.process_time()
     again = rank_again(study, options.classifier, places, options.work)

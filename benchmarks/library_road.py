@@ -17,10 +17,10 @@ from unittest import mock
 from headless.runs import clip as clip_job
 from headless.runs.clip import WORK, Job, do_clip
 from headless.runs.folder import make_folders
-from headless.runs.load_clip import quiet_output
 from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
+from w2w.scene.output import quiet_output
 
 from .fbx_variants import LABELS
 

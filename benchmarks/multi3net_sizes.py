@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from headless.runs.results_folder import FinishedStudy
 from w2w.core.patches.naming import DEFAULT_SIDE, placement_patches
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
 
 from .classifier_agreement import RESAMPLES, rank_again
 
@@ -72,7 +72,7 @@ def main() -> None:
     parser.add_argument("--epochs", type=int, default=Multi3Net.full().epochs, help="of the published size")
     parser.add_argument("--work", type=Path)
     options = parser.parse_args()
-    study = FinishedStudy.load(options.results)
+    study = StudyResults.load(options.results)
     places = placement_patches(study.body(), study.patches, options.side)
     sizes = {"default": Multi3Net(), "published": Multi3Net.full(epochs=options.epochs)}
     points, samples = {}, {}

@@ -32,7 +32,6 @@ from typing import Any
 
 import numpy as np
 
-from headless.runs.results_folder import FinishedStudy
 from w2w.core.files import write_json
 from w2w.core.imu.augmentation import remounted
 from w2w.core.imu.recording import ImuRecording
@@ -42,6 +41,7 @@ from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.core.results_folder import StudyResults
 
 ACTIVITIES = 24
 CLIPS = 589
@@ -61,7 +61,7 @@ def timed(work: Callable[[], Any]) -> tuple[Any, dict[str, float]]:
 
 def read_recordings(results: Path) -> list[tuple[ImuRecording, str, str]]:
     """Recordings of the activities with most motions, each with its activity and its motion."""
-    study = FinishedStudy.load(results)
+    study = StudyResults.load(results)
     motions = Counter(activity for activity, _ in {(clip.activity, clip.motion) for clip in study.clips})
     chosen = [name for name, _ in motions.most_common(ACTIVITIES)]
     return [

@@ -11,7 +11,7 @@ from .system_libraries import LIBRARIES, how_to_install, missing_libraries
 
 NOT_INSTALLED = (
     "Blender's Python module, bpy, is not installed. In W2W's folder run 'make setup', which makes .venv, "
-    "or, in an environment of your own (Python 3.11): pip install '.[bpy]'"
+    "or, in an environment of your own (Python 3.11): pip install '.[blender]'"
 )
 
 MISSING_LIBRARY = re.compile(r"(\S+\.so[.\d]*): cannot open shared object file")

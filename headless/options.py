@@ -14,9 +14,9 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, shaped
 from w2w.core.files import reserved
 from w2w.core.selection.constraints import Constraints, read_costs
+from w2w.scene.output import quiet_output
 
 from .needs_blender import needs_blender
-from .runs.load_clip import quiet_output
 
 GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
 SHAPE_PARAMETERS = ("height", "weight", "muscle", "age", "arms", "legs")

@@ -1,11 +1,68 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""W2W as a Blender add-on: hands registration on to the user interface."""
+"""W2W, "Where to Wear": where on the body a motion sensor recognises activities best.
+
+One package for two uses. Blender calls `register` and `unregister`; everyone else writes::
+
+    import w2w
+
+    motions = w2w.load("MY_CLIPS")
+    patches = w2w.sample_patches(w2w.Body.bundled())
+    signals = w2w.synthesize(motions, patches, sensor="bmi270")
+    ranking = w2w.rank(signals)
+    ranking.best, ranking.smallest_set(0.9), ranking.heatmap("best.png")
+
+Names are imported when first used, so that Blender starts no slower for them.
+"""
 
 from __future__ import annotations
 
 import atexit
+import importlib
 import importlib.util
 import sys
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Body": "core.body.body",
+    "Constraints": "core.selection.constraints",
+    "EstimatorClassifier": "core.ranking.classifiers.estimator",
+    "ImuRecording": "core.imu.recording",
+    "Motion": "core.motion.motion",
+    "PatchSet": "core.patches.patches",
+    "Ranking": "ranking",
+    "SensorModel": "core.imu.sensor",
+    "Synthesis": "core.imu.synthesis",
+    "UtilityMap": "core.ranking.utility",
+    "WindowSpec": "core.ranking.windows",
+    "load": "api",
+    "load_body": "api",
+    "open_results": "api",
+    "preset": "core.imu.presets",
+    "rank": "api",
+    "rank_agreement": "core.ranking.agreement",
+    "sample_patches": "core.patches.patches",
+    "shaped": "core.body.shapes",
+    "synthesize": "api",
+}
+"""Module of each public name, inside this package."""
+
+__all__ = [*_HOMES, "__version__", "register", "unregister"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
 
 REQUIRED = ("cmap", "scipy", "sklearn", "threadpoolctl", "trimesh")
 """Packages beyond Blender's own that the extension imports wherever it runs; all of them, and those of the

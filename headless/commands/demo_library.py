@@ -11,13 +11,13 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from w2w.core.clip_files import WORK
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
 from w2w.core.rehab.clips import EXERCISES, generate_clip
 
 from ..console import USAGE, Progress
 from ..needs_blender import needs_blender
-from ..runs.clip_files import WORK
 from ..runs.own_files import ForeignFileError, claim
 
 ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)

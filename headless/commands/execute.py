@@ -10,7 +10,9 @@ import typer
 from rich.console import Console
 
 from w2w.core.body.body import Body
+from w2w.core.clip_files import WORK
 from w2w.core.motion.library import Library
+from w2w.core.results_folder import sensors_together
 from w2w.core.study import StudyConfig
 
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, USAGE, Progress
@@ -20,12 +22,10 @@ from ..reports.draw import draw_study
 from ..reports.html import REPORT, write_report
 from ..reports.pictures import BLEND
 from ..reports.summary import study_counts, write_failure, write_results
-from ..runs.clip_files import WORK
 from ..runs.folder import FolderBusyError, make_folders, only_run, own_results
 from ..runs.monitor import SILENT, EventLog, Watch
 from ..runs.own_files import ForeignFileError
 from ..runs.patch_mode import placeable
-from ..runs.results_folder import FinishedStudy, sensors_together
 from ..runs.study import Study, StudyError, run_study, write_config
 from ..runs.workers import Engine, EngineError
 from ..stopping import STOPPED
@@ -97,7 +97,7 @@ def _execute(
         study = run_study(library, body, config, out, engine, progress, watch)
         watch.step("testing the sensors together")
         with progress.spinner("Testing the sensors together"):
-            tested = sensors_together(FinishedStudy.of(study), study.advice.subset.order)
+            tested = sensors_together(study.results(), study.advice.subset.order)
         study = replace(study, together=tested)
         watch.step("writing results")
         write_config(study)

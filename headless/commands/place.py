@@ -10,12 +10,12 @@ import typer
 from rich.console import Console
 
 from w2w.core.files import write_json
+from w2w.core.results_folder import StudyResults, sensors_together
 from w2w.core.selection.advice import advise
 
 from ..console import USAGE
 from ..options import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
 from ..reports.advice_text import advice_content, show_advice
-from ..runs.results_folder import FinishedStudy, sensors_together
 
 
 def place(
@@ -45,7 +45,7 @@ def place(
     """
     console = Console(highlight=False)
     try:
-        study = FinishedStudy.load(results)
+        study = StudyResults.load(results)
         goal = target if target is not None else study.parameters["target"]
         constraints = parse_wishes(only, forbid, must, costs)
         advice = advise(study.utility, study.patches, goal, max_places, constraints)

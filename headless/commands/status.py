@@ -11,8 +11,9 @@ import typer
 from filelock import FileLock, Timeout
 from rich.console import Console
 
+from w2w.core.clip_files import WORK
+
 from ..console import USAGE
-from ..runs.clip_files import WORK
 from ..runs.monitor import RunState, read_state
 
 

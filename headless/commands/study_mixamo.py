@@ -21,11 +21,11 @@ from w2w.core.motion.library import Library, read_library
 from w2w.core.patches.naming import PLACEMENTS, placement_patches
 from w2w.core.ranking.comparison import PlaceDifference, compare_places
 from w2w.core.ranking.score_table import score_table
+from w2w.core.results_folder import StudyResults
 from w2w.core.study import StudyConfig
 
 from ..console import USAGE
 from ..reports.console_tables import show_scores, wide_console, write_scores
-from ..runs.results_folder import FinishedStudy
 from ..runs.workers import Engine
 from .execute import execute
 from .tables import read_groups
@@ -73,7 +73,7 @@ def mixamo(
     config = StudyConfig(patches=patches, seed=seed)
     execute(used, Body.bundled(), config, out, Engine(workers), pictures, console)
     group_of = {name: group for group, names in chosen.items() for name in names}
-    show_placements(FinishedStudy.load(out), group_of, side, console)
+    show_placements(StudyResults.load(out), group_of, side, console)
 
 
 def only(library: Library, chosen: Mapping[str, tuple[str, ...]]) -> Library:
@@ -93,7 +93,7 @@ def show_groups(chosen: Mapping[str, tuple[str, ...]], per_group: int, console: 
     console.print(table)
 
 
-def show_placements(study: FinishedStudy, group_of: Mapping[str, str], side: str, console: Console) -> None:
+def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str, console: Console) -> None:
     """Print and write both tables and the comparison of unusual placements with common ones."""
     places = placement_patches(study.body(), study.patches, side)
     columns, patches = list(places), list(places.values())

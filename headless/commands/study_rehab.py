@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 from w2w.core.colours import patch_colours, score_range
+from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset
 from w2w.core.study import StudyConfig
 
@@ -20,7 +21,6 @@ from ..reports.draw import draw_alone
 from ..reports.panel_figure import Map, panel_figure
 from ..reports.pictures import MAX_LISTED
 from ..reports.report_data import title
-from ..runs.results_folder import FinishedStudy
 from ..runs.workers import Engine
 from .demo import rehabilitation_study
 
@@ -52,7 +52,7 @@ def rehab(
     config = StudyConfig(patches=patches, target=target, seed=seed)
     study = rehabilitation_study(out, clips, config, Engine(workers), pictures, console)
     with console.status("Drawing the figure"):
-        failed = draw_alone(draw_figure, study.out, study.recommendation.subset)
+        failed = draw_alone(draw_figure, study.out, study.advice.subset)
     if failed:
         console.print(f"No figure: {failed}.", style="red", markup=False)
     else:
@@ -64,7 +64,7 @@ def draw_figure(out: Path, subset: Subset) -> None:
     with needs_blender():
         from w2w.scene.render import BodyRenderer
 
-    study = FinishedStudy.load(out)
+    study = StudyResults.load(out)
     utility, patches, body = study.utility, study.patches, study.body()
     scale = score_range(utility.f1)
     order = list(subset.order[:MAX_LISTED])

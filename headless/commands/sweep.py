@@ -10,13 +10,13 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from w2w.core.clip_files import WORK
 from w2w.core.ranking.agreement import compare_maps
+from w2w.core.results_folder import StudyResults
 
 from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE, Progress
 from ..reports.console_tables import wide_console
-from ..runs.clip_files import WORK
 from ..runs.own_files import ForeignFileError, claim, note
-from ..runs.results_folder import FinishedStudy
 from ..stopping import STOPPED
 from ..sweep.cases import FACTORS, cases
 from ..sweep.figure import sweep_figure
@@ -51,7 +51,7 @@ def sweep(
     """
     console = wide_console()
     try:
-        study = FinishedStudy.load(results)
+        study = StudyResults.load(results)
         wanted = cases(study.config(), [name.strip() for name in by.split(",") if name.strip()], copies)
         folder = out or results / "sweep"
         (folder / WORK).mkdir(parents=True, exist_ok=True)

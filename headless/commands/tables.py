@@ -14,10 +14,10 @@ from w2w.core.csv_tables import read_table
 from w2w.core.motion.labels import by_label
 from w2w.core.patches.naming import placement_patches
 from w2w.core.ranking.score_table import score_table
+from w2w.core.results_folder import StudyResults
 
 from ..console import USAGE, show_left_out
 from ..reports.console_tables import show_scores, wide_console, write_scores
-from ..runs.results_folder import FinishedStudy
 
 
 def tables(
@@ -40,7 +40,7 @@ def tables(
     """
     console = wide_console()
     try:
-        study = FinishedStudy.load(results)
+        study = StudyResults.load(results)
         group_of = read_groups(groups, study.utility.activities) if groups else {}
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")

@@ -58,7 +58,7 @@ def show_outcome(
     failed: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
     """Print what was found and where it stands, and what could not be drawn."""
-    utility = study.recommendation.utility
+    utility = study.utility
     skipped = skipped_files(study.outcomes, study.library)
     show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
@@ -91,7 +91,7 @@ def _show_regions(study: Study, console: Console) -> None:
     table.add_column("place")
     for heading in ("mean F1", "95 % interval", "rank"):
         table.add_column(heading, justify="right")
-    utility = study.recommendation.utility
+    utility = study.utility
     for row in best_regions(utility, study.patches):
         low, high = row["rank"]
         interval = interval_text(row["low"], row["high"], mean_caution(utility))

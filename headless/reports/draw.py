@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from w2w.core.selection.subsets import Subset
+from w2w.scene.output import output_to
 
 from ..blender import forget_scripts_path
 from ..console import Progress
 from ..needs_blender import NoBlenderError, missing_library
-from ..runs.load_clip import output_to
 from ..runs.own_files import claim, remove_claimed
 from ..runs.picture_names import HEATMAPS, picture_files
 from ..runs.study import Study
@@ -37,10 +37,10 @@ def draw_study(study: Study, progress: Progress) -> dict[str, str]:
     dict of str to str
         What could not be made, and why.
     """
-    folder, subset = study.out / HEATMAPS, study.recommendation.subset
+    folder, subset = study.out / HEATMAPS, study.advice.subset
     folder.mkdir(exist_ok=True)
     remove_claimed(study.out, HEATMAPS)
-    files = picture_files(study.recommendation.utility.activities)
+    files = picture_files(study.utility.activities)
     claim(study.out, [f"{HEATMAPS}/{file}" for file in files])
     failed = {}
     pictures = [folder / file for file in files]

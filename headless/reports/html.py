@@ -15,10 +15,10 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.files import write_text
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
 
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
-from ..runs.results_folder import FinishedStudy
 from ..window_options import window_warning
 from .best_regions import best_regions
 from .counts import clip_counts, counts_sentence, few_clips, interval_caution, mean_caution
@@ -64,7 +64,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
     ForeignFileError
         If a `report.html` stands there that W2W did not write.
     """
-    study = FinishedStudy.load(out)
+    study = StudyResults.load(out)
     summary, config = (
         json.loads((out / name).read_text(encoding="utf-8")) for name in ("summary.json", "config.json")
     )
@@ -76,13 +76,13 @@ def write_report(out: Path, project: str | None = None) -> Path:
 
 
 def page(
-    study: FinishedStudy, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
+    study: StudyResults, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
 ) -> str:
     """The page's HTML.
 
     Parameters
     ----------
-    study : FinishedStudy
+    study : StudyResults
     body : Body
         The study's.
     summary, config : dict
@@ -121,7 +121,7 @@ def page(
     )
 
 
-def _activities(study: FinishedStudy, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
+def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
     """Each tested activity: its clips, its own best spot, and how the best single spot does."""
     utility, tested, rows = study.utility, study.utility.tested_clips(), []
     for number, name in enumerate(utility.activities):

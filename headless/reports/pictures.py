@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from w2w.core.colours import patch_colours, score_range
-from w2w.core.motion.motion import Motion, read_amass
+from w2w.core.motion.motion import Motion
+from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset
 
 from ..needs_blender import needs_blender
 from ..runs.picture_names import HEATMAPS, MEAN, SUBSET, picture_names
-from ..runs.results_folder import FinishedStudy
 from .heatmap_figure import heatmap_figure, subset_figure
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def write_pictures(out: Path, subset: Subset) -> None:
     with needs_blender():
         from w2w.scene.render import BodyRenderer
 
-    study = FinishedStudy.load(out)
+    study = StudyResults.load(out)
     utility = study.utility
     folder = out / HEATMAPS
     titles = [name.replace("_", " ").capitalize() for name in utility.activities]
@@ -57,7 +57,7 @@ def write_blend(out: Path, subset: Subset) -> None:
     with needs_blender():
         from w2w.scene.study_file import write_study
 
-    study = FinishedStudy.load(out)
+    study = StudyResults.load(out)
     utility = study.utility
     write_study(
         out / BLEND,
@@ -71,7 +71,7 @@ def write_blend(out: Path, subset: Subset) -> None:
     )
 
 
-def _draw_subset(study: FinishedStudy, subset: Subset, renderer: BodyRenderer) -> None:
+def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) -> None:
     utility, patches, body = study.utility, study.patches, renderer.body
     order = list(subset.order[:MAX_LISTED])
     low, high = score_range(utility.mean)
@@ -95,7 +95,7 @@ def _draw_subset(study: FinishedStudy, subset: Subset, renderer: BodyRenderer) -
     )
 
 
-def _motions(study: FinishedStudy) -> Iterator[Motion]:
+def _motions(study: StudyResults) -> Iterator[Motion]:
     for clip in study.clips:
-        motion = read_amass(study.out / "motions" / f"{clip.name}.npz", z_up=True)
+        motion = Motion.load(study.out / "motions" / f"{clip.name}.npz")
         yield motion.labelled(clip.activity, clip.subject, clip.name)

@@ -13,9 +13,9 @@ import numpy as np
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_json, write_text
 from w2w.core.motion.library import Library
+from w2w.core.results_folder import UTILITY
 
 from ..runs.clip import Outcome
-from ..runs.results_folder import UTILITY
 from ..runs.study import Study, StudyError
 from ..window_options import window_content
 from .advice_text import DIGITS, advice_content, place_content
@@ -27,7 +27,7 @@ AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "c
 
 def write_results(study: Study) -> None:
     """Write `summary.json`, `utility.csv` and `utility.npz` into the study's folder."""
-    study.recommendation.utility.save(study.out / UTILITY)
+    study.utility.save(study.out / UTILITY)
     write_text(study.out / "utility.csv", utility_table(study))
     write_json(study.out / "summary.json", summary(study))
 
@@ -59,7 +59,7 @@ def utility_table(study: Study) -> str:
 
     Patches of one `cluster` say the same.
     """
-    utility, patches = study.recommendation.utility, study.patches
+    utility, patches = study.utility, study.patches
     rows = [["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
         scores = [*utility.f1[patch], utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]]
@@ -79,7 +79,7 @@ def utility_table(study: Study) -> str:
 
 def summary(study: Study) -> dict[str, Any]:
     """What the study found, for people and programs."""
-    utility = study.recommendation.utility
+    utility = study.utility
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
@@ -102,27 +102,27 @@ def study_counts(study: Study) -> dict[str, int]:
     """Clips found, used, ranked and skipped."""
     found = len(study.outcomes) + len(study.library.skipped)
     used = [outcome.clip.activity for outcome in study.used]
-    return clip_counts(found, used, study.recommendation.utility)
+    return clip_counts(found, used, study.utility)
 
 
 def place(study: Study, patch: int) -> dict[str, Any]:
     """One patch by number, name and place, with its scores."""
-    return place_content(patch, study.recommendation.utility, study.patches)
+    return place_content(patch, study.utility, study.patches)
 
 
 def _activities(study: Study) -> dict[str, dict[str, Any]]:
     clips = Counter(outcome.clip.activity for outcome in study.used)
     windows: Counter[str] = Counter()
-    motions: dict[str, set[int]] = {}
-    for outcome, group in zip(study.used, study.groups.tolist(), strict=True):
+    motions: dict[str, set[str]] = {}
+    for outcome, motion in zip(study.used, study.motions, strict=True):
         windows[outcome.clip.activity] += outcome.details["windows"]
-        motions.setdefault(outcome.clip.activity, set()).add(group)
+        motions.setdefault(outcome.clip.activity, set()).add(motion)
     return {
         name: {
             "clips": clips[name],
             "distinct_motions": len(motions[name]),
             "windows": windows[name],
-            "ranked": name in study.recommendation.utility.activities,
+            "ranked": name in study.utility.activities,
             "interval_caution": few_clips(len(motions[name])),
         }
         for name in sorted(clips)
@@ -131,7 +131,7 @@ def _activities(study: Study) -> dict[str, dict[str, Any]]:
 
 def _regions(study: Study) -> dict[str, dict[str, Any]]:
     """Each named region: how many patches it has and how good they are."""
-    mean = study.recommendation.utility.mean
+    mean = study.utility.mean
     regions = np.array(study.patches.regions)
     return {
         region: {
@@ -145,7 +145,7 @@ def _regions(study: Study) -> dict[str, dict[str, Any]]:
 
 def _used(study: Study, number: int) -> dict[str, Any]:
     outcome = study.used[number]
-    first = int(np.flatnonzero(study.groups == study.groups[number])[0])
+    first = study.motions.index(study.motions[number])
     entry = {
         "file": outcome.clip.file,
         "clip": outcome.clip.name,

@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from w2w.core.body.body import Body
+from w2w.core.clip_files import WORK, copy_file, features_file, write_features
 from w2w.core.files import UNFINISHED, file_sha256, write_json
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.duplicates import motion_signature
@@ -27,7 +28,6 @@ from w2w.core.ranking.windows import TooShortError
 from w2w.core.study import StudyConfig, copies_of, describe, record
 
 from ..needs_blender import NoBlenderError
-from .clip_files import WORK, copy_file, features_file, write_features
 from .guard import LIMIT_S, MEMORY, guarded, timed_out, untimed
 from .load_clip import load_clip
 from .own_files import files_of_record, remove_own

@@ -19,10 +19,10 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from w2w.core.body.body import PACKAGE, TEMPLATES
+from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED
 from w2w.core.motion.library import Library
 
-from .clip_files import WORK
 from .own_files import claim, files_of_record, json_content, note, remove_own
 from .picture_names import HEATMAPS, picture_files
 

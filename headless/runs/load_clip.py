@@ -3,10 +3,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 from w2w.core.body.body import Body
@@ -14,6 +11,7 @@ from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion
+from w2w.scene.output import quiet_output
 
 from ..blender import forget_scripts_path
 from ..needs_blender import needs_blender
@@ -57,25 +55,3 @@ def load_clip(
     if isinstance(source, SourceMotion) and source.people > 1:
         details["people"] = source.people
     return source, motion, details
-
-
-@contextlib.contextmanager
-def quiet_output() -> Iterator[None]:
-    """Keep what Blender's importers print from the user's screen."""
-    with output_to(Path(os.devnull)):
-        yield
-
-
-@contextlib.contextmanager
-def output_to(path: Path) -> Iterator[None]:
-    """Let a file have what the process prints, C++ included, even when it dies."""
-    with path.open("w") as file:
-        saved = [os.dup(1), os.dup(2)]
-        try:
-            os.dup2(file.fileno(), 1)
-            os.dup2(file.fileno(), 2)
-            yield
-        finally:
-            for number, handle in enumerate(saved, start=1):
-                os.dup2(handle, number)
-                os.close(handle)

@@ -10,10 +10,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TextIO
 
+from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
 
 from .clip import Outcome
-from .clip_files import WORK
 
 # What an event is called, and its facts, is a promise: docs/engineer.md lists them.
 

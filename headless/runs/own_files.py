@@ -15,9 +15,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from w2w.core.clip_files import WORK
 from w2w.core.files import file_sha256, write_text
 
-from .clip_files import WORK
 from .picture_names import HEATMAPS, picture_files
 
 LIST = "written.sha256"

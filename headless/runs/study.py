@@ -9,21 +9,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
+from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
 from w2w.core.clip_ranking import RankedClip, rank_clips
 from w2w.core.files import write_json
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import ResultClip, StudyResults
 from w2w.core.selection.advice import Advice, advise
-from w2w.core.study import Recommendation, StudyConfig, place_patches
+from w2w.core.study import StudyConfig, place_patches
 
 from ..console import Progress
 from .clip import Job, Outcome, file_sha256
-from .clip_files import WORK, ClipWindows, ranking_inputs
 from .folder import code_sha256, forget_running, remove_leftovers, versions
 from .monitor import Watch
 from .workers import Engine, run_jobs
@@ -56,9 +55,9 @@ class Study:
     patches : PatchSet
     outcomes : tuple of Outcome
         What became of each clip, in the library's order.
-    groups : ndarray, shape (used clips,), int
-        Which used clips show the same motion.
-    recommendation : Recommendation
+    motions : tuple of str
+        For each used clip, the first one that shows the same motion.
+    utility : UtilityMap
     advice : Advice
         The choice under the config's constraints.
     out : Path
@@ -72,8 +71,8 @@ class Study:
     body: Body
     patches: PatchSet
     outcomes: tuple[Outcome, ...]
-    groups: np.ndarray
-    recommendation: Recommendation
+    motions: tuple[str, ...]
+    utility: UtilityMap
     advice: Advice
     out: Path
     together: tuple[UtilityMap, ...] = ()
@@ -82,6 +81,14 @@ class Study:
     def used(self) -> list[Outcome]:
         """Clips that take part."""
         return [outcome for outcome in self.outcomes if outcome.used]
+
+    def results(self) -> StudyResults:
+        """The same as read from its folder; the features are on disk."""
+        clips = tuple(
+            ResultClip(outcome.clip.name, outcome.clip.activity, outcome.clip.subject, motion)
+            for outcome, motion in zip(self.used, self.motions, strict=True)
+        )
+        return StudyResults(self.out, self.utility, self.patches, clips, self.config.as_dict())
 
 
 def run_study(
@@ -132,16 +139,15 @@ def run_study(
     remove_leftovers(out, {clip.name for clip in used})
     watch.step("ranking places")
     try:
-        recommendation, groups = _rank(used, config, out, progress)
+        utility, motions = _rank(used, config, out, progress)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         raise StudyError(f"{error}. Clips used by activity: {found}", outcomes) from error
     watch.step("choosing places")
     with progress.spinner("Choosing places"):
-        advice = _choose(recommendation, patches, config)
-    recommendation = replace(recommendation, best=advice.best, subset=advice.subset)
-    return Study(library, config, body, patches, tuple(outcomes), groups, recommendation, advice, out)
+        advice = _choose(utility, patches, config)
+    return Study(library, config, body, patches, tuple(outcomes), motions, utility, advice, out)
 
 
 def write_config(study: Study) -> None:
@@ -201,7 +207,7 @@ def _bake(
 
 def _rank(
     used: list[Clip], config: StudyConfig, out: Path, progress: Progress
-) -> tuple[Recommendation, np.ndarray]:
+) -> tuple[UtilityMap, tuple[str, ...]]:
     windows = [ClipWindows(out, clip.name) for clip in used]
     clips = [
         RankedClip(clip.name, clip.activity, clip.subject, found.is_test, found.signature, clip.motion_key)
@@ -220,8 +226,8 @@ def _rank(
         return rank_clips(clips, inputs, config, told, out / WORK)
 
 
-def _choose(recommendation: Recommendation, patches: PatchSet, config: StudyConfig) -> Advice:
+def _choose(utility: UtilityMap, patches: PatchSet, config: StudyConfig) -> Advice:
     try:
-        return advise(recommendation.utility, patches, config.target, config.max_places, config.constraints)
+        return advise(utility, patches, config.target, config.max_places, config.constraints)
     except ValueError as error:
         raise StudyError(f"the constraints cannot be met: {error}") from error

@@ -19,19 +19,20 @@ from threadpoolctl import threadpool_limits
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
+from w2w.core.clip_files import WORK, ClipWindows, features_file, ranking_inputs, write_features
+from w2w.core.clip_ranking import WindowLabels, rank_windows
 from w2w.core.files import write_json
-from w2w.core.motion.motion import read_amass
+from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.utility import UtilityMap, inputs_of, utility_map
+from w2w.core.ranking.utility import UtilityMap, inputs_of
 from w2w.core.ranking.windows import TooShortError
+from w2w.core.results_folder import ResultClip, StudyResults
 from w2w.core.study import copies_of, describe, place_patches, plain, record
 
 from ..blender import inside_blender
 from ..runs.blender_executor import BlenderExecutor
-from ..runs.clip_files import WORK, ClipWindows, features_file, ranking_inputs, write_features
 from ..runs.folder import code_sha256
 from ..runs.guard import end_with
-from ..runs.results_folder import FinishedClip, FinishedStudy
 from ..stopping import deaf_children
 from .cases import Case
 
@@ -41,7 +42,7 @@ class SweepMaps:
 
     Parameters
     ----------
-    study : FinishedStudy
+    study : StudyResults
     out : Path
         Folder of the sweep.
     places : int
@@ -55,7 +56,7 @@ class SweepMaps:
         If the study's classifier takes windows instead of features.
     """
 
-    def __init__(self, study: FinishedStudy, out: Path, places: int, workers: int) -> None:
+    def __init__(self, study: StudyResults, out: Path, places: int, workers: int) -> None:
         self.study, self.out, self.workers = study, out, workers
         config = study.config()
         if inputs_of(config.classifier) != "features":
@@ -110,7 +111,7 @@ class SweepMaps:
             return self.study.body()
         return shaped(Body.bundled(), **dict(case.shape))
 
-    def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[FinishedClip]:
+    def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[ResultClip]:
         patches = self.out / WORK / "patches.npz"
         usual_height = self.study.body().height
         calls = [(case, clip, self.study.out, folder, patches, usual_height) for clip in self.study.clips]
@@ -136,22 +137,12 @@ class SweepMaps:
         finally:
             executor.shutdown(kill_workers=True)
 
-    def _rank(self, case: Case, clips: list[FinishedClip], folder: Path) -> UtilityMap:
-        config = case.config
+    def _rank(self, case: Case, clips: list[ResultClip], folder: Path) -> UtilityMap:
         names = [clip.name for clip in clips]
         found = [ClipWindows(folder, name) for name in names]
-        windows = [len(one.is_test) for one in found]
-        return utility_map(
-            ranking_inputs(folder, names, found, config.classifier, config.windows),
-            np.repeat([clip.activity for clip in clips], windows),
-            np.repeat([clip.motion for clip in clips], windows),
-            np.repeat([clip.subject for clip in clips], windows) if config.by_subject else None,
-            np.concatenate([one.is_test for one in found]),
-            sorted({clip.activity for clip in clips}),
-            classifier=config.classifier,
-            folds=config.folds,
-            seed=config.seed,
-        )
+        labels = WindowLabels.of(clips, [clip.motion for clip in clips], [one.is_test for one in found])
+        inputs = ranking_inputs(folder, names, found, case.config.classifier, case.config.windows)
+        return rank_windows(inputs, labels, case.config)
 
 
 def _bake_clip_for(parent: int, *call: Any) -> bool:
@@ -162,7 +153,7 @@ def _bake_clip_for(parent: int, *call: Any) -> bool:
 
 def _bake_clip(
     case: Case,
-    clip: FinishedClip,
+    clip: ResultClip,
     study: Path,
     folder: Path,
     patches: Path,
@@ -170,7 +161,7 @@ def _bake_clip(
 ) -> bool:
     """Write the features of a clip under a case; False where it is too short for its windows."""
     body, places = _load(folder / WORK / "body.npz", patches)
-    motion = read_amass(study / "motions" / f"{clip.name}.npz", z_up=True)
+    motion = Motion.load(study / "motions" / f"{clip.name}.npz")
     motion = case.motion(motion.labelled(clip.activity, clip.subject, clip.name))
     motion = replace(motion, pelvis=motion.pelvis * (body.height / usual_height))
     with threadpool_limits(1):

@@ -22,10 +22,10 @@ find_libraries()
 import numpy as np  # noqa: E402
 
 from headless.runs.clip import Job  # noqa: E402
-from headless.runs.clip_files import WORK  # noqa: E402
 from headless.runs.folder import make_folders  # noqa: E402
 from headless.runs.workers import run_alone, run_jobs  # noqa: E402
 from w2w.core.body.body import Body  # noqa: E402
+from w2w.core.clip_files import WORK  # noqa: E402
 from w2w.core.motion.library import read_library  # noqa: E402
 from w2w.core.study import StudyConfig, place_patches  # noqa: E402
 

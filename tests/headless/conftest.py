@@ -24,7 +24,7 @@ from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.advice import advise
 from w2w.core.selection.subsets import multi_sensor_check
-from w2w.core.study import Recommendation, StudyConfig
+from w2w.core.study import StudyConfig
 
 
 @pytest.fixture(scope="module")
@@ -95,8 +95,8 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         body,
         patches,
         tuple(Outcome(clip, "", details, "0" * 64) for clip in clips),
-        np.arange(len(clips)),
-        Recommendation(utility, advice.best, advice.subset),
+        tuple(clip.name for clip in clips),
+        utility,
         advice,
         out,
         tuple(together),

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from headless.runs.clip_files import ClipWindows, copy_file, features_file, ranking_inputs, write_features
+from w2w.core.clip_files import ClipWindows, copy_file, features_file, ranking_inputs, write_features
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 from headless.commands.study_mixamo import show_placements
-from headless.runs.results_folder import FinishedStudy
 from w2w.core.patches.naming import PLACEMENTS
+from w2w.core.results_folder import StudyResults
 
 CLIPS = {
     "mixamo/degocyx1211__GameJam1/Idle.fbx": ("idle", "balance_intensive"),
@@ -28,7 +28,7 @@ def rows_of(path):
 
 
 def test_unusual_placements_are_held_against_common_ones(drawn_results, tmp_path):
-    study = FinishedStudy.load(drawn_results)
+    study = StudyResults.load(drawn_results)
     lift, sit = study.utility.activities[1:]
     console = Console(record=True, width=200, file=(tmp_path / "log").open("w"))
     show_placements(study, {lift: "asymmetric", sit: "locomotion_posture"}, "right", console)

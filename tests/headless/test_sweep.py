@@ -10,9 +10,9 @@ from headless.commands.sweep.cases import FACTORS, cases
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
-from headless.runs.clip_files import ClipWindows
-from headless.runs.results_folder import FinishedStudy
+from w2w.core.clip_files import ClipWindows
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
 
 PLACES = 10
 
@@ -32,7 +32,7 @@ def study(tmp_path_factory):
         *("--workers", 1, "--augment", "tempo,noise", "--copies", 2, "--folds", 2, "--max", 2),
     )
     assert code == 0, output
-    return FinishedStudy.load(folder / "out")
+    return StudyResults.load(folder / "out")
 
 
 def test_copies_are_trained_on_and_never_tested(study):

@@ -6,12 +6,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from headless.runs.clip_files import features_file, write_features
 from headless.runs.folder import make_folders
-from headless.runs.results_folder import FinishedClip, FinishedStudy, sensors_together
+from w2w.core.clip_files import features_file, write_features
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking import utility
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
+from w2w.core.results_folder import ResultClip, StudyResults, sensors_together
 
 RATE, SAMPLES, CLIPS = 25.0, 50, 8
 MOVES = {"rest": (0, 0), "wave": (1, 0), "step": (0, 1), "march": (1, 1)}
@@ -41,7 +41,7 @@ def study(tmp_path):
             swing = np.sin(2 * np.pi * (2 * time + rng.uniform(0, 0.1))) * np.array(moves)[:, None]
             signals = (3 * swing + rng.normal(0, 0.3, (2, SAMPLES, 2, 3))).astype(np.float32)
             ImuRecording(*signals, RATE).save(tmp_path / "signals" / f"{name}.npz")
-            clips.append(FinishedClip(name, activity, "", name))
+            clips.append(ResultClip(name, activity, "", name))
             write_features(
                 features_file(tmp_path, name),
                 [np.zeros((1, 2, 1), np.float32)],
@@ -50,7 +50,7 @@ def study(tmp_path):
             )
     windows = {"length_s": 2.0, "stride_s": 1.0}
     parameters = {"classifier": "multi3net", "by_subject": False, "folds": 4, "seed": 0, "windows": windows}
-    return FinishedStudy(tmp_path, None, None, tuple(clips), parameters)
+    return StudyResults(tmp_path, None, None, tuple(clips), parameters)
 
 
 def test_one_network_reads_the_windows_of_all_sensors(study, monkeypatch):

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From clips with labels to a ranking of places: what both doors, the panel and the command line, do last."""
+"""From clips with labels to a ranking of patches: what the panel, the command line and Python do last."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .ranking.inputs import PlaceBlocks
-from .study import Recommendation, StudyConfig, recommend, same_clips
+from .ranking.utility import UtilityMap, utility_map
+from .selection.subsets import multi_sensor_check
+from .study import StudyConfig, same_clips
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +41,66 @@ class RankedClip:
     motion_key: str = ""
 
 
+@dataclass(frozen=True, eq=False)
+class WindowLabels:
+    """What is known of each window beside its signals.
+
+    Parameters
+    ----------
+    activity, motion, subject : ndarray of str, shape (W,)
+        `motion` is the first clip that shows the same motion: windows of one motion are never split.
+    is_test : ndarray of bool, shape (W,)
+        Windows that may be tested on.
+    """
+
+    activity: np.ndarray
+    motion: np.ndarray
+    subject: np.ndarray
+    is_test: np.ndarray
+
+    @classmethod
+    def of(cls, clips: Sequence[Any], motions: Sequence[str], is_test: Sequence[np.ndarray]) -> WindowLabels:
+        """Labels of the windows of clips, one clip after another.
+
+        Parameters
+        ----------
+        clips : sequence
+            Objects with an `activity` and a `subject`.
+        motions : sequence of str
+            One a clip.
+        is_test : sequence of ndarray of bool
+            One a clip, an entry a window.
+        """
+        windows = [len(tested) for tested in is_test]
+        return cls(
+            np.repeat([clip.activity for clip in clips], windows),
+            np.repeat(list(motions), windows),
+            np.repeat([clip.subject for clip in clips], windows),
+            np.concatenate(list(is_test)),
+        )
+
+    def protocol(self, config: StudyConfig, classifier: Any = None) -> dict[str, Any]:
+        """How `utility_map` is to train and test: the arguments after the activity."""
+        return {
+            "clip": self.motion,
+            "subject": self.subject if config.by_subject else None,
+            "is_test": self.is_test,
+            "activities": sorted(set(self.activity.tolist())),
+            "classifier": config.classifier if classifier is None else classifier,
+            "folds": config.folds,
+            "seed": config.seed,
+        }
+
+
 def rank_clips(
     clips: Sequence[RankedClip],
     inputs: np.ndarray | PlaceBlocks,
     config: StudyConfig,
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
-) -> tuple[Recommendation, np.ndarray]:
-    """Find clips that show one motion, rank all places and choose.
+    classifier: Any = None,
+) -> tuple[UtilityMap, tuple[str, ...]]:
+    """Find clips that show one motion, then train and test at every patch.
 
     Parameters
     ----------
@@ -54,15 +109,17 @@ def rank_clips(
         What the classifier takes (`utility.inputs_of`), the clips' windows one after another.
     config : StudyConfig
     progress : callable, optional
-        Told the fraction done.
+        Given the fraction done.
     work : Path, optional
         Folder for what a later call can take up, as for `utility_map`.
+    classifier : object, optional
+        In place of the config's, as for `utility_map`.
 
     Returns
     -------
-    recommendation : Recommendation
-    groups : ndarray, shape (clips,), int
-        Which clips show the same motion.
+    utility : UtilityMap
+    motions : tuple of str
+        For each clip, the first clip that shows the same motion.
 
     Raises
     ------
@@ -74,16 +131,37 @@ def rank_clips(
         [clip.motion_key for clip in clips],
         np.array([clip.signature for clip in clips]),
     )
-    group_names = np.array([clips[np.argmax(groups == group)].name for group in groups])
-    windows = [len(clip.is_test) for clip in clips]
-    recommendation = recommend(
-        inputs,
-        np.repeat([clip.activity for clip in clips], windows),
-        np.repeat(group_names, windows),
-        np.repeat([clip.subject for clip in clips], windows),
-        np.concatenate([clip.is_test for clip in clips]),
-        config,
-        progress,
-        work,
-    )
-    return recommendation, groups
+    motions = tuple(clips[int(np.argmax(groups == group))].name for group in groups)
+    labels = WindowLabels.of(clips, motions, [clip.is_test for clip in clips])
+    return rank_windows(inputs, labels, config, progress, work, classifier), motions
+
+
+def rank_windows(
+    inputs: np.ndarray | PlaceBlocks,
+    labels: WindowLabels,
+    config: StudyConfig,
+    progress: Callable[[float], None] | None = None,
+    work: Path | None = None,
+    classifier: Any = None,
+) -> UtilityMap:
+    """Train and test at every patch; as `rank_clips`, for windows whose motions are known."""
+    protocol = labels.protocol(config, classifier)
+    return utility_map(inputs, labels.activity, **protocol, progress=progress, work=work)
+
+
+def rank_together(
+    order: Sequence[int],
+    inputs: np.ndarray | PlaceBlocks,
+    labels: WindowLabels,
+    config: StudyConfig,
+    classifier: Any = None,
+) -> tuple[UtilityMap, ...]:
+    """Test the first patch of a set alone, the first two together, and so on.
+
+    Returns
+    -------
+    tuple of UtilityMap
+        Each of one place: the sensors side by side, by the folds and the classifier of the ranking.
+    """
+    protocol = labels.protocol(config, classifier)
+    return tuple(multi_sensor_check(order, inputs, labels.activity, **protocol))

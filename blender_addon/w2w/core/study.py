@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,11 +22,9 @@ from .motion.motion import Motion
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.features import window_features
 from .ranking.folds import same_motion_groups
-from .ranking.inputs import PlaceBlocks
-from .ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
+from .ranking.utility import CLASSIFIERS, inputs_of
 from .ranking.windows import WindowSpec, cut_windows
 from .selection.constraints import Constraints
-from .selection.subsets import Subset, best_single, greedy_subset
 
 SAME_MOTION = 0.1
 """Signatures nearer than this show one motion: on real Mixamo downloads it joins the same clip
@@ -120,23 +117,21 @@ class StudyConfig:
         """Every parameter as plain values, the sensor's own ones spelled out."""
         return {**plain(self), "sensor_model": plain(self.sensor_model())}
 
-
-@dataclass(frozen=True)
-class Recommendation:
-    """What a study tells a designer.
-
-    Parameters
-    ----------
-    utility : UtilityMap
-    best : int
-        Patch with the highest macro F1.
-    subset : Subset
-        Greedy set of patches for the target.
-    """
-
-    utility: UtilityMap
-    best: int
-    subset: Subset
+    @classmethod
+    def from_dict(cls, parameters: Mapping[str, Any]) -> StudyConfig:
+        """The config that `as_dict` gave; what an earlier version did not know takes its default."""
+        given = {**plain(cls()), **parameters}
+        given = {item.name: given[item.name] for item in fields(cls)}
+        given["synthesis"] = Synthesis(
+            **given["synthesis"] | {"gravity": tuple(given["synthesis"]["gravity"])}
+        )
+        given["windows"] = WindowSpec(**given["windows"])
+        wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
+        costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
+        given["constraints"] = Constraints(**wishes, costs=costs)
+        if given["augmentation"] is not None:
+            given["augmentation"] = Augmentation(**given["augmentation"])
+        return cls(**given)
 
 
 def plain(value: Any) -> Any:
@@ -232,50 +227,3 @@ def same_clips(names: Sequence[str], keys: Sequence[str], signatures: np.ndarray
     return same_motion_groups(
         names, keys=keys, signatures=signatures, tolerance=SAME_MOTION, mirrored=mirrored
     )
-
-
-def recommend(
-    inputs: np.ndarray | PlaceBlocks,
-    activity: np.ndarray,
-    group: np.ndarray,
-    subject: np.ndarray,
-    is_test: np.ndarray,
-    config: StudyConfig,
-    progress: Callable[[float], None] | None = None,
-    work: Path | None = None,
-) -> Recommendation:
-    """Rank all places and choose.
-
-    Parameters
-    ----------
-    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
-        What the classifier takes (`utility.inputs_of`).
-    activity, group, subject : ndarray of str, shape (W,)
-        Label, motion and person of each window.
-    is_test : ndarray of bool, shape (W,)
-    config : StudyConfig
-    progress : callable, optional
-        Told the fraction done.
-    work : Path, optional
-        Folder for what a later call can take up, as for `utility_map`.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two activities can be tested; the message says why.
-    """
-    utility = utility_map(
-        inputs,
-        activity,
-        group,
-        subject if config.by_subject else None,
-        is_test,
-        sorted(set(activity.tolist())),
-        classifier=config.classifier,
-        folds=config.folds,
-        seed=config.seed,
-        progress=progress,
-        work=work,
-    )
-    subset = greedy_subset(utility.f1, config.target, max_size=config.max_places)
-    return Recommendation(utility, best_single(utility), subset)

@@ -16,8 +16,8 @@ from ..core.motion.duplicates import motion_signature
 from ..core.motion.motion import Motion
 from ..core.patches.patches import PatchSet
 from ..core.ranking.inputs import clip_inputs
-from ..core.ranking.utility import inputs_of
-from ..core.study import Recommendation, StudyConfig, describe, record_baked
+from ..core.ranking.utility import UtilityMap, inputs_of
+from ..core.study import StudyConfig, describe, record_baked
 from ..scene.actions import InexpressibleActionError, read_action
 from ..scene.bake import Bake, PatchBaker
 from . import results, signal_cache
@@ -90,14 +90,14 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     used = [
         (clip.name, clip.signals, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)
     ]
-    recommendation = yield from in_thread(
-        lambda told: _recommend(used, config, told), "training at every patch", 0.4 if lost else 0.0, 0.95
+    utility = yield from in_thread(
+        lambda told: _rank(used, config, told), "training at every patch", 0.4 if lost else 0.0, 0.95
     )
     yield Step(0.95, "painting heatmaps")
-    results.store(mesh, recommendation, ranked_as)
+    results.store(mesh, utility, ranked_as)
     results.show_colours(bpy.context)
-    left_out = recommendation.utility.left_out
-    text = f"Ranked {len(recommendation.utility.mean)} patches, {recommendation.utility.protocol}"
+    left_out = utility.left_out
+    text = f"Ranked {len(utility.mean)} patches, {utility.protocol}"
     return f"{text}. Left out: {_some(list(left_out.values()))}" if left_out else text
 
 
@@ -156,9 +156,9 @@ def _some(reasons: list[str]) -> str:
     return f"{text}; and {more} more activities likewise" if more > 0 else text
 
 
-def _recommend(
+def _rank(
     used: list[tuple[str, str, str, str]], config: StudyConfig, told: Callable[[float], None]
-) -> Recommendation:
+) -> UtilityMap:
     """Rank clips given as name, key of the signals, activity and subject."""
     clips = []
     for name, key, activity, subject in used:

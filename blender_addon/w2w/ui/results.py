@@ -8,7 +8,6 @@ import numpy as np
 
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.subsets import greedy_subset
-from ..core.study import Recommendation
 from ..scene import heatmap
 from ..scene.patches import patch_empties
 from .packing import pack
@@ -22,10 +21,9 @@ MEAN_VIEW = "MEAN"
 """Value of the study's `view` that shows the mean."""
 
 
-def store(body: bpy.types.Object, recommendation: Recommendation, ranked_as: str) -> None:
+def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     """Keep a ranking in the file and show it on the body."""
     study = body.w2w
-    utility = recommendation.utility
     if not study.utility_key:
         study.show_patches = False  # hundreds of axes would hide the colours
     ticked = {activity.name: activity.use for activity in study.activities}

@@ -96,6 +96,26 @@ class Motion:
             },
         )
 
+    @classmethod
+    def load(cls, path: str | Path) -> Motion:
+        """Read a motion of the 24 joints: what `save` wrote, labels included, or an AMASS or SMPL npz.
+
+        Raises
+        ------
+        ValueError
+            If it is no such file; the message says why.
+        """
+        try:
+            labels = read_arrays(path, LABELS, MAX_BYTES)
+            ours = labels.keys() == set(LABELS)
+            motion = read_amass(path, z_up=ours)
+        except (UnusableMotion, ValueError) as error:
+            raise ValueError(f"{path} cannot be read as a motion: {error}") from error
+        return motion.labelled(*(str(labels[name]) for name in LABELS)) if ours else motion
+
+
+LABELS = ("activity", "subject", "clip")
+"""What `Motion.save` writes beside what AMASS has."""
 
 SMPL_SUFFIXES = (".npz", ".smpl")
 """Kinds of files read here, in lower case with the dot."""

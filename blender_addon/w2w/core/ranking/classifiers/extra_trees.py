@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ...threads import n_threads
-from ..inputs import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+from ..inputs import BLOCK_BYTES, PlaceBlocks
+from .estimator import EstimatorClassifier
 
 
 @dataclass(frozen=True)
@@ -54,25 +53,6 @@ class ExtraTrees:
         """
         from sklearn.ensemble import ExtraTreesClassifier
 
-        places = as_blocks(features)
-        n_places = places.shape[1]
-        splits = [
-            (np.flatnonzero(fold != f), np.flatnonzero(is_test & (fold == f)))
-            for f in np.unique(fold[is_test])
-        ]
-        position = np.cumsum(is_test) - 1
-        predictions = np.empty((int(is_test.sum()), n_places), dtype=np.int16)
-
-        def name_windows(place: int, inputs: np.ndarray) -> None:
-            for train, test in splits:
-                forest = ExtraTreesClassifier(self.trees, random_state=self.seed)
-                named = forest.fit(inputs[train], labels[train]).predict(inputs[test])
-                predictions[position[test], place] = named
-
-        with ThreadPoolExecutor(self.workers or n_threads()) as pool:
-            for first, last in spans(places, self.block_bytes):
-                block = places.places(first, last).swapaxes(0, 1)
-                for done, _ in enumerate(pool.map(name_windows, range(first, last), block), start=first + 1):
-                    if progress is not None:
-                        progress(done / n_places)
-        return predictions
+        forest = ExtraTreesClassifier(self.trees, random_state=self.seed)
+        each = EstimatorClassifier(forest, workers=self.workers, block_bytes=self.block_bytes)
+        return each.predict_folds(features, labels, fold, is_test, progress)

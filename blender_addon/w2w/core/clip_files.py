@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.files import write_npz
-from w2w.core.motion.library import WORK_FOLDER
-from w2w.core.ranking.inputs import PlaceBlocks, clip_inputs
-from w2w.core.ranking.utility import inputs_of
-from w2w.core.ranking.windows import WindowSpec
+from .files import write_npz
+from .motion.library import WORK_FOLDER
+from .ranking.inputs import PlaceBlocks, clip_inputs
+from .ranking.utility import inputs_of
+from .ranking.windows import WindowSpec
 
 WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""

@@ -5,33 +5,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from w2w.core.body.body import Body
-from w2w.core.imu.augmentation import Augmentation
-from w2w.core.imu.synthesis import Synthesis
-from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.inputs import PlaceBlocks
-from w2w.core.ranking.utility import UtilityMap
-from w2w.core.ranking.windows import WindowSpec
-from w2w.core.selection.constraints import Constraints
-from w2w.core.selection.subsets import multi_sensor_check
-from w2w.core.study import StudyConfig, plain
-
+from .body.body import Body
 from .clip_files import WORK, ClipWindows, ranking_inputs
-from .study import Study
+from .clip_ranking import WindowLabels, rank_together
+from .patches.patches import PatchSet
+from .ranking.inputs import PlaceBlocks
+from .ranking.utility import UtilityMap
+from .ranking.windows import WindowSpec
+from .study import StudyConfig
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
 
 
 @dataclass(frozen=True)
-class FinishedClip:
+class ResultClip:
     """A clip that took part.
 
     Parameters
@@ -50,7 +43,7 @@ class FinishedClip:
 
 
 @dataclass(frozen=True, eq=False)
-class FinishedStudy:
+class StudyResults:
     """What a run left in its folder.
 
     Parameters
@@ -58,7 +51,7 @@ class FinishedStudy:
     out : Path
     utility : UtilityMap
     patches : PatchSet
-    clips : tuple of FinishedClip
+    clips : tuple of ResultClip
         The clips used, in the order of their windows.
     parameters : dict
         The run's `StudyConfig` as plain values.
@@ -67,11 +60,11 @@ class FinishedStudy:
     out: Path
     utility: UtilityMap
     patches: PatchSet
-    clips: tuple[FinishedClip, ...]
+    clips: tuple[ResultClip, ...]
     parameters: dict[str, Any]
 
     @classmethod
-    def load(cls, out: Path) -> FinishedStudy:
+    def load(cls, out: Path) -> StudyResults:
         """Read a results folder.
 
         Raises
@@ -95,32 +88,9 @@ class FinishedStudy:
             raise ValueError(f"{out} holds a ranking of other places than its own: run the study again")
         return cls(out, utility, patches, clips, config["parameters"])
 
-    @classmethod
-    def of(cls, study: Study) -> FinishedStudy:
-        """A study that has just been ranked; its features are on disk."""
-        used = [outcome.clip for outcome in study.used]
-        first = [used[int(np.argmax(study.groups == group))].name for group in study.groups]
-        clips = tuple(
-            FinishedClip(clip.name, clip.activity, clip.subject, motion)
-            for clip, motion in zip(used, first, strict=True)
-        )
-        utility = study.recommendation.utility
-        return cls(study.out, utility, study.patches, clips, study.config.as_dict())
-
     def config(self) -> StudyConfig:
         """The parameters of the run."""
-        given = {**plain(StudyConfig()), **self.parameters}
-        given = {item.name: given[item.name] for item in fields(StudyConfig)}
-        given["synthesis"] = Synthesis(
-            **given["synthesis"] | {"gravity": tuple(given["synthesis"]["gravity"])}
-        )
-        given["windows"] = WindowSpec(**given["windows"])
-        wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
-        costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
-        given["constraints"] = Constraints(**wishes, costs=costs)
-        if given["augmentation"] is not None:
-            given["augmentation"] = Augmentation(**given["augmentation"])
-        return StudyConfig(**given)
+        return StudyConfig.from_dict(self.parameters)
 
     def body(self) -> Body:
         """The body of the study."""
@@ -141,11 +111,17 @@ class FinishedStudy:
             WindowSpec(**self.parameters["windows"]),
         )
 
+    def labels(self) -> WindowLabels:
+        """What is known of each window."""
+        return WindowLabels.of(
+            self.clips, [clip.motion for clip in self.clips], [found.is_test for found in self.windows]
+        )
 
-def _clips(used: list[dict[str, Any]]) -> tuple[FinishedClip, ...]:
+
+def _clips(used: list[dict[str, Any]]) -> tuple[ResultClip, ...]:
     name_of = {entry["file"]: entry["clip"] for entry in used}
     return tuple(
-        FinishedClip(
+        ResultClip(
             entry["clip"],
             entry["activity"],
             entry["subject"],
@@ -159,12 +135,12 @@ AT_MOST = 6
 """Sensors that are tested together: the classifier's width grows with each."""
 
 
-def sensors_together(study: FinishedStudy, order: Sequence[int]) -> tuple[UtilityMap, ...]:
+def sensors_together(study: StudyResults, order: Sequence[int]) -> tuple[UtilityMap, ...]:
     """Test the first sensor alone, the first two together, and so on, up to `AT_MOST`.
 
     Parameters
     ----------
-    study : FinishedStudy
+    study : StudyResults
     order : sequence of int
         Places as chosen.
 
@@ -174,20 +150,5 @@ def sensors_together(study: FinishedStudy, order: Sequence[int]) -> tuple[Utilit
         Each of one place: the sensors side by side, by the folds of the run and its classifier. Of
         one that takes windows, that is a network of 6 channels a sensor.
     """
-    classifier = study.parameters["classifier"]
-    windows = [len(found.is_test) for found in study.windows]
-    maps = multi_sensor_check(
-        order[:AT_MOST],
-        study.inputs(classifier),
-        np.repeat([clip.activity for clip in study.clips], windows),
-        clip=np.repeat([clip.motion for clip in study.clips], windows),
-        subject=np.repeat([clip.subject for clip in study.clips], windows)
-        if study.parameters["by_subject"]
-        else None,
-        is_test=np.concatenate([found.is_test for found in study.windows]),
-        activities=sorted({clip.activity for clip in study.clips}),
-        classifier=classifier,
-        folds=study.parameters["folds"],
-        seed=study.parameters["seed"],
-    )
-    return tuple(maps)
+    config = study.config()
+    return rank_together(order[:AT_MOST], study.inputs(config.classifier), study.labels(), config)

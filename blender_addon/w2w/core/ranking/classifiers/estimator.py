@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Any scikit-learn estimator as a classifier of windows, patch by patch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from ...threads import n_threads
+from ..inputs import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+
+
+@dataclass(frozen=True)
+class EstimatorClassifier:
+    """An estimator of your own, fitted anew for each patch and fold.
+
+    Nothing is shared between patches, so a map takes as long as that many fits.
+
+    Parameters
+    ----------
+    estimator : object
+        With `fit(X, y)` and `predict(X)`, as scikit-learn's have them; copied by `sklearn.base.clone`
+        where it knows `get_params`, else by `copy.deepcopy`. Give it a seed of its own.
+    inputs : {"features", "windows"}
+        What X is: features of windows, shape (windows, D), or the windows themselves, shape
+        (windows, samples, 6), m/s2 and rad/s.
+    name : str
+        What the results call it.
+    workers : int or None
+        Threads; None for as many as the process may use.
+    block_bytes : int
+        Inputs held at a time; changes nothing but memory.
+
+    Examples
+    --------
+    >>> from sklearn.naive_bayes import GaussianNB
+    >>> EstimatorClassifier(GaussianNB()).name
+    'GaussianNB'
+    """
+
+    estimator: Any
+    inputs: Literal["features", "windows"] = "features"
+    name: str = ""
+    workers: int | None = None
+    block_bytes: int = BLOCK_BYTES
+
+    def __post_init__(self) -> None:
+        if self.inputs not in ("features", "windows"):
+            raise ValueError(f'inputs must be "features" or "windows", not {self.inputs!r}')
+        for method in ("fit", "predict"):
+            if not callable(getattr(self.estimator, method, None)):
+                raise ValueError(f"the estimator {self.estimator!r} has no method {method!r}")
+        if not self.name:
+            object.__setattr__(self, "name", type(self.estimator).__name__)
+
+    def predict_folds(
+        self,
+        inputs: np.ndarray | PlaceBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        progress: Callable[[float], None] | None = None,
+    ) -> np.ndarray:
+        """Predict every test window by an estimator fitted to the folds it does not belong to.
+
+        Parameters and what is returned are those of `Ridge.predict_folds`.
+        """
+        places = as_blocks(inputs)
+        n_places = places.shape[1]
+        folds = np.unique(fold[is_test])
+        splits = [(np.flatnonzero(fold != f), np.flatnonzero(is_test & (fold == f))) for f in folds]
+        position = np.cumsum(is_test) - 1
+        predictions = np.empty((int(is_test.sum()), n_places), dtype=np.int16)
+
+        def predict(place: int, given: np.ndarray) -> None:
+            for train, test in splits:
+                fitted = self._fresh()
+                fitted.fit(given[train], labels[train])
+                predictions[position[test], place] = fitted.predict(given[test])
+
+        with ThreadPoolExecutor(self.workers or n_threads()) as pool:
+            for first, last in spans(places, self.block_bytes):
+                block = places.places(first, last).swapaxes(0, 1)
+                for done, _ in enumerate(pool.map(predict, range(first, last), block), start=first + 1):
+                    if progress is not None:
+                        progress(done / n_places)
+        return predictions
+
+    def _fresh(self) -> Any:
+        """A copy that has seen nothing."""
+        if hasattr(self.estimator, "get_params"):
+            from sklearn.base import clone
+
+            return clone(self.estimator)
+        from copy import deepcopy
+
+        return deepcopy(self.estimator)

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A ranking of patches as Python sees it: scores, the best patch, sets of patches, a table and a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .core.body.body import Body
+from .core.clip_ranking import WindowLabels, rank_together
+from .core.csv_tables import csv_text
+from .core.files import write_text
+from .core.patches.naming import resolve
+from .core.patches.patches import PatchSet
+from .core.ranking.inputs import PlaceBlocks
+from .core.ranking.utility import UtilityMap
+from .core.selection.constraints import Constraints
+from .core.selection.subsets import Subset, best_single, exact_subset, greedy_subset
+from .core.study import StudyConfig
+
+DIGITS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """How well each patch alone recognises each activity, and what follows from it.
+
+    Made by `w2w.rank` or, from what `w2w run` left in a folder, by `w2w.open_results`.
+
+    Parameters
+    ----------
+    utility : UtilityMap
+        F1 by patch and activity, with intervals, confusions and predictions.
+    patches : PatchSet
+    body : Body
+    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
+        What the classifier trained on.
+    labels : WindowLabels
+        Of the W windows.
+    config : StudyConfig
+        Folds, windows and seed.
+    classifier : str or object
+    skipped : tuple of (str, str)
+        Clips that took no part, each with the reason.
+    """
+
+    utility: UtilityMap
+    patches: PatchSet
+    body: Body
+    inputs: np.ndarray | PlaceBlocks
+    labels: WindowLabels
+    config: StudyConfig
+    classifier: Any = "ridge"
+    skipped: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def activities(self) -> tuple[str, ...]:
+        """The activities tested, in the order of the columns of `f1`."""
+        return self.utility.activities
+
+    @property
+    def f1(self) -> np.ndarray:
+        """F1 by patch and activity, shape (N, A)."""
+        return self.utility.f1
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Macro F1 by patch, shape (N,)."""
+        return self.utility.mean
+
+    @cached_property
+    def best(self) -> int:
+        """The patch with the highest macro F1; `names[best]` is where it is."""
+        return best_single(self.utility)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """A name for each patch, by its region."""
+        return self.patches.names
+
+    def at(self, *placements: str) -> list[int]:
+        """Patches of placements by name, such as "wrist", "right ankle" or "left thigh front".
+
+        Raises
+        ------
+        ValueError
+            If nothing on the body is called so.
+        """
+        return [resolve(name, self.body, self.patches) for name in placements]
+
+    def smallest_set(
+        self,
+        target: float = 0.9,
+        max_sensors: int | None = None,
+        exact: bool = False,
+        constraints: Constraints | None = None,
+    ) -> Subset:
+        """The smallest set of patches whose mean-max F1 reaches a target, or the best there is.
+
+        Parameters
+        ----------
+        target : float
+            Mean over activities of the best F1 in the set.
+        max_sensors : int, optional
+        exact : bool
+            The proven optimum instead of the paper's greedy choice.
+        constraints : Constraints, optional
+            Where sensors may and must go, and what they cost there.
+
+        Returns
+        -------
+        Subset
+            ``order`` holds the patches.
+
+        Raises
+        ------
+        ValueError
+            If the constraints cannot be met.
+        """
+        terms = (constraints or Constraints()).terms(self.patches)
+        choose = exact_subset if exact else greedy_subset
+        return choose(self.f1, target, max_sensors, **terms)
+
+    def together(self, patches: Sequence[int]) -> tuple[UtilityMap, ...]:
+        """Train one classifier on patches worn together: the first, the first two, and so on.
+
+        Returns
+        -------
+        tuple of UtilityMap
+            Each of one place, by the folds and the classifier of the ranking; the last is of all.
+        """
+        return rank_together(patches, self.inputs, self.labels, self.config, self.classifier)
+
+    def table(self, patches: Sequence[int] | None = None) -> list[dict[str, Any]]:
+        """One row a patch: number, name, region, F1 by activity, and the mean with its interval."""
+        chosen = range(len(self.patches)) if patches is None else patches
+        utility = self.utility
+        return [
+            {
+                "patch": int(patch),
+                "name": self.names[patch],
+                "region": self.patches.regions[patch],
+                **{
+                    name: float(value) for name, value in zip(self.activities, utility.f1[patch], strict=True)
+                },
+                "mean": float(utility.mean[patch]),
+                "mean_low": float(utility.mean_low[patch]),
+                "mean_high": float(utility.mean_high[patch]),
+            }
+            for patch in chosen
+        ]
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write `table` as csv, whole or not at all."""
+        rows = self.table()
+        cells = [
+            [f"{value:.{DIGITS}f}" if isinstance(value, float) else value for value in row.values()]
+            for row in rows
+        ]
+        write_text(Path(path), csv_text([list(rows[0]), *cells]))
+
+    def heatmap(self, path: str | Path, activity: str | None = None) -> None:
+        """Draw the scores on the body, front and back, to a PNG, SVG or PDF file.
+
+        Parameters
+        ----------
+        path : str or Path
+        activity : str, optional
+            One of `activities`; the mean over all by default.
+
+        Raises
+        ------
+        ValueError
+            If the activity was not ranked.
+        """
+        from .drawing import draw_heatmap
+
+        if activity is None:
+            scores, title = self.mean, "All activities (mean)"
+        elif activity in self.activities:
+            scores, title = (
+                self.f1[:, self.activities.index(activity)],
+                activity.replace("_", " ").capitalize(),
+            )
+        else:
+            raise ValueError(f"{activity!r} was not ranked; there are {', '.join(self.activities)}")
+        best = int(np.argmax(scores))
+        subtitle = f"Best patch: {self.names[best]} ({scores[best]:.2f})"
+        draw_heatmap(path, self.body, self.patches, scores, title, subtitle)

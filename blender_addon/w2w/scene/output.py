@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Blender and its importers print, kept off the user's screen."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def quiet_output() -> Iterator[None]:
+    """Keep what Blender's importers print from the user's screen."""
+    with output_to(Path(os.devnull)):
+        yield
+
+
+@contextlib.contextmanager
+def output_to(path: Path) -> Iterator[None]:
+    """Let a file have what the process prints, C++ included, even when it dies."""
+    with path.open("w") as file:
+        saved = [os.dup(1), os.dup(2)]
+        try:
+            os.dup2(file.fileno(), 1)
+            os.dup2(file.fileno(), 2)
+            yield
+        finally:
+            sys.stdout.flush()  # into a pipe it would come out later
+            for number, handle in enumerate(saved, start=1):
+                os.dup2(handle, number)
+                os.close(handle)

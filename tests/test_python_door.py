@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`import w2w`: motions to a ranking in a few calls, its documents' examples, what it costs to import."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from sklearn.dummy import DummyClassifier
+from sklearn.neighbors import KNeighborsClassifier
+
+import w2w
+from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.motion.motion import Motion
+
+ROOT = Path(__file__).resolve().parents[1]
+ARM = (16, 18)
+LEG = (1, 4)
+
+
+def moving(joints, pace, number):
+    """Some joints swing, the rest of the body stands."""
+    time = np.arange(120) / 30
+    turns = np.tile(np.eye(3), (len(time), N_JOINTS, 1, 1))
+    angle = 0.7 * np.sin(2 * np.pi * pace * (1 + number / 30) * time + number)
+    for joint in joints:
+        turns[:, joint] = Rotation.from_rotvec(angle[:, None] * [1.0, 0.3, 0.1]).as_matrix()
+    return Motion(turns, np.tile([0.0, 0.0, 0.95], (len(time), 1)), 30.0)
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("door") / "MY_CLIPS"
+    rows = ["file,activity,subject"]
+    for activity, joints, pace in (("waving", ARM, 1.5), ("stirring", ARM, 0.6), ("kicking", LEG, 1.0)):
+        (folder / activity).mkdir(parents=True)
+        for number in range(5):
+            file = folder / activity / f"{activity} {number}.npz"
+            moving(joints, pace, number).save(file)
+            rows.append(f"{activity}/{file.name},{activity},person {number % 2}")
+    (folder.parent / "labels.csv").write_text("\n".join(rows) + "\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def few():
+    return w2w.sample_patches(w2w.Body.bundled(), 24, mode="fast")
+
+
+@pytest.fixture(scope="module")
+def signals(library, few):
+    return w2w.synthesize(w2w.load(library, labels=library.parent / "labels.csv"), few, sensor="bmi270")
+
+
+@pytest.fixture(scope="module")
+def ranking(signals):
+    return w2w.rank(signals, folds=5)
+
+
+def test_every_public_name_is_there():
+    for name in w2w.__all__:
+        assert getattr(w2w, name) is not None
+    assert set(w2w.__all__) <= set(dir(w2w))
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = w2w.nothing
+
+
+def test_the_version_is_the_extensions():
+    manifest = (ROOT / "blender_manifest.toml").read_text(encoding="utf-8")
+    assert f'\nversion = "{w2w.__version__}"' in manifest
+
+
+def test_importing_it_imports_nothing_heavy():
+    code = "import w2w, sys; assert not {'numpy', 'scipy', 'bpy', 'matplotlib', 'typer'} & sys.modules.keys()"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT / "blender_addon")}, check=False
+    )
+    assert done.returncode == 0
+
+
+def test_the_packages_of_pip_are_those_of_the_tree():
+    listed = set(re.findall(r'^    "(w2w[\w.]*)",$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE))
+    found = {".".join(path.parent.relative_to(ROOT / "blender_addon").parts) for path in
+             (ROOT / "blender_addon" / "w2w").rglob("__init__.py")}  # fmt: skip
+    found |= {".".join(("w2w", *path.parent.relative_to(ROOT).parts)) for path in
+              (ROOT / "headless").rglob("__init__.py")}  # fmt: skip
+    assert listed == found | {"w2w.templates"}
+
+
+def test_labels_come_from_the_csv(signals):
+    assert [recording.activity for recording in signals][::5] == ["kicking", "stirring", "waving"]
+    assert {recording.subject for recording in signals} == {"person 0", "person 1"}
+
+
+def test_what_moves_recognises(ranking):
+    assert ranking.f1.shape == (24, 3)
+    regions = np.array(ranking.patches.regions)
+    arms = np.flatnonzero([region.startswith("left") and "arm" in region for region in regions])
+    head = ranking.at("left ear")
+    assert ranking.mean[arms].max() > 0.9
+    assert ranking.mean[ranking.best] >= ranking.mean[head].max()
+    kicking = ranking.activities.index("kicking")
+    right_foot = ranking.at("right foot")
+    assert ranking.f1[arms, kicking].max() > ranking.f1[right_foot, kicking].min()
+
+
+def test_labels_without_meaning_are_not_recognised(library, few):
+    """The same signals under labels dealt by chance."""
+    motions = w2w.load(library)
+    dealt = np.random.default_rng(3).permutation([motion.activity for motion in motions])
+    shuffled = tuple(
+        motion.labelled(str(activity), "", motion.clip)
+        for motion, activity in zip(motions, dealt, strict=True)
+    )
+    scores = w2w.rank(w2w.synthesize(replace(motions, motions=shuffled), few)).mean
+    assert scores.mean() < 0.55
+
+
+def test_a_set_is_tested_together(ranking):
+    chosen = ranking.smallest_set(0.99, max_sensors=2)
+    exact = ranking.smallest_set(0.99, max_sensors=2, exact=True)
+    assert exact.mean_max_after_each[-1] >= chosen.mean_max_after_each[-1] - 1e-6
+    maps = ranking.together(chosen.order)
+    assert len(maps) == len(chosen.order)
+    assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
+
+
+def test_constraints_hold(ranking):
+    free = ranking.smallest_set(0.5)
+    region = ranking.patches.regions[free.order[0]]
+    other = ranking.smallest_set(0.5, constraints=w2w.Constraints(forbid=(region,)))
+    assert region not in {ranking.patches.regions[patch] for patch in other.order}
+
+
+def test_subjects_are_left_out_one_at_a_time(signals):
+    assert w2w.rank(signals, by_subject=True).utility.protocol == "leave one of 2 subjects out"
+
+
+def test_an_own_estimator_ranks_by_features_or_windows(signals):
+    by_features = w2w.rank(signals, classifier=w2w.EstimatorClassifier(KNeighborsClassifier(1)))
+    assert by_features.mean.max() > 0.9
+    flat = w2w.EstimatorClassifier(Flattened(), inputs="windows")
+    assert w2w.rank(signals, classifier=flat).utility.classifier == "Flattened"
+    blind = w2w.rank(signals, classifier=w2w.EstimatorClassifier(DummyClassifier()))
+    assert blind.mean.max() < 0.3
+
+
+class Flattened:
+    """An estimator that scikit-learn cannot clone and whose fit returns nothing."""
+
+    def fit(self, windows, labels):
+        assert windows.shape[2] == 6
+        self.model = KNeighborsClassifier(1).fit(windows.reshape(len(windows), -1), labels)
+
+    def predict(self, windows):
+        return self.model.predict(windows.reshape(len(windows), -1))
+
+
+def test_what_is_no_estimator_is_said():
+    with pytest.raises(ValueError, match="has no method 'fit'"):
+        w2w.EstimatorClassifier(np.random.default_rng())
+    with pytest.raises(ValueError, match='must be "features" or "windows"'):
+        w2w.EstimatorClassifier(DummyClassifier(), inputs="signals")
+
+
+def test_a_motion_loads_what_it_saves(tmp_path):
+    motion = moving(ARM, 1.0, 2).labelled("Größe messen", "person 7", "clip 3")
+    motion.save(tmp_path / "one.npz")
+    again = Motion.load(tmp_path / "one.npz")
+    assert (again.activity, again.subject, again.clip) == ("Größe messen", "person 7", "clip 3")
+    np.testing.assert_allclose(again.rotations, motion.rotations, atol=1e-12)
+    np.testing.assert_allclose(again.pelvis, motion.pelvis, atol=1e-12)
+    (loaded,) = w2w.load(tmp_path / "one.npz")
+    assert loaded.activity == "Größe messen"
+
+
+def test_a_lying_body_stays_down(tmp_path):
+    """A body that lies along y is not taken for one that stands in a y-up world."""
+    lying = moving(ARM, 1.0, 0)
+    turns = lying.rotations.copy()
+    turns[:, 0] = Rotation.from_rotvec([-np.pi / 2, 0.0, 0.0]).as_matrix()
+    Motion(turns, lying.pelvis, 30.0).save(tmp_path / "lying.npz")
+    np.testing.assert_allclose(Motion.load(tmp_path / "lying.npz").rotations, turns, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda folder: w2w.load(folder / "nowhere"), "is not a folder"),
+        (lambda folder: Motion.load(folder / "text.npz"), "text.npz cannot be read as a motion"),
+        (lambda folder: w2w.load(folder / "bad"), r"no motion in .*bad can be used; text\.npz: "),
+        (lambda folder: w2w.open_results(folder), "is not the results folder of a finished run"),
+    ],
+)
+def test_errors_are_sentences(tmp_path, call, sentence):
+    (tmp_path / "bad").mkdir()
+    for file in (tmp_path / "text.npz", tmp_path / "bad" / "text.npz"):
+        file.write_text("no npz")
+    with pytest.raises(ValueError, match=sentence):
+        call(tmp_path)
+
+
+def test_patches_of_another_body_are_refused(library, few):
+    wrong = replace(few, labels=few.labels[:-1])
+    with pytest.raises(ValueError, match="sample patches on the motions' body"):
+        w2w.synthesize(w2w.load(library), wrong)
+
+
+def test_an_unknown_activity_has_no_heatmap(ranking, tmp_path):
+    with pytest.raises(ValueError, match="'flying' was not ranked; there are kicking, stirring, waving"):
+        ranking.heatmap(tmp_path / "map.png", "flying")
+
+
+def test_a_heatmap_is_drawn_without_blender(ranking, tmp_path):
+    from matplotlib.image import imread
+
+    ranking.heatmap(tmp_path / "mean.png")
+    ranking.heatmap(tmp_path / "again.png")
+    assert (tmp_path / "mean.png").read_bytes() == (tmp_path / "again.png").read_bytes()
+    ranking.heatmap(tmp_path / "kicking.png", "kicking")
+    mean, kicking = (imread(tmp_path / name)[..., :3] for name in ("mean.png", "kicking.png"))
+    coloured = np.ptp(mean, axis=2) > 0.15
+    assert coloured.mean() > 0.03
+    assert np.abs(mean - kicking)[coloured].mean() > 0.01
+
+
+def test_fbx_and_bvh_come_in_through_blender(shared_data):
+    pytest.importorskip("bpy")
+    motions = w2w.load(shared_data / "bvh" / "cmu_DragonForged")
+    assert [motion.clip for motion in motions] == ["002_03", "007_12"]
+    assert [motion.n_frames for motion in motions] == [86, 131]
+
+
+def test_without_blender_a_sentence_says_how_to_get_it(tmp_path):
+    (tmp_path / "walk.bvh").write_text("HIERARCHY\n")
+    (tmp_path / "bpy.py").write_text("raise ModuleNotFoundError(\"No module named 'bpy'\", name='bpy')\n")
+    code = "import w2w\ntry: w2w.load('walk.bvh')\nexcept ValueError as error: print(error)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={"PYTHONPATH": f"{tmp_path}:{ROOT / 'blender_addon'}"},
+    )  # fmt: skip
+    assert "walk.bvh is read through Blender's Python module, which is missing" in done.stdout
+    assert "pip install '.[blender]'" in done.stdout
+
+
+def test_the_documents_examples_run(library, monkeypatch):
+    monkeypatch.chdir(library.parent)
+    run = [sys.executable, "-m", "headless", "run", "MY_CLIPS", "--out", "RESULTS", "--patches", "24"]
+    subprocess.run(
+        [*run, "--no-pictures", "--no-report", "--workers", "1"],
+        check=True, capture_output=True, env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
+    )  # fmt: skip
+    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(blocks) == 8
+    names: dict = {}
+    for block in blocks:
+        exec(compile(block, "docs/python.md", "exec"), names)
+    assert (library.parent / "best.png").stat().st_size > 10_000
+    assert (
+        (library.parent / "f1.csv").read_text().startswith("patch,name,region,kicking,stirring,waving,mean")
+    )
+    assert names["ranking"].utility.mean.shape == (24,)
