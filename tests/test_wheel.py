@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The wheel that `pip install .` makes: one top-level name, whole, at work far from the tree."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PARTS = ("pyproject.toml", "README.md", "LICENSE", "assets", "blender_addon", "headless")
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    tree = folder / "tree"
+    tree.mkdir()
+    for part in PARTS:
+        if (ROOT / part).is_dir():
+            shutil.copytree(ROOT / part, tree / part, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(ROOT / part, tree)
+    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, str(tree), "-w", str(folder)], check=True, capture_output=True)
+    (made,) = folder.glob("where_to_wear-*.whl")
+    return made
+
+
+@pytest.fixture(scope="module")
+def installed(wheel):
+    """A folder to import from, with nothing of the tree on the path."""
+    folder = wheel.parent / "installed"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+def python(installed, *arguments):
+    """Python with the wheel before an editable install, from a folder that is not the tree."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    return subprocess.run(
+        [sys.executable, *arguments],
+        cwd=installed.parent,
+        env=environment | {"PYTHONPATH": str(installed), "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_wheel_has_one_name_and_every_file(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = {name for name in archive.namelist() if ".dist-info/" not in name}
+    assert {name.split("/")[0] for name in names} == {"w2w"}
+    for tree, inside in (("blender_addon/w2w", "w2w"), ("headless", "w2w/headless")):
+        modules = [path.relative_to(ROOT / tree).as_posix() for path in (ROOT / tree).rglob("*.py")]
+        assert {f"{inside}/{module}" for module in modules} <= names
+    assert {"w2w/templates/body.npz", "w2w/headless/reports/report_page/page.html"} <= names
+    assert not [name for name in names if "make_body" in name]
+
+
+def test_it_works_far_from_the_tree(installed):
+    code = (
+        "import w2w, pathlib; body = w2w.Body.bundled(); patches = w2w.sample_patches(body, 8, mode='fast'); "
+        "print(pathlib.Path(w2w.__file__).parts[-3:], len(patches.names))"
+    )
+    done = python(installed, "-c", code)
+    assert done.stdout.strip() == "('installed', 'w2w', '__init__.py') 8", done.stderr
+
+
+def test_its_command_runs(installed):
+    start = "from w2w.headless.start import main; main()"
+    done = python(installed, "-c", start, "sensors")
+    assert (done.returncode, "bmi270" in done.stdout) == (0, True), done.stderr
+    done = python(installed, "-c", start, "status", "nowhere")
+    assert done.returncode == 2, done.stdout + done.stderr
