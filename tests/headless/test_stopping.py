@@ -56,7 +56,7 @@ def start(library, tmp_path, temporary):
             [sys.executable, "-m", "headless", "run", library, "--out", tmp_path / "out",
              "--patches", str(patches), "--workers", "2", *options],
             cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-            env=os.environ | {"TMPDIR": str(temporary)}, preexec_fn=hear_ctrl_c,
+            env=os.environ | {"TMPDIR": str(temporary)}, preexec_fn=hear_signals,
         )  # fmt: skip
         begun.append(process)
         return process
@@ -68,9 +68,10 @@ def start(library, tmp_path, temporary):
         process.communicate()
 
 
-def hear_ctrl_c():
-    """A background job of a shell, as these tests may be, is started deaf to it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+def hear_signals():
+    """A background job, as these tests may be, is started deaf to some."""
+    for number in CODES:
+        signal.signal(number, signal.SIG_DFL)
 
 
 def members(session):

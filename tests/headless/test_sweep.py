@@ -6,10 +6,10 @@ import json
 
 import numpy as np
 import pytest
-from headless.commands.sweep.cases import FACTORS, cases
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
+from headless.sweep.cases import FACTORS, cases
 from w2w.core.clip_files import ClipWindows
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
