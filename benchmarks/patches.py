@@ -39,7 +39,7 @@ TRIED_POSES, TRIED_SEED = 200, 99
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--body", type=Path, default=BUNDLED_BODY, help="npz of a body; the bundled one unless told"
+        "--body", type=Path, default=BUNDLED_BODY, help="npz of a body; the bundled one by default"
     )
     parser.add_argument("--rounds", type=int, default=3, help="rounds, of which the best counts")
     options = parser.parse_args()

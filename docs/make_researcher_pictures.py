@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of docs/researcher.md from the results of a study, the demo's unless told.
+"""Pictures of docs/researcher.md from the results of a study, the demo's by default.
 
 make demo && .venv/bin/python docs/make_researcher_pictures.py [RESULTS]
 """

@@ -5,7 +5,7 @@ Run with the Python of an environment that holds the `bpy` package, whose extens
 
     python tools/build_extension.py [--all] [--blender BLENDER] [PLATFORM ...]
 
-Platforms are Blender's names; linux-x64 unless told. --blender makes the zip for the Python of that Blender
+Platforms are Blender's names; linux-x64 by default. --blender makes the zip for the Python of that Blender
 alone, such as a Linux distribution's that uses the system's Python. Wheels are downloaded to .cache/wheels
 once.
 """
@@ -34,7 +34,7 @@ PYTHONS = ("3.11", "3.13")
 def main() -> None:
     """Build the zips that the command line asks for and print their paths."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("platform", nargs="*", help=f"some of {', '.join(PLATFORMS)}; linux-x64 unless told")
+    parser.add_argument("platform", nargs="*", help=f"some of {', '.join(PLATFORMS)}; linux-x64 by default")
     parser.add_argument("--all", action="store_true", help="a zip for every platform")
     parser.add_argument("--blender", metavar="PROGRAM", help="only for the Python of this Blender program")
     options = parser.parse_args()

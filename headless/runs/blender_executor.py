@@ -42,7 +42,7 @@ class BlenderExecutor(Executor):
     workers : int
         Processes, started when there is work for them.
     program : list of str
-        The command that runs a Python file in a worker; this Blender program unless told.
+        The command that runs a Python file in a worker; this Blender program by default.
     """
 
     def __init__(self, workers: int, program: list[str] | None = None) -> None:

@@ -92,7 +92,7 @@ def note(folder: Path, names: Iterable[str] | None = None) -> None:
     ----------
     folder : Path
     names : iterable of str, optional
-        All that have been claimed and not noted, unless told.
+        All that have been claimed and not noted, by default.
     """
     written = _read(folder)
     for name in [name for name, value in written.items() if not value] if names is None else names:

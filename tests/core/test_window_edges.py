@@ -73,7 +73,7 @@ def test_clips_of_different_activities_do_not_share_a_fold_while_one_is_empty():
 
 @pytest.mark.parametrize(("distance", "groups"), [(0.9, 1), (1.1, 2)])
 def test_motions_are_one_up_to_the_tolerance(distance, groups):
-    """Root mean square over the columns, in each one's standard deviations; 0.05 unless told."""
+    """Root mean square over the columns, in each one's standard deviations; 0.05 by default."""
     rng = np.random.default_rng(0)
     others = rng.normal(size=(400, 30)) * rng.uniform(0.1, 10, 30)
     deviation = np.concatenate([others, others[:1]]).std(axis=0)

@@ -41,7 +41,7 @@ NAMES = (
 
 @pytest.fixture(scope="module")
 def carried(shared_data, bundled_body):
-    """Every BVH file of motions.csv and the gait trial, carried to the body; and why some were skipped."""
+    """Every BVH file of motions.csv and the gait trial, retargeted to the body; and why some were skipped."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with (shared_data / "motions.csv").open(newline="", encoding="utf-8") as stream:
         rows = {row["file"]: row for row in csv.DictReader(stream) if row["format"] == "bvh"}

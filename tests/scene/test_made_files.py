@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of known motion in every guise: what is read and carried to the body is that motion."""
+"""Files of known motion in every guise: what is read and retargeted to the body is that motion."""
 
 import bpy
 import numpy as np

@@ -75,7 +75,7 @@ def upper_gram(a: np.ndarray, out: np.ndarray) -> None:
     a : ndarray, shape (n, k), float32 or float64
         In rows.
     out : ndarray, shape (k, k), of the same type
-        In rows. What stands under its diagonal is left alone.
+        In rows. The entries below its diagonal are not touched.
 
     Raises
     ------

@@ -28,7 +28,7 @@ def score_colours(
     scores : array_like, shape (...)
         Scores of any shape; NaN becomes `NEUTRAL_GREY`.
     low, high : float, optional
-        Scores at the two ends of the colour map; the scores' own range unless told. Scores
+        Scores at the two ends of the colour map; the scores' own range by default. Scores
         outside get the colour of the nearer end.
     colour_map : str
         A name that the `cmap` package knows.
@@ -73,7 +73,7 @@ def patch_colours(
     scores : ndarray, shape (N,)
         NaN where a patch has none: its own ground is grey.
     low, high, colour_map
-        As in `score_colours`; `low` and `high` are the scores' own range unless told.
+        As in `score_colours`; `low` and `high` are the scores' own range by default.
 
     Returns
     -------

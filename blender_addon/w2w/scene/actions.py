@@ -53,7 +53,7 @@ def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> 
         An armature that `body.add_body` made.
     motion : Motion
     name : str
-        Name of the action; the clip's or activity's unless told.
+        Name of the action; the clip's or activity's by default.
 
     Returns
     -------

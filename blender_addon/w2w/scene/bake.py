@@ -75,7 +75,7 @@ class PatchBaker:
         Parameters
         ----------
         action : Action, optional
-            The armature's active action unless told; without one, whatever moves the body
+            The armature's active action by default; without one, whatever moves the body
             between the scene's first and last frame.
         path : {"auto", "general"}
             "auto" reads the f-curves wherever they alone decide where the patches are.

@@ -48,9 +48,9 @@ def add_body(body: Body, collection: bpy.types.Collection | None = None, name: s
     ----------
     body : Body
     collection : Collection, optional
-        Where to link the objects; the scene's own collection unless told.
+        Where to link the objects; the scene's own collection by default.
     name : str
-        Name of the mesh, and of the armature with "Armature" behind it; the body's unless told.
+        Name of the mesh, and of the armature with "Armature" behind it; the body's by default.
 
     Returns
     -------

@@ -42,7 +42,7 @@ def add_heatmaps(
         Score of each patch over all activities.
     low, high : float, optional
         Scores at the ends of the colour map, for all heatmaps alike; each heatmap's own
-        range unless told.
+        range by default.
     colour_map : str
         A name that the `cmap` package knows.
 

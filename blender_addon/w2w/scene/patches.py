@@ -43,7 +43,7 @@ def place_patches(
     size : float
         Length of the empties' axes, metres.
     parent : Collection, optional
-        Where to link the new collection; the scene's own unless told.
+        Where to link the new collection; the scene's own by default.
 
     Returns
     -------

@@ -57,7 +57,7 @@ def write_study(
     chosen : sequence of int
         Chosen patches in order of choice.
     low, high : float, optional
-        F1 at the ends of the colour map; each heatmap's own range unless told.
+        F1 at the ends of the colour map; each heatmap's own range by default.
 
     Raises
     ------

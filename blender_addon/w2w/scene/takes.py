@@ -138,7 +138,7 @@ def best_take(
     ----------
     objects : list of Object
     actions : iterable of Action, optional
-        Where to look for takes; all actions there are unless told.
+        Where to look for takes; all actions there are by default.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
     ----------
     take : Take
     frames : ndarray, shape (T,), optional
-        Which frames; every whole frame of the take unless told.
+        Which frames; every whole frame of the take by default.
 
     Returns
     -------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motions into a study's list: files or an armature of the scene, carried to the body as actions."""
+"""Motions into a study's list: files or an armature of the scene, retargeted to the body as actions."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ _recordings: OrderedDict[str, ImuRecording | None] = OrderedDict()
 
 
 def path_of(key: str, folder: Path | None = None) -> Path:
-    """File of a key, in the cache folder unless told; a thread must be told, for that asks bpy."""
+    """File of a key, in the cache folder by default; a thread must be told, for that asks bpy."""
     return (folder or cache_folder()) / f"{key}.w2w.npz"
 
 

@@ -64,7 +64,7 @@ def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
         An official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``); a mesh with SMPL's faces, in
         whatever pose, vertex order, axes and unit (``.obj``, ``.ply``); or a body that `Body.save` wrote.
     betas : ndarray, shape (n,), optional
-        Shape coefficients of an official model; its mean shape is taken unless told.
+        Shape coefficients of an official model; its mean shape is taken by default.
 
     Returns
     -------

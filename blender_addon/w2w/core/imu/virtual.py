@@ -46,7 +46,7 @@ def record_motion(
     motion : Motion
     settings : Synthesis, optional
     sensor : SensorModel, optional
-        Ideal unless told.
+        Ideal by default.
     seed : int
         Of the sensors' errors.
 

@@ -26,7 +26,7 @@ from .paths import Paths, landmark_paths, middle
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 CUTOFF_HZ = 6.0
-"""Band of the joints' paths unless told: holds voluntary movement. Noisy pose wants less: 3 Hz for
+"""Band of the joints' paths by default: holds voluntary movement. Noisy pose wants less: 3 Hz for
 UTD-MHAD's Kinect (docs/validation.md)."""
 
 TRUNK_LIMIT = np.radians(100)

@@ -31,7 +31,7 @@ REQUIRED_JOINTS: tuple[str, ...] = (
     "left_wrist",
     "right_wrist",
 )
-"""Joints without which a motion cannot be carried to the body."""
+"""Joints without which a motion cannot be retargeted to the body."""
 
 SHARED_PREFIX = 0.8
 """A prefix that more than this share of the bones have says nothing and is left out."""

@@ -59,7 +59,7 @@ STRAIGHT_LEG = np.cos(np.radians(25))
 
 @dataclass(frozen=True)
 class Retargeting:
-    """A motion carried to a body, and how.
+    """A motion retargeted to a body, and how.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def is_crumpled(rest: dict[int, np.ndarray]) -> bool:
     Parameters
     ----------
     rest : dict of int to ndarray, shape (3,)
-        Position of each matched joint; pairs of which one is not matched are passed over.
+        Position of each matched joint; pairs of which one is not matched are ignored.
     """
     extent = np.ptp(list(rest.values()), axis=0).max() if rest else 0.0
     pairs = ([JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in ("hip", "shoulder"))

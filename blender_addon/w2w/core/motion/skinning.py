@@ -71,7 +71,7 @@ def skin(body: Body, transforms: np.ndarray, vertices: np.ndarray | slice = slic
     transforms : ndarray, shape (T, 24, 3, 4)
         From `skinning_transforms`.
     vertices : ndarray of int, shape (N,), or slice
-        Which vertices; all of them unless told.
+        Which vertices; all of them by default.
 
     Returns
     -------

@@ -75,7 +75,7 @@ def match_by_structure(source: SourceMotion) -> dict[int, int]:
 
 
 class _Tree:
-    """A skeleton's bones, their children and lengths; helper bones are passed over."""
+    """A skeleton's bones, their children and lengths; helper bones are ignored."""
 
     def __init__(self, source: SourceMotion) -> None:
         frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)

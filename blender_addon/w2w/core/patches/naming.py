@@ -73,7 +73,7 @@ def resolve(name: str, body: Body, patches: PatchSet) -> int:
     Parameters
     ----------
     name : str
-        A placement ("wrist", "right ankle"; the left one unless told), a published sensor site
+        A placement ("wrist", "right ankle"; the left one by default), a published sensor site
         ("TransPose head"), a patch's own name, or words that name a region ("left wrist").
     body : Body
     patches : PatchSet

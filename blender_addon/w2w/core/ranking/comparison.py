@@ -54,7 +54,7 @@ def compare_places(
     places, others : sequence of int
         P and Q places.
     activities : sequence of str
-        Activities to average over, of those tested; all of them unless told.
+        Activities to average over, of those tested; all of them by default.
     resamples : int
         Bootstrap resamples of the clips, the same for all places: a difference of two places
         has an interval of its own, narrower than theirs.
