@@ -42,9 +42,11 @@ _HOMES = {
     "preset": "core.imu.presets",
     "rank": "api",
     "rank_agreement": "core.ranking.agreement",
+    "read_recording": "core.imu.formats",
     "sample_patches": "core.patches.patches",
     "shaped": "core.body.shapes",
     "synthesize": "api",
+    "write_recording": "core.imu.formats",
 }
 """Module of each public name, inside this package."""
 

@@ -13,7 +13,7 @@ from rich.markup import escape
 
 from w2w.core.body.body import Body
 from w2w.core.file_names import shown
-from w2w.core.imu.formats import write_csv
+from w2w.core.imu.formats import FORMATS, write_csv, write_recording
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.motion.library import Clip
@@ -36,7 +36,10 @@ def synth(
     patch: Annotated[
         str, typer.Option(help="Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name.")
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="csv file to write.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="File to write (x-io: a folder).")],
+    kind: Annotated[
+        str, typer.Option("--format", help=f"{', '.join(FORMATS)}; the last two have units of their own.")
+    ] = "csv",
     plot: Annotated[Path | None, typer.Option(help="png file to draw the signal to.")] = None,
     sensor: Annotated[
         str, typer.Option(help="Sensor preset (see 'w2w sensors'), or 'ideal'.")
@@ -60,6 +63,8 @@ def synth(
     """
     console = Console(highlight=False)
     try:
+        if kind not in FORMATS:
+            raise ValueError(f"--format must be one of {', '.join(FORMATS)}, not {kind}")
         synthesis = Synthesis(rate_hz=rate, cutoff_hz=band or None)
         config = placeable(StudyConfig(sensor=sensor, synthesis=synthesis, seed=seed), console)
         body = Body.bundled()
@@ -74,7 +79,10 @@ def synth(
         if root_band is not None:
             motion = smoothed_root(motion, root_band)
         recording = record(body, _only(patches, chosen), motion, config)
-        write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
+        if kind == "csv":
+            write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
+        else:
+            write_recording(out, recording, kind)
     except (UnusableMotion, ValueError, OSError) as error:
         console.print(f"[red]No signal of {escape(name)}: {escape(str(error))}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error

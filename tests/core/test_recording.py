@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from w2w.core.datasets.imu_datasets import DSADS_SITES, read_broad, read_dsads, read_gait, read_utd_mhad
-from w2w.core.imu import formats
+from w2w.core.imu import formats, vendor_formats
 from w2w.core.imu.recording import ImuRecording
 
 GAIT_TRIAL = "S02-Trial-Walk-1"
@@ -155,8 +155,8 @@ def test_foreign_csv_needs_units_and_regular_time(tmp_path):
 def test_xsens_round_trip(tmp_path, recording, with_orientation):
     path = tmp_path / "r.txt"
     turns = Rotation.random(recording.n_samples, random_state=1).as_quat() if with_orientation else None
-    formats.write_xsens_txt(path, recording, quaternions=turns)
-    read, quaternions = formats.read_xsens_txt(path)
+    vendor_formats.write_xsens_txt(path, recording, quaternions=turns)
+    read, quaternions = vendor_formats.read_xsens_txt(path)
     assert_same(read, recording, labels=False)
     assert (quaternions is None) is not with_orientation
     if with_orientation:
@@ -166,8 +166,8 @@ def test_xsens_round_trip(tmp_path, recording, with_orientation):
 @given(recordings())
 @REUSE_FOLDER
 def test_x_io_round_trip(tmp_path, recording):
-    formats.write_x_io(tmp_path / "device", recording)
-    read = formats.read_x_io(tmp_path / "device")
+    vendor_formats.write_x_io(tmp_path / "device", recording)
+    read = vendor_formats.read_x_io(tmp_path / "device")
     np.testing.assert_array_equal(read.acc, recording.acc)
     np.testing.assert_array_equal(read.gyr, recording.gyr)
     assert read.rate == pytest.approx(recording.rate, rel=2e-6 * recording.rate)
@@ -176,8 +176,8 @@ def test_x_io_round_trip(tmp_path, recording):
 def test_sto_round_trip(tmp_path):
     turns = Rotation.random(60, random_state=3).as_quat().reshape(20, 3, 4)
     sites = ("pelvis_imu", "femur_r_imu", "left wrist")
-    formats.write_orientation_sto(tmp_path / "o.sto", turns, 60.0, sites)
-    read, rate, names = formats.read_orientation_sto(tmp_path / "o.sto")
+    vendor_formats.write_orientation_sto(tmp_path / "o.sto", turns, 60.0, sites)
+    read, rate, names = vendor_formats.read_orientation_sto(tmp_path / "o.sto")
     np.testing.assert_array_equal(read, turns)
     assert (rate, names) == (60.0, sites)
 
@@ -186,33 +186,33 @@ def test_broken_text_files_are_named(tmp_path, walk):
     path = tmp_path / "file"
     path.write_text("PacketCounter\tAcc_X\n")
     with pytest.raises(ValueError, match="no MT Manager export"):
-        formats.read_xsens_txt(path)
+        vendor_formats.read_xsens_txt(path)
     path.write_text("// Update Rate: 100.0Hz\nPacketCounter\tAcc_X\n0\t1\n")
     with pytest.raises(ValueError, match="lacks the columns Acc_Y, Acc_Z, Gyr_X"):
-        formats.read_xsens_txt(path)
-    formats.write_xsens_txt(path, walk)
+        vendor_formats.read_xsens_txt(path)
+    vendor_formats.write_xsens_txt(path, walk)
     path.write_text(path.read_text()[:-30])
     with pytest.raises(ValueError, match="row 200 has"):
-        formats.read_xsens_txt(path)
+        vendor_formats.read_xsens_txt(path)
     path.write_text("time\tx\n0\t1\n")
     with pytest.raises(ValueError, match="no line 'endheader'"):
-        formats.read_orientation_sto(path)
+        vendor_formats.read_orientation_sto(path)
     path.write_text("DataType=double\nendheader\ntime\tx\n0\t1\n")
     with pytest.raises(ValueError, match="holds double, not quaternions"):
-        formats.read_orientation_sto(path)
+        vendor_formats.read_orientation_sto(path)
     path.write_text("DataRate=10\nDataType=Quaternion\nendheader\ntime\tx\n0\t1,0,0\n")
     with pytest.raises(ValueError, match="do not hold 1 quaternions"):
-        formats.read_orientation_sto(path)
+        vendor_formats.read_orientation_sto(path)
     with pytest.raises(ValueError, match=r"no Inertial\.csv"):
-        formats.read_x_io(tmp_path)
+        vendor_formats.read_x_io(tmp_path)
     with pytest.raises(ValueError, match=r"shape \(T, 2, 4\), one a site, not \(5, 3, 4\)"):
-        formats.write_orientation_sto(path, np.zeros((5, 3, 4)), 10, ("a", "b"))
+        vendor_formats.write_orientation_sto(path, np.zeros((5, 3, 4)), 10, ("a", "b"))
 
 
 def test_opensim_reads_orientations_and_xsens_text(tmp_path, walk):
     opensim = pytest.importorskip("opensim")
     turns = Rotation.random(400, random_state=3).as_quat().reshape(200, 2, 4)
-    formats.write_orientation_sto(tmp_path / "o.sto", turns, 100.0, ("pelvis_imu", "torso_imu"))
+    vendor_formats.write_orientation_sto(tmp_path / "o.sto", turns, 100.0, ("pelvis_imu", "torso_imu"))
     table = opensim.TimeSeriesTableQuaternion(str(tmp_path / "o.sto"))
     assert list(table.getColumnLabels()) == ["pelvis_imu", "torso_imu"]
     read = np.array(
@@ -220,7 +220,7 @@ def test_opensim_reads_orientations_and_xsens_text(tmp_path, walk):
     )
     np.testing.assert_allclose(np.abs(read), np.abs(turns[[0, 199]].reshape(4, 4)), atol=1e-9)
 
-    formats.write_xsens_txt(tmp_path / "MT_01.txt", walk, 0, turns[:, 0])
+    vendor_formats.write_xsens_txt(tmp_path / "MT_01.txt", walk, 0, turns[:, 0])
     settings_file = tmp_path / "s.xml"
     settings_file.write_text(
         '<?xml version="1.0"?><OpenSimDocument Version="40000"><XsensDataReaderSettings name="s">'
@@ -242,7 +242,7 @@ def test_opensim_reads_orientations_and_xsens_text(tmp_path, walk):
 
 def test_x_io_reads_its_own_format(tmp_path, walk):
     ximu3csv = pytest.importorskip("ximu3csv")
-    formats.write_x_io(tmp_path / "log" / "device", walk, sensor=2)
+    vendor_formats.write_x_io(tmp_path / "log" / "device", walk, sensor=2)
     (device,) = ximu3csv.read(tmp_path / "log")
     np.testing.assert_allclose(device.inertial.accelerometer.xyz * 9.80665, walk.acc[:, 2], rtol=1e-6)
     np.testing.assert_allclose(np.radians(device.inertial.gyroscope.xyz), walk.gyr[:, 2], rtol=1e-6)
@@ -347,3 +347,30 @@ def test_text_of_characters_that_do_not_exist_is_refused(tmp_path):
         ValueError, match=r"odd\.npz is not a W2W recording: its 'sites' is damaged or holds neither"
     ):
         ImuRecording.load(tmp_path / "odd.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [("a.npz", ""), ("a.csv", ""), ("a.txt", ""), ("log", ""), ("b", "csv")]
+)
+def test_a_recording_comes_back_from_every_format(tmp_path, name, kind):
+    rng = np.random.default_rng(4)
+    written = ImuRecording(rng.normal(size=(40, 1, 3)), rng.normal(size=(40, 1, 3)), 50.0, ("wrist",))
+    formats.write_recording(tmp_path / name, written, kind)
+    again = formats.read_recording(tmp_path / name, kind)
+    assert again.rate == pytest.approx(50.0)
+    exact = {} if name != "log" else {"rtol": 1e-6, "atol": 1e-9}  # g and deg/s are other numbers
+    for values, expected in ((again.acc, written.acc), (again.gyr, written.gyr)):
+        np.testing.assert_allclose(values, expected, **(exact or {"rtol": 0, "atol": 0}))
+
+
+def test_a_format_that_is_none_is_said(tmp_path):
+    recording = _still()
+    for name, kind, sentence in (
+        ("a.csv", "mvnx", "no format is called 'mvnx'"),
+        ("a.doc", "", r"\.doc stands for no"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            formats.write_recording(tmp_path / name, recording, kind)
+        with pytest.raises(ValueError, match=sentence):
+            formats.read_recording(tmp_path / name, kind)
+    assert not list(tmp_path.iterdir())

@@ -7,7 +7,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
-from w2w.core.imu.formats import read_csv
+from w2w.core.imu.formats import read_csv, read_recording
 from w2w.core.imu.presets import PRESETS
 
 JACKS = "mixamo/Sushim30__ARFitness/Jumping Jacks.fbx"
@@ -94,3 +94,22 @@ def test_every_preset_is_listed():
     code, output = call("sensors")
     assert code == 0
     assert all(name in output for name in PRESETS)
+
+
+@pytest.mark.parametrize(("kind", "name"), [("xsens", "MT_wrist.txt"), ("x-io", "log"), ("npz", "a.npz")])
+def test_another_tool_s_format_on_request(shared_data, tmp_path, kind, name):
+    options = ["--patch", "sternum", "--sensor", "ideal", "--rate", 50]
+    code, output = call("synth", shared_data / JACKS, *options, "--out", tmp_path / "a.csv")
+    assert code == 0, output
+    code, output = call("synth", shared_data / JACKS, *options, "--out", tmp_path / name, "--format", kind)
+    assert code == 0, output
+    expected, found = read_csv(tmp_path / "a.csv"), read_recording(tmp_path / name)
+    np.testing.assert_allclose(found.acc, expected.acc, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(found.gyr, expected.gyr, rtol=1e-5, atol=1e-5)
+
+
+def test_an_unknown_format_is_said(shared_data, tmp_path):
+    code, output = call(
+        "synth", shared_data / JACKS, "--patch", "sternum", "--out", tmp_path / "a", "--format", "mvnx"
+    )
+    assert (code, "--format must be one of npz, csv, xsens, x-io, not mvnx" in output) == (2, True)

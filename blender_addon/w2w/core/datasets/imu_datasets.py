@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.io import loadmat
 
-from ..imu.formats import ACC_UNITS, GYR_UNITS
 from ..imu.recording import ImuRecording
+from ..imu.text_tables import ACC_UNITS, GYR_UNITS
 
 DSADS_RATE = 25.0
 DSADS_SEGMENT = (125, 45)

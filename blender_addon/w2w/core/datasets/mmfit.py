@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..filtering import butterworth
-from ..imu.formats import ACC_UNITS, GYR_UNITS
 from ..imu.gaps import runs
 from ..imu.recording import ImuRecording
+from ..imu.text_tables import ACC_UNITS, GYR_UNITS
 from ..keypoints.joint_sets import MM_FIT_17
 
 CAMERA_RATE = 30.0

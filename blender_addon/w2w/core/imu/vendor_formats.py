@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recordings as Xsens's MT Manager, x-io's x-IMU3 and OpenSim write and read them.
+
+One sensor a file, except OpenSim's orientations. Numbers are written with enough digits that reading them
+back gives the same single-precision values.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..files import write_text
+from .recording import ImuRecording
+from .text_tables import ACC_UNITS, GYR_UNITS, rate_of_stamps, read_numbers, shortest, table_text, text_lines
+
+XSENS_COLUMNS = ("PacketCounter", "SampleTimeFine", "Acc_X", "Acc_Y", "Acc_Z", "Gyr_X", "Gyr_Y", "Gyr_Z")
+
+XSENS_TICKS = 10_000
+"""Ticks of SampleTimeFine in a second (Xsens MT0101P, timestamp output)."""
+
+X_IO_HEADER = (
+    "Timestamp (us),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),"
+    "Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)"
+)
+
+
+def write_xsens_txt(
+    path: str | Path, recording: ImuRecording, sensor: int = 0, quaternions: np.ndarray | None = None
+) -> None:
+    """Write one sensor as MT Manager exports it: m/s2, rad/s, tab-separated under ``//`` lines.
+
+    Parameters
+    ----------
+    path : str or Path
+        OpenSim expects ``<trial prefix><sensor name>.txt``.
+    recording : ImuRecording
+    sensor : int
+        Which of the recording's sensors.
+    quaternions : ndarray, shape (T, 4), optional
+        Orientation w, x, y, z, sensor to world.
+    """
+    names = XSENS_COLUMNS
+    values = np.concatenate([recording.acc[:, sensor], recording.gyr[:, sensor]], axis=1)
+    if quaternions is not None:
+        names = (*names, "Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
+        values = np.concatenate([values, quaternions], axis=1)
+    head = [
+        "// Start Time: Unknown",
+        f"// Update Rate: {recording.rate!r}Hz",
+        "// Filter Profile: none",
+        "// Option Flags: none",
+        "// Firmware Version: W2W",
+    ]
+    counter = np.arange(recording.n_samples)
+    ticks = np.rint(recording.time * XSENS_TICKS).astype(np.int64)
+    rows = "".join(
+        "\t".join([str(count), str(tick), *map(shortest, row)]) + "\n"
+        for count, tick, row in zip(counter, ticks, values.tolist(), strict=True)
+    )
+    write_text(path, "\n".join(head) + "\n" + "\t".join(names) + "\n" + rows)
+
+
+def read_xsens_txt(path: str | Path) -> tuple[ImuRecording, np.ndarray | None]:
+    """Read one sensor from an MT Manager export.
+
+    Returns
+    -------
+    recording : ImuRecording
+    quaternions : ndarray, shape (T, 4), or None
+        Orientation w, x, y, z, sensor to world, where the file has one.
+
+    Raises
+    ------
+    ValueError
+        If a column of the acceleration or rate of turn is missing, or no rate is given.
+    """
+    lines = text_lines(path)
+    head = [line for line in lines if line.startswith("//")]
+    rate = next((line.split(":", 1)[1] for line in head if "Update Rate" in line), None)
+    if rate is None:
+        raise ValueError(f"{path} is no MT Manager export: it has no line '// Update Rate:'")
+    body = [line for line in lines[len(head) :] if line]
+    names = body[0].split("\t") if body else []
+    missing = [name for name in XSENS_COLUMNS[2:] if name not in names]
+    if missing:
+        raise ValueError(f"{path} lacks the columns {', '.join(missing)}")
+    table = read_numbers(body[1:], "\t", len(names), path)
+    values = table[:, [names.index(name) for name in XSENS_COLUMNS[2:]]]
+    quaternion_names = [f"Quat_q{k}" for k in range(4)]
+    quaternions = None
+    if set(quaternion_names) <= set(names):
+        quaternions = table[:, [names.index(name) for name in quaternion_names]]
+    recording = ImuRecording(
+        acc=values[:, None, :3], gyr=values[:, None, 3:], rate=float(rate.strip().removesuffix("Hz"))
+    )
+    return recording, quaternions
+
+
+def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> None:
+    """Write one sensor as x-io's x-IMU3 logs it: ``Inertial.csv`` in a folder, g, deg/s and microseconds.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of the device; made if needed.
+    recording : ImuRecording
+    sensor : int
+        Which of the recording's sensors.
+    """
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    values = np.concatenate(
+        [
+            recording.gyr[:, sensor].astype(np.float64) / GYR_UNITS["deg/s"],
+            recording.acc[:, sensor].astype(np.float64) / ACC_UNITS["g"],
+        ],
+        axis=1,
+    )
+    stamps = np.rint(recording.time * 1e6).astype(np.int64)
+    write_text(Path(folder) / "Inertial.csv", X_IO_HEADER + "\n" + table_text(stamps, values, ","))
+
+
+def read_x_io(folder: str | Path) -> ImuRecording:
+    """Read one sensor from the folder of an x-IMU3.
+
+    Raises
+    ------
+    ValueError
+        If there is no ``Inertial.csv`` with x-io's header, or its time stamps are not regular.
+    """
+    path = Path(folder) / "Inertial.csv"
+    if not path.is_file():
+        raise ValueError(f"{folder} is no x-IMU3 log: it has no Inertial.csv")
+    lines = text_lines(path)
+    if not lines or lines[0].strip() != X_IO_HEADER:
+        raise ValueError(f"{path} does not start with x-io's header, {X_IO_HEADER}")
+    table = read_numbers(lines[1:], ",", 7, path)
+    return ImuRecording(
+        acc=table[:, None, 4:] * ACC_UNITS["g"],
+        gyr=table[:, None, 1:4] * GYR_UNITS["deg/s"],
+        rate=rate_of_stamps(table[:, 0] / 1e6, path, 1e-6),
+    )
+
+
+def write_orientation_sto(
+    path: str | Path, quaternions: np.ndarray, rate: float, sites: tuple[str, ...]
+) -> None:
+    """Write orientations as OpenSense reads them.
+
+    The world keeps its z axis up: give OpenSense ``sensor_to_opensim_rotations`` of (-pi/2, 0, 0), as for
+    Xsens, to turn it to OpenSim's y axis.
+
+    Parameters
+    ----------
+    path : str or Path
+    quaternions : ndarray, shape (T, N, 4)
+        w, x, y, z, sensor to world.
+    rate : float
+        Samples per second.
+    sites : tuple of str
+        Names of the N sensors, without tabs; OpenSense looks for ``<body>_imu``.
+    """
+    quaternions = np.asarray(quaternions, dtype=np.float64)
+    if quaternions.ndim != 3 or quaternions.shape[1:] != (len(sites), 4):
+        raise ValueError(
+            f"quaternions must have shape (T, {len(sites)}, 4), one a site, not {quaternions.shape}"
+        )
+    if any(set("\t\r\n") & set(site) for site in sites):
+        raise ValueError(f"names of sites may hold no tabs or line ends: {sites}")
+    head = [f"DataRate={rate!r}", "DataType=Quaternion", "version=3", "OpenSimVersion=4.5", "endheader"]
+    head.append("\t".join(("time", *sites)))
+    rows = (
+        "\t".join([repr(k / rate), *(",".join(map(repr, q)) for q in row)])
+        for k, row in enumerate(quaternions.tolist())
+    )
+    write_text(path, "\n".join([*head, *rows]) + "\n")
+
+
+def read_orientation_sto(path: str | Path) -> tuple[np.ndarray, float, tuple[str, ...]]:
+    """Read orientations from an OpenSim storage file.
+
+    Returns
+    -------
+    quaternions : ndarray, shape (T, N, 4)
+        w, x, y, z.
+    rate : float
+        Samples per second.
+    sites : tuple of str
+
+    Raises
+    ------
+    ValueError
+        If the file holds no quaternions.
+    """
+    lines = text_lines(path)
+    if "endheader" not in lines:
+        raise ValueError(f"{path} is no OpenSim storage file: it has no line 'endheader'")
+    start = lines.index("endheader")
+    facts = dict(line.split("=", 1) for line in lines[:start] if "=" in line)
+    if facts.get("DataType") != "Quaternion":
+        raise ValueError(f"{path} holds {facts.get('DataType', 'numbers')}, not quaternions")
+    sites = tuple(lines[start + 1].split("\t")[1:])
+    fields = [line.split("\t") for line in lines[start + 2 :] if line]
+    try:
+        quaternions = np.array([[field.split(",") for field in row[1:]] for row in fields], dtype=np.float64)
+        stamps = np.array([row[0] for row in fields], dtype=np.float64)
+    except ValueError as error:
+        raise ValueError(f"{path} has a row that does not hold {len(sites)} quaternions") from error
+    if quaternions.shape != (len(fields), len(sites), 4):
+        raise ValueError(f"{path} has rows that do not hold {len(sites)} quaternions")
+    rate = float(facts["DataRate"]) if "DataRate" in facts else rate_of_stamps(stamps, path, 1e-6)
+    return quaternions, rate, sites
