@@ -12,7 +12,7 @@ import typer
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, shaped
-from w2w.core.files import reserved
+from w2w.core.files import load_arrays, reserved
 from w2w.core.selection.constraints import Constraints, read_costs
 from w2w.scene.output import quiet_output
 
@@ -86,8 +86,8 @@ def _betas(text: str) -> np.ndarray:
     """Shape coefficients, from numbers joined by colons or from the npz of a motion."""
     try:
         if text.lower().endswith(".npz"):
-            with np.load(text, allow_pickle=False) as data:
-                return np.atleast_1d(data["betas"].squeeze()).astype(np.float64)
+            betas = load_arrays(text, ("betas",), "gives no betas")["betas"]
+            return np.atleast_1d(betas.squeeze()).astype(np.float64)
         return np.array([float(number) for number in text.split(":")])
     except (OSError, KeyError, ValueError) as error:
         raise ValueError(

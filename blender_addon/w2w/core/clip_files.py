@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import write_npz
+from .files import load_arrays, write_npz
 from .motion.library import WORK_FOLDER
 from .ranking.inputs import PlaceBlocks, clip_inputs
 from .ranking.utility import inputs_of
@@ -69,9 +69,10 @@ class ClipWindows:
     """
 
     def __init__(self, out: Path, clip: str) -> None:
-        with np.load(features_file(out, clip), allow_pickle=False) as data:
-            self.is_test, self.signature = data["is_test"], data["signature"]
-            self.counts = data["counts"].tolist()
+        needed = ("is_test", "signature", "counts")
+        data = load_arrays(features_file(out, clip), needed, "does not hold a clip's windows")
+        self.is_test, self.signature = data["is_test"], data["signature"]
+        self.counts = data["counts"].tolist()
 
 
 def ranking_inputs(

@@ -22,6 +22,9 @@ from zipfile import BadZipFile, ZipFile, is_zipfile
 import numpy as np
 from numpy.lib import format as npy
 
+MOST_BYTES = 16 * 2**30
+"""No file of ours unpacks to more."""
+
 ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time stamp of every member of an npz, so that equal arrays give equal bytes."""
 
@@ -189,6 +192,37 @@ def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> di
             return arrays
     except DAMAGED as error:
         raise ValueError(f"it cannot be read as an npz file: {_fault(path, error)}") from error
+
+
+def load_arrays(
+    path: str | Path, needed: Collection[str], wrong: str, optional: Collection[str] = ()
+) -> dict[str, np.ndarray]:
+    """Read the arrays of a file that W2W wrote; one sentence says whatever is wrong with it.
+
+    Parameters
+    ----------
+    path : str or Path
+    needed : collection of str
+        Arrays that must be there.
+    wrong : str
+        What the file then is, such as "is not a W2W body".
+    optional : collection of str
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is damaged or lacks an array; the message names the file.
+    """
+    try:
+        arrays = read_arrays(path, (*needed, *optional), MOST_BYTES)
+    except ValueError as error:
+        raise ValueError(f"{path} {wrong}: {error}") from error
+    missing = sorted(set(needed) - arrays.keys())
+    if missing:
+        raise ValueError(f"{path} {wrong}: it lacks {', '.join(missing)}")
+    return arrays
 
 
 def _read_member(archive: ZipFile, member: str) -> np.ndarray:

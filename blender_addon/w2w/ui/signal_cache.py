@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.files import write_npz
+from ..core.files import load_arrays, write_npz
 from ..core.imu.recording import ImuRecording
 from .preferences import cache_folder
 
@@ -68,8 +68,8 @@ def save(key: str, baked: BakedClip, folder: Path) -> None:
 
 def load_clip(key: str) -> tuple[np.ndarray, np.ndarray]:
     """Test mask and signature of a key."""
-    with np.load(path_of(key), allow_pickle=False) as data:
-        return data["is_test"], data["signature"]
+    data = load_arrays(path_of(key), ("is_test", "signature"), "does not hold baked signals")
+    return data["is_test"], data["signature"]
 
 
 def recording(key: str) -> ImuRecording | None:
@@ -90,5 +90,8 @@ def forget() -> None:
 def _load_recording(key: str) -> ImuRecording | None:
     if not has(key):
         return None
-    with np.load(path_of(key), allow_pickle=False) as data:
-        return ImuRecording(data["acc"], data["gyr"], float(data["rate"]))
+    try:
+        data = load_arrays(path_of(key), ("acc", "gyr", "rate"), "does not hold baked signals")
+    except (OSError, ValueError):  # damaged is as good as gone: baked again
+        return None
+    return ImuRecording(data["acc"], data["gyr"], float(data["rate"]))

@@ -12,6 +12,7 @@ import numpy as np
 from ..body.body import Body
 from ..body.landmarks import SENSOR_SITES
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from ..files import array_names
 from .mesh_files import read_mesh
 from .pickles import read_arrays, read_npz_member
 from .registration import register
@@ -258,8 +259,7 @@ def smpl_mesh(vertices: np.ndarray, polygons: np.ndarray) -> SmplMesh:
 
 
 def _body_from_npz(path: Path, wanted: tuple[str, ...], betas: np.ndarray | None) -> Body:
-    with np.load(path, allow_pickle=False) as data:
-        names = set(data.files)
+    names = set(array_names(path))
     if {"vertices", "faces", "joints"} <= names:
         if betas is not None:
             raise BodyError("a saved body has a shape of its own: betas need an official SMPL model")

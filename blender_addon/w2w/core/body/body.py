@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..files import write_npz
+from ..files import load_arrays, write_npz
 from .skeleton import JOINT_NAMES, N_JOINTS, PARENTS
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -110,19 +110,17 @@ class Body:
         ValueError
             If the file is not a W2W body.
         """
-        with np.load(path, allow_pickle=False) as data:
-            missing = {"vertices", "faces", "joints", "weights", "name"} - set(data.files)
-            if missing:
-                raise ValueError(f"{path} is not a W2W body: it lacks {', '.join(sorted(missing))}")
-            weights = data["weights"].astype(np.float64)
-            return cls(
-                vertices=data["vertices"],
-                faces=data["faces"],
-                joints=data["joints"],
-                weights=weights / weights.sum(axis=1, keepdims=True),
-                name=str(data["name"]),
-                mirror=data["mirror"] if "mirror" in data.files else None,
-            )
+        needed = ("vertices", "faces", "joints", "weights", "name")
+        data = load_arrays(path, needed, "is not a W2W body", ("mirror",))
+        weights = data["weights"].astype(np.float64)
+        return cls(
+            vertices=data["vertices"],
+            faces=data["faces"],
+            joints=data["joints"],
+            weights=weights / weights.sum(axis=1, keepdims=True),
+            name=str(data["name"]),
+            mirror=data.get("mirror"),
+        )
 
     @classmethod
     def bundled(cls) -> Body:

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from ..files import write_npz
+from ..files import load_arrays, write_npz
 from .body import TEMPLATES, Body
 
 DENSITY = 985.0
@@ -88,13 +88,14 @@ class ShapeTargets:
     @classmethod
     def load(cls, path: str | Path) -> ShapeTargets:
         """Read what `save` wrote."""
-        with np.load(path, allow_pickle=False) as data:
-            return cls(
-                names=tuple(data["names"].tolist()),
-                vertices=data["vertices"].astype(np.float64),
-                joints=data["joints"].astype(np.float64),
-                faces_digest=str(data["faces_digest"]),
-            )
+        needed = ("names", "vertices", "joints", "faces_digest")
+        data = load_arrays(path, needed, "does not hold shape targets")
+        return cls(
+            names=tuple(data["names"].tolist()),
+            vertices=data["vertices"].astype(np.float64),
+            joints=data["joints"].astype(np.float64),
+            faces_digest=str(data["faces_digest"]),
+        )
 
     def fit(self, body: Body) -> bool:
         """Whether a body has the vertex order of these targets."""

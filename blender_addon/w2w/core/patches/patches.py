@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix
 
 from ..body.body import Body
 from ..body.regions import regions_of
-from ..files import write_npz
+from ..files import load_arrays, write_npz
 from .carriers import carrier_triangles
 from .geodesics import ExactSolver
 from .interpolation import interpolation_weights
@@ -124,22 +124,18 @@ class PatchSet:
         ValueError
             If the file does not hold patches.
         """
-        expected = {"vertices", "triangles", "labels", "regions", "seed"}
-        expected |= {f"interpolation_{part}" for part in ("data", "indices", "indptr")}
-        with np.load(path, allow_pickle=False) as data:
-            missing = expected - set(data.files)
-            if missing:
-                raise ValueError(f"{path} does not hold W2W patches: it lacks {', '.join(sorted(missing))}")
-            shape = (len(data["labels"]), len(data["vertices"]))
-            sparse = tuple(data[f"interpolation_{part}"] for part in ("data", "indices", "indptr"))
-            return cls(
-                vertices=data["vertices"],
-                triangles=data["triangles"],
-                labels=data["labels"],
-                regions=tuple(str(region) for region in data["regions"]),
-                seed=int(data["seed"]),
-                interpolation=csr_matrix(sparse, shape=shape),
-            )
+        sparse_parts = [f"interpolation_{part}" for part in ("data", "indices", "indptr")]
+        needed = ("vertices", "triangles", "labels", "regions", "seed", *sparse_parts)
+        data = load_arrays(path, needed, "does not hold W2W patches")
+        shape = (len(data["labels"]), len(data["vertices"]))
+        return cls(
+            vertices=data["vertices"],
+            triangles=data["triangles"],
+            labels=data["labels"],
+            regions=tuple(str(region) for region in data["regions"]),
+            seed=int(data["seed"]),
+            interpolation=csr_matrix(tuple(data[part] for part in sparse_parts), shape=shape),
+        )
 
 
 def sample_patches(

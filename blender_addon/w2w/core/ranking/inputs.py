@@ -13,7 +13,7 @@ from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
 
-from ..files import DAMAGED, read_header
+from ..files import DAMAGED, load_arrays, read_header
 from ..imu.recording import ImuRecording
 from .windows import WindowSpec, cut_windows, window_starts
 
@@ -286,5 +286,4 @@ class WindowFiles:
 
 
 def _rate(path: Path) -> float:
-    with np.load(path, allow_pickle=False) as data:
-        return float(data["rate"])
+    return float(load_arrays(path, ("rate",), "is no recording")["rate"])

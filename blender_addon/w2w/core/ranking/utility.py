@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..files import write_npz
+from ..files import load_arrays, write_npz
 from .classifiers.extra_trees import ExtraTrees
 from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
@@ -106,11 +106,7 @@ class UtilityMap:
         ValueError
             If the file is not a utility map.
         """
-        with np.load(path, allow_pickle=False) as stored:
-            missing = [field.name for field in fields(cls) if field.name not in stored]
-            if missing:
-                raise ValueError(f"{path} is not a utility map: it lacks {', '.join(missing)}")
-            content = {field.name: stored[field.name] for field in fields(cls)}
+        content = load_arrays(path, [field.name for field in fields(cls)], "is not a utility map")
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"].item())
         content["level"] = float(content["level"])

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A results folder with a damaged file in it: every command that reads it says so and ends with its code."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from headless.__main__ import APP
+
+COMMANDS = {
+    "report": [],
+    "tables": [],
+    "place": ["--max", "2"],
+    "sweep": ["--out", "sweep"],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("file", ["utility.npz", ".w2w/patches.npz", "summary.json"])
+def test_a_file_cut_in_half_is_a_sentence(drawn_results, tmp_path, monkeypatch, command, file):
+    monkeypatch.chdir(tmp_path)
+    out = tmp_path / "out"
+    shutil.copytree(drawn_results, out)
+    content = (out / file).read_bytes()
+    (out / file).write_bytes(content[: len(content) // 2])
+    result = CliRunner().invoke(APP, [command, str(out), *COMMANDS[command]], env={"COLUMNS": "400"})
+    assert result.exit_code in (1, 2), result.output
+    assert isinstance(result.exception, SystemExit), result.exception
+    assert "cannot be read as a results folder" in " ".join(result.output.split())
