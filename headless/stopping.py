@@ -14,6 +14,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+from .blender import inside_blender
+
 STOPPED = "Stopped. What is finished is kept: the same command goes on from here."
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 SHOW_CURSOR = "\x1b[?25h"
@@ -95,7 +97,13 @@ def always_when_stopped(work: Callable[[], None]) -> None:
 
 @contextmanager
 def deaf_children() -> Iterator[None]:
-    """Start workers of loky that a Ctrl-C in the terminal does not reach: this process ends them."""
+    """Start workers of loky that a Ctrl-C in the terminal does not reach: this process ends them.
+
+    Workers of the Blender program stand in a session of their own and need nothing.
+    """
+    if inside_blender():
+        yield
+        return
     _start_tracker()
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
