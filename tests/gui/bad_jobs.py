@@ -45,10 +45,10 @@ class BadJob(Job):
         return super().key(source_sha256)
 
     @property
-    def motion_file(self):
+    def features_file(self):
         if self.kind == "fill" and os.getpid() != self.safe_process:
             np.ones(self.memory)  # eight times as many bytes
-        return super().motion_file
+        return super().features_file
 
 
 def main(library: str, out: str, report: str) -> None:

@@ -265,7 +265,7 @@ def in_sight(driver: Driver) -> dict[str, list[bool]]:
     """Whether patches of the chest and of the back can be seen from the front."""
     ui = "bl_ext.user_default.w2w.blender_addon.w2w.ui"
     body = bpy.context.scene.w2w.body
-    patches = sys.modules[f"{ui}.study"].patches_of(body)
+    patches = sys.modules[f"{ui}.state"].patches_of(body)
     with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
         surface = sys.modules[f"{ui}.surface"].Surface(bpy.context, body, patches)
         return {

@@ -51,8 +51,8 @@ def make_library(folder: Path) -> Path:
     import numpy as np
     from scipy.spatial.transform import Rotation
 
-    core = f"{PACKAGE}.w2w.core"
-    motion = importlib.import_module(f"{core}.motion").Motion
+    core = f"{PACKAGE}.blender_addon.w2w.core"
+    motion = importlib.import_module(f"{core}.motion.motion").Motion
     time = np.arange(90) / 30
     for activity, joint in (("waving", 17), ("kicking", 1)):
         (folder / activity).mkdir(parents=True)
