@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 
-.PHONY: demo test lint setup extension extension-all test-blender-5 test-window test-peers test-report
+.PHONY: demo test test-slow lint setup extension extension-all test-blender-5 test-window test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -16,7 +16,11 @@ demo: setup
 	@.venv/bin/w2w demo --out demo_output
 
 test: setup lint
-	.venv/bin/python -m pytest -n 2 --dist worksteal $(TESTS)
+	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(TESTS)
+
+# The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
+test-slow: setup
+	.venv/bin/python -m pytest -n 2 --dist worksteal -m slow tests/core tests/scene tests/headless
 
 lint: setup
 	.venv/bin/ruff check .

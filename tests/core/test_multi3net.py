@@ -99,6 +99,7 @@ def test_group_size_changes_nothing_but_rounding():
     assert (named[1] == named[2]).mean() > 0.98
 
 
+@pytest.mark.slow
 def test_labels_shuffled_by_clip_give_chance():
     pytest.importorskip("torch")
     windows, _, _, clip = library(n_clips=60, n_places=2)
@@ -148,6 +149,7 @@ def test_checking_windows_are_whole_clips_of_another_fold_and_no_class_goes_unta
     assert check.tolist() == []
 
 
+@pytest.mark.slow
 @WAYS
 def test_training_goes_on_where_it_was_stopped(tmp_path, settings):
     pytest.importorskip("torch")
