@@ -13,7 +13,7 @@ import numpy as np
 
 from .core.body.body import Body
 from .core.clip_ranking import RankedClip, WindowLabels, rank_clips
-from .core.imu.presets import DEFAULT_SENSOR, preset
+from .core.imu.presets import DEFAULT_SENSOR
 from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
 from .core.imu.synthesis import Synthesis
@@ -249,16 +249,12 @@ def synthesize(
             f"the patches are of a body of {len(patches.labels)} vertices and the motions of one of "
             f"{len(motions.body.vertices)}: sample patches on the motions' body"
         )
-    model = sensor if isinstance(sensor, SensorModel) else _sensor_model(sensor)
+    model = sensor if isinstance(sensor, SensorModel) else StudyConfig(sensor=sensor).sensor_model()
     settings = settings or Synthesis(rate_hz=rate)
     recordings = tuple(
         record_motion(motions.body, patches, motion, settings, model, seed) for motion in motions
     )
     return Signals(recordings, patches, motions)
-
-
-def _sensor_model(name: str) -> SensorModel:
-    return SensorModel.ideal() if name == "ideal" else preset(name)
 
 
 def rank(

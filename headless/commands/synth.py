@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -16,11 +15,11 @@ from w2w.core.file_names import shown
 from w2w.core.imu.formats import FORMATS, write_csv, write_recording
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import at_places
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.variants import smoothed_root
 from w2w.core.patches.naming import resolve
-from w2w.core.patches.patches import PatchSet
 from w2w.core.study import StudyConfig, place_patches, record
 
 from ..console import NOTHING_TO_DO, USAGE
@@ -78,7 +77,7 @@ def synth(
         _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
         if root_band is not None:
             motion = smoothed_root(motion, root_band)
-        recording = record(body, _only(patches, chosen), motion, config)
+        recording = record(body, at_places(patches, [chosen]), motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
         else:
@@ -94,13 +93,3 @@ def synth(
             plot, recording, title=f"{shown(clip.stem)}: {place}", subtitle=f"{sensor}, {recording.rate:g} Hz"
         )
         console.print(f"Picture: {escape(shown(plot))}")
-
-
-def _only(patches: PatchSet, chosen: int) -> PatchSet:
-    """The same places, of which only one carries a sensor."""
-    return replace(
-        patches,
-        vertices=patches.vertices[[chosen]],
-        triangles=patches.triangles[[chosen]],
-        regions=(patches.regions[chosen],),
-    )
