@@ -157,9 +157,10 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
 
 def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     """Damaged FBX and BVH files as a library: what became of each clip."""
-    from headless.runs.clip import WORK, Job
+    from headless.runs.clip import WORK
+    from headless.runs.clip_task import ClipTask
     from headless.runs.folder import make_folders
-    from headless.runs.workers import run_jobs
+    from headless.runs.workers import run_tasks
     from w2w.core.body.body import Body
     from w2w.core.study import StudyConfig, place_patches
 
@@ -176,11 +177,11 @@ def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     make_folders(out)
     Body.bundled().save(out / WORK / "body.npz")
     place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
-    jobs = [Job(clip, out, config, "fuzz", 60.0) for clip in read_library(place / "library").clips]
-    outcomes = run_jobs(jobs, 2, "", _told)
+    tasks = [ClipTask(clip, out, config, "fuzz", 60.0) for clip in read_library(place / "library").clips]
+    results = run_tasks(tasks, 2, "", _told)
     found: Counter[str] = Counter()
-    for outcome in outcomes:
-        reason = outcome.reason
+    for result in results:
+        reason = result.reason
         if "please report" in reason:
             found[f"FAULT {reason}"] += 1
         elif reason.startswith("Blender crashed"):
@@ -189,13 +190,13 @@ def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
             found["hung and was given up"] += 1
         else:
             found["refused with a sentence" if reason else "read"] += 1
-    found["FAULT: clips without an outcome"] = cases - len(outcomes)
+    found["FAULT: clips without a result"] = cases - len(results)
     return +found
 
 
-def _told(outcome: object) -> None:
+def _told(result: object) -> None:
     """Nothing to show."""
-    del outcome
+    del result
 
 
 def _columns(path: Path) -> np.ndarray:

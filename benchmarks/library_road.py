@@ -14,8 +14,10 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from headless.runs import clip as clip_job
-from headless.runs.clip import WORK, Job, do_clip
+from headless.runs import clip as clip_work
+from headless.runs import clip_records
+from headless.runs.clip import WORK, do_clip
+from headless.runs.clip_task import ClipTask
 from headless.runs.folder import make_folders
 from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
@@ -37,7 +39,7 @@ def road(folder: Path, files: int) -> None:
     with tempfile.TemporaryDirectory() as place, ExitStack() as patched:
         out = Path(place)
         _prepare(out, config)
-        do_clip(Job(clips[0], out, config, "to warm up"))
+        do_clip(ClipTask(clips[0], out, config, "to warm up"))
         for target, name, stage in _stages():
             patched.enter_context(
                 mock.patch.object(target, name, _timed(getattr(target, name), stage, stages))
@@ -45,9 +47,9 @@ def road(folder: Path, files: int) -> None:
         for clip in clips:
             before = stages["features for the ranking"]
             start = time.perf_counter()
-            outcome = do_clip(Job(clip, out, config, "road"))
+            result = do_clip(ClipTask(clip, out, config, "road"))
             seconds = time.perf_counter() - start
-            if not outcome.used:
+            if not result.used:
                 continue
             ours.append(seconds)
             features.append(stages["features for the ranking"] - before)
@@ -89,12 +91,12 @@ def _stages() -> list[tuple[Any, str, str]]:
         (motions, "retarget", "retargeting"),
         (virtual_imu, "synthesize", "skinning and ideal signals"),
         (SensorModel, "apply", "sensor errors"),
-        (clip_job, "describe", "features for the ranking"),
+        (clip_work, "describe", "features for the ranking"),
         (Motion, "save", "writing the motion"),
         (ImuRecording, "save", "writing the signals"),
-        (clip_job, "write_npz", "writing the features"),
-        (clip_job, "file_sha256", "hashes"),
-        (clip_job, "write_json", "writing the record"),
+        (clip_work, "write_features", "writing the features"),
+        (clip_records, "file_sha256", "hashes"),
+        (clip_records, "write_json", "writing the record"),
         (virtual_imu, "skinning_transforms", "kinematics"),
     ]
 

@@ -12,7 +12,7 @@ import typer
 
 from w2w.core.ranking.windows import WindowSpec
 
-from .runs.clip import Outcome
+from .runs.clip_task import ClipResult
 
 Window = Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")]
 Stride = Annotated[
@@ -42,9 +42,9 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
     return WindowSpec.of_length(window, stride)
 
 
-def window_content(outcomes: Sequence[Outcome], spec: WindowSpec) -> dict[str, Any]:
+def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str, Any]:
     """How many used clips are shorter than a window, and the longest window that half of them fill."""
-    durations = np.array([outcome.details["duration_s"] for outcome in outcomes if outcome.used])
+    durations = np.array([result.details["duration_s"] for result in results if result.used])
     median = float(np.median(durations)) if len(durations) else 0.0
     return {
         "length_s": spec.length_s,

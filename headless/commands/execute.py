@@ -111,8 +111,8 @@ def _execute(
         watch.step("failed", str(error))
         if isinstance(error, StudyError):
             write_failure(out, library, error)
-            show_skipped(skipped_files(error.outcomes, library), console)
-            show_window_warning(error.outcomes, config.windows, console)
+            show_skipped(skipped_files(error.clips, library), console)
+            show_window_warning(error.clips, config.windows, console)
         raise ended(f"No result: {error}", NOTHING_TO_DO, console, watch.log) from error
     except KeyboardInterrupt as error:
         raise ended(f"\n{STOPPED}", INTERRUPTED, console, watch.log) from error

@@ -167,7 +167,7 @@ def run(
         studies.append((name, execute(found, body, config, folder, engine, pictures, console, report, log)))
     if len(chosen) > 1:
         show_comparison(write_comparison(studies, out), console)
-    if strict and any(len(study.used) < len(study.outcomes) + len(found.skipped) for _, study in studies):
+    if strict and any(len(study.used) < len(study.clips) + len(found.skipped) for _, study in studies):
         raise ended("Clips were skipped, and --strict was given.", SKIPPED, console, log)
     log("finished", exit_code=0)
 

@@ -21,7 +21,7 @@ from w2w.core.ranking.score_table import ScoreRow
 from w2w.core.ranking.windows import WindowSpec
 
 from ..console import show_left_out
-from ..runs.clip import Outcome
+from ..runs.clip_task import ClipResult
 from ..runs.picture_names import HEATMAPS
 from ..runs.study import Study
 from ..window_options import window_content, window_warning
@@ -59,10 +59,10 @@ def show_outcome(
 ) -> None:
     """Print what was found and where it stands, and what could not be drawn."""
     utility = study.utility
-    skipped = skipped_files(study.outcomes, study.library)
+    skipped = skipped_files(study.clips, study.library)
     show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
-    show_window_warning(study.outcomes, study.config.windows, console)
+    show_window_warning(study.clips, study.config.windows, console)
     _show_regions(study, console)
     show_advice(study.advice, utility, study.patches, study.together, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
@@ -79,10 +79,10 @@ def show_outcome(
         console.print("Everything else is there; the same command goes on from here.")
 
 
-def show_window_warning(outcomes: Sequence[Outcome], spec: WindowSpec, console: Console) -> None:
+def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
     """Say so where most clips are shorter than a window."""
-    used = sum(outcome.used for outcome in outcomes)
-    if warning := window_warning(window_content(outcomes, spec), used):
+    used = sum(result.used for result in results)
+    if warning := window_warning(window_content(results, spec), used):
         console.print(f"{warning}.", style="yellow", markup=False)
 
 
@@ -111,9 +111,9 @@ def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:
     console.print(table)
 
 
-def skipped_files(outcomes: Sequence[Outcome], library: Library) -> list[tuple[str, str]]:
+def skipped_files(results: Sequence[ClipResult], library: Library) -> list[tuple[str, str]]:
     """Files without use and the reasons."""
-    return [(o.clip.file, o.reason) for o in outcomes if not o.used] + list(library.skipped)
+    return [(o.clip.file, o.reason) for o in results if not o.used] + list(library.skipped)
 
 
 def show_comparison(comparison: dict[str, Any], console: Console) -> None:

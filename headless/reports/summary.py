@@ -15,7 +15,7 @@ from w2w.core.files import write_json, write_text
 from w2w.core.motion.library import Library
 from w2w.core.results_folder import UTILITY
 
-from ..runs.clip import Outcome
+from ..runs.clip_task import ClipResult
 from ..runs.study import Study, StudyError
 from ..window_options import window_content
 from .advice_text import DIGITS, advice_content, place_content
@@ -34,8 +34,8 @@ def write_results(study: Study) -> None:
 
 def write_failure(out: Path, library: Library, error: StudyError) -> None:
     """Write a `summary.json` that says what was wrong, with every clip and why it was skipped."""
-    skipped = _skipped(error.outcomes, library)
-    used = [outcome.clip.file for outcome in error.outcomes if outcome.used]
+    skipped = _skipped(error.clips, library)
+    used = [result.clip.file for result in error.clips if result.used]
     found = len(library.clips) + len(library.skipped)
     content = {
         "problem": str(error),
@@ -48,9 +48,9 @@ def write_failure(out: Path, library: Library, error: StudyError) -> None:
     write_json(out / "summary.json", content)
 
 
-def _skipped(outcomes: Sequence[Outcome], library: Library) -> list[dict[str, str]]:
+def _skipped(results: Sequence[ClipResult], library: Library) -> list[dict[str, str]]:
     """Files without use and the reasons."""
-    unused = [(outcome.clip.file, outcome.reason) for outcome in outcomes if not outcome.used]
+    unused = [(result.clip.file, result.reason) for result in results if not result.used]
     return [{"file": file, "reason": reason} for file, reason in (*library.skipped, *unused)]
 
 
@@ -84,7 +84,7 @@ def summary(study: Study) -> dict[str, Any]:
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
         "labels": label_content(study.library.check),
-        "windows": window_content(study.outcomes, study.config.windows),
+        "windows": window_content(study.clips, study.config.windows),
         "ranked_activities": list(utility.activities),
         "activities": _activities(study),
         "left_out": utility.left_out,
@@ -94,14 +94,14 @@ def summary(study: Study) -> dict[str, Any]:
         **advice_content(study.advice, utility, study.patches, study.together),
         "regions": _regions(study),
         "used": [_used(study, number) for number in range(len(study.used))],
-        "skipped": _skipped(study.outcomes, study.library),
+        "skipped": _skipped(study.clips, study.library),
     }
 
 
 def study_counts(study: Study) -> dict[str, int]:
     """Clips found, used, ranked and skipped."""
-    found = len(study.outcomes) + len(study.library.skipped)
-    used = [outcome.clip.activity for outcome in study.used]
+    found = len(study.clips) + len(study.library.skipped)
+    used = [result.clip.activity for result in study.used]
     return clip_counts(found, used, study.utility)
 
 
@@ -111,12 +111,12 @@ def place(study: Study, patch: int) -> dict[str, Any]:
 
 
 def _activities(study: Study) -> dict[str, dict[str, Any]]:
-    clips = Counter(outcome.clip.activity for outcome in study.used)
+    clips = Counter(result.clip.activity for result in study.used)
     windows: Counter[str] = Counter()
     motions: dict[str, set[str]] = {}
-    for outcome, motion in zip(study.used, study.motions, strict=True):
-        windows[outcome.clip.activity] += outcome.details["windows"]
-        motions.setdefault(outcome.clip.activity, set()).add(motion)
+    for result, motion in zip(study.used, study.motions, strict=True):
+        windows[result.clip.activity] += result.details["windows"]
+        motions.setdefault(result.clip.activity, set()).add(motion)
     return {
         name: {
             "clips": clips[name],
@@ -144,14 +144,14 @@ def _regions(study: Study) -> dict[str, dict[str, Any]]:
 
 
 def _used(study: Study, number: int) -> dict[str, Any]:
-    outcome = study.used[number]
+    result = study.used[number]
     first = study.motions.index(study.motions[number])
     entry = {
-        "file": outcome.clip.file,
-        "clip": outcome.clip.name,
-        "activity": outcome.clip.activity,
-        "subject": outcome.clip.subject,
-        **outcome.details,
+        "file": result.clip.file,
+        "clip": result.clip.name,
+        "activity": result.clip.activity,
+        "subject": result.clip.subject,
+        **result.details,
     }
     if first != number:
         entry["same_motion_as"] = study.used[first].clip.file

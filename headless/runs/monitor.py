@@ -13,7 +13,7 @@ from typing import Any, TextIO
 from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
 
-from .clip import Outcome
+from .clip_task import ClipResult
 
 # What an event is called, and its facts, is a promise: docs/engineer.md lists them.
 
@@ -107,13 +107,13 @@ class Watch:
         self.log("step", step=name)
         self._write()
 
-    def clip_done(self, outcome: Outcome) -> None:
+    def clip_done(self, result: ClipResult) -> None:
         """Count a clip."""
         self.state.done += 1
-        self.state.skipped += not outcome.used
-        facts = outcome.details if outcome.used else {"reason": outcome.reason}
+        self.state.skipped += not result.used
+        facts = result.details if result.used else {"reason": result.reason}
         count = {"done": self.state.done, "of": self.state.clips}
-        self.log("clip", file=outcome.clip.file, used=outcome.used, **count, **facts)
+        self.log("clip", file=result.clip.file, used=result.used, **count, **facts)
         if time.monotonic() - self._written > EVERY_S:
             self._write()
 

@@ -13,7 +13,7 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
 from w2w.core.clip_ranking import RankedClip, rank_clips
-from w2w.core.files import write_json
+from w2w.core.files import file_sha256, write_json
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
@@ -22,10 +22,10 @@ from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig, place_patches
 
 from ..console import Progress
-from .clip import Job, Outcome, file_sha256
+from .clip_task import ClipResult, ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers, versions
 from .monitor import Watch
-from .workers import Engine, run_jobs
+from .workers import Engine, run_tasks
 
 
 class StudyError(Exception):
@@ -34,13 +34,13 @@ class StudyError(Exception):
     Parameters
     ----------
     message : str
-    outcomes : sequence of Outcome
+    clips : sequence of ClipResult
         What became of the clips until then.
     """
 
-    def __init__(self, message: str, outcomes: Sequence[Outcome] = ()) -> None:
+    def __init__(self, message: str, clips: Sequence[ClipResult] = ()) -> None:
         super().__init__(message)
-        self.outcomes = tuple(outcomes)
+        self.clips = tuple(clips)
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Study:
     config : StudyConfig
     body : Body
     patches : PatchSet
-    outcomes : tuple of Outcome
+    clips : tuple of ClipResult
         What became of each clip, in the library's order.
     motions : tuple of str
         For each used clip, the first one that shows the same motion.
@@ -70,7 +70,7 @@ class Study:
     config: StudyConfig
     body: Body
     patches: PatchSet
-    outcomes: tuple[Outcome, ...]
+    clips: tuple[ClipResult, ...]
     motions: tuple[str, ...]
     utility: UtilityMap
     advice: Advice
@@ -78,15 +78,15 @@ class Study:
     together: tuple[UtilityMap, ...] = ()
 
     @property
-    def used(self) -> list[Outcome]:
+    def used(self) -> list[ClipResult]:
         """Clips that take part."""
-        return [outcome for outcome in self.outcomes if outcome.used]
+        return [result for result in self.clips if result.used]
 
     def results(self) -> StudyResults:
         """The same as read from its folder; the features are on disk."""
         clips = tuple(
-            ResultClip(outcome.clip.name, outcome.clip.activity, outcome.clip.subject, motion)
-            for outcome, motion in zip(self.used, self.motions, strict=True)
+            ResultClip(result.clip.name, result.clip.activity, result.clip.subject, motion)
+            for result, motion in zip(self.used, self.motions, strict=True)
         )
         return StudyResults(self.out, self.utility, self.patches, clips, self.config.as_dict())
 
@@ -132,10 +132,10 @@ def run_study(
     except ValueError as error:
         raise StudyError(f"the constraints cannot be met: {error}") from error
     watch.step("turning motions to signals")
-    outcomes = _bake(library, config, out, engine, progress, watch)
-    used = [outcome.clip for outcome in outcomes if outcome.used]
+    results = _bake(library, config, out, engine, progress, watch)
+    used = [result.clip for result in results if result.used]
     if not used:
-        raise StudyError("no clip can be used; why each cannot stands in the table", outcomes)
+        raise StudyError("no clip can be used; why each cannot stands in the table", results)
     remove_leftovers(out, {clip.name for clip in used})
     watch.step("ranking places")
     try:
@@ -143,11 +143,11 @@ def run_study(
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
-        raise StudyError(f"{error}. Clips used by activity: {found}", outcomes) from error
+        raise StudyError(f"{error}. Clips used by activity: {found}", results) from error
     watch.step("choosing places")
     with progress.spinner("Choosing places"):
         advice = _choose(utility, patches, config)
-    return Study(library, config, body, patches, tuple(outcomes), motions, utility, advice, out)
+    return Study(library, config, body, patches, tuple(results), motions, utility, advice, out)
 
 
 def write_config(study: Study) -> None:
@@ -160,7 +160,7 @@ def write_config(study: Study) -> None:
             "versions": versions(),
             "code_sha256": code_sha256(),
             "labelled_by": study.library.labelled_by,
-            "inputs": {outcome.clip.file: outcome.source_sha256 for outcome in study.outcomes},
+            "inputs": {result.clip.file: result.source_sha256 for result in study.clips},
         },
     )
 
@@ -177,15 +177,15 @@ def _prepare(body: Body, config: StudyConfig, out: Path, progress: Progress) -> 
 
 def _bake(
     library: Library, config: StudyConfig, out: Path, engine: Engine, progress: Progress, watch: Watch
-) -> list[Outcome]:
+) -> list[ClipResult]:
     inputs = hashlib.sha256(
         b"".join((out / WORK / name).read_bytes() for name in ("body.npz", "patches.npz"))
         + repr((config.signal_parameters(), engine.bone_maps)).encode()
         + code_sha256().encode()
     ).hexdigest()
     out = out.resolve()
-    jobs = [
-        Job(
+    tasks = [
+        ClipTask(
             replace(clip, path=clip.path.absolute()),  # of a link its own name, which says its kind
             out,
             config,
@@ -196,13 +196,13 @@ def _bake(
         )
         for clip in library.clips
     ]
-    with progress.bar("Motions to signals", len(jobs)) as advance:
+    with progress.bar("Motions to signals", len(tasks)) as advance:
 
-        def told(outcome: Outcome) -> None:
-            watch.clip_done(outcome)
+        def told(result: ClipResult) -> None:
+            watch.clip_done(result)
             advance(1)
 
-        return run_jobs(jobs, engine.workers, engine.scheduler, told)
+        return run_tasks(tasks, engine.workers, engine.scheduler, told)
 
 
 def _rank(

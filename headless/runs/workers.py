@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run clip jobs in worker processes, so that a file that crashes or hangs Blender costs only itself.
+"""Run clip tasks in worker processes, so that a file that crashes or hangs Blender costs only itself.
 
 On one machine the workers are joblib's (loky), or background Blenders where this is the Blender program;
-on a cluster they are Dask's. Either way a job is handed out again when its worker died, and a job that dies
+on a cluster they are Dask's. Either way a task is handed out again when its worker died, and a task that dies
 alone is a skipped clip.
 """
 
@@ -32,7 +32,8 @@ from ..blender import inside_blender
 from ..needs_blender import NoBlenderError
 from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor
-from .clip import Job, Outcome, record_death, work_in_worker
+from .clip import record_death, work_in_worker
+from .clip_task import ClipResult, ClipTask
 from .guard import LIMIT_S, MEMORY, end_with, guarded, timed_out
 from .load_clip import load_clip
 
@@ -75,14 +76,14 @@ class Engine:
     memory: int = MEMORY
 
 
-def run_jobs(
-    jobs: Sequence[Job], workers: int, scheduler: str, told: Callable[[Outcome], None]
-) -> list[Outcome]:
-    """Do all jobs.
+def run_tasks(
+    tasks: Sequence[ClipTask], workers: int, scheduler: str, told: Callable[[ClipResult], None]
+) -> list[ClipResult]:
+    """Do all tasks.
 
     Parameters
     ----------
-    jobs : sequence of Job
+    tasks : sequence of ClipTask
     workers : int
         Worker processes on this machine.
     scheduler : str
@@ -90,44 +91,44 @@ def run_jobs(
         for this machine. Its workers must see the library and the output folder at the same
         paths.
     told : callable
-        Given each outcome as it comes.
+        Given each result as it comes.
 
     Returns
     -------
-    list of Outcome
-        In the order of `jobs`.
+    list of ClipResult
+        In the order of `tasks`.
 
     Raises
     ------
     EngineError
         If the scheduler cannot be reached or workers die again and again.
     """
-    outcomes = _on_cluster(jobs, scheduler, told) if scheduler else _on_this_machine(jobs, workers, told)
-    return [outcomes[job.clip.name] for job in jobs]
+    results = _on_cluster(tasks, scheduler, told) if scheduler else _on_this_machine(tasks, workers, told)
+    return [results[task.clip.name] for task in tasks]
 
 
 def _on_this_machine(
-    jobs: Sequence[Job], workers: int, told: Callable[[Outcome], None]
-) -> dict[str, Outcome]:
-    outcomes: dict[str, Outcome] = {}
-    waiting = list(jobs)
+    tasks: Sequence[ClipTask], workers: int, told: Callable[[ClipResult], None]
+) -> dict[str, ClipResult]:
+    results: dict[str, ClipResult] = {}
+    waiting = list(tasks)
     breaks = 0
     while waiting:
         with _local_executor(min(workers, len(waiting))) as executor:
-            broken = _collect(executor, waiting, outcomes, told)
+            broken = _collect(executor, waiting, results, told)
         if not broken:
             break
-        suspects = [job for job in waiting if job.clip.name not in outcomes and job.marker.exists()]
-        for job in suspects:
-            outcomes[job.clip.name] = record_death(job) if timed_out(job.marker) else _alone(job)
-            told(outcomes[job.clip.name])
+        suspects = [task for task in waiting if task.clip.name not in results and task.marker.exists()]
+        for task in suspects:
+            results[task.clip.name] = record_death(task) if timed_out(task.marker) else _alone(task)
+            told(results[task.clip.name])
         breaks = 0 if suspects else breaks + 1
         if breaks >= MAX_BREAKS:
             raise EngineError(
                 "worker processes keep dying before they begin (out of memory?): try fewer --workers"
             )
-        waiting = [job for job in waiting if job.clip.name not in outcomes]
-    return outcomes
+        waiting = [task for task in waiting if task.clip.name not in results]
+    return results
 
 
 def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
@@ -141,25 +142,28 @@ def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
             return None
 
 
-def _alone(job: Job) -> Outcome:
-    """Give a job that may have killed its worker a worker to itself, once."""
-    found: dict[str, Outcome] = {}
+def _alone(task: ClipTask) -> ClipResult:
+    """Give a task that may have killed its worker a worker to itself, once."""
+    found: dict[str, ClipResult] = {}
     with _local_executor(1) as executor:
-        _collect(executor, [job], found, lambda _: None)
-    return found.get(job.clip.name) or record_death(job)
+        _collect(executor, [task], found, lambda _: None)
+    return found.get(task.clip.name) or record_death(task)
 
 
 def _collect(
-    executor: Executor, jobs: Sequence[Job], outcomes: dict[str, Outcome], told: Callable[[Outcome], None]
+    executor: Executor,
+    tasks: Sequence[ClipTask],
+    results: dict[str, ClipResult],
+    told: Callable[[ClipResult], None],
 ) -> bool:
-    """Hand out jobs and gather outcomes; True if the workers died before all were done."""
+    """Hand out tasks and gather results; True if the workers died before all were done."""
     try:
         with deaf_children():
-            futures = [executor.submit(work_in_worker, job) for job in jobs]
+            futures = [executor.submit(work_in_worker, task) for task in tasks]
         for future in as_completed(futures):
-            outcome = future.result()
-            outcomes[outcome.clip.name] = outcome
-            told(outcome)
+            result = future.result()
+            results[result.clip.name] = result
+            told(result)
     except BrokenExecutor:
         return True
     return False
@@ -194,7 +198,9 @@ def _kill(executor: Executor) -> None:
         wait([worker.sentinel], max(0.0, until - time.monotonic()))
 
 
-def _on_cluster(jobs: Sequence[Job], scheduler: str, told: Callable[[Outcome], None]) -> dict[str, Outcome]:
+def _on_cluster(
+    tasks: Sequence[ClipTask], scheduler: str, told: Callable[[ClipResult], None]
+) -> dict[str, ClipResult]:
     try:
         from distributed import Client, KilledWorker
         from distributed import as_completed as finished
@@ -205,22 +211,22 @@ def _on_cluster(jobs: Sequence[Job], scheduler: str, told: Callable[[Outcome], N
         client = Client(**where, timeout="20s")
     except (OSError, ValueError, TimeoutError) as error:
         raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-    outcomes: dict[str, Outcome] = {}
+    results: dict[str, ClipResult] = {}
     with client:
-        futures = {client.submit(work_in_worker, job, pure=False, key=_key(job)): job for job in jobs}
+        futures = {client.submit(work_in_worker, task, pure=False, key=_key(task)): task for task in tasks}
         for future in finished(futures):
-            job = futures[future]
+            task = futures[future]
             try:
-                outcome = future.result()
+                result = future.result()
             except KilledWorker:
-                outcome = record_death(job)
-            outcomes[outcome.clip.name] = outcome
-            told(outcome)
-    return outcomes
+                result = record_death(task)
+            results[result.clip.name] = result
+            told(result)
+    return results
 
 
-def _key(job: Job) -> str:
-    return f"w2w-{job.inputs[:12]}-{job.clip.name}"
+def _key(task: ClipTask) -> str:
+    return f"w2w-{task.inputs[:12]}-{task.clip.name}"
 
 
 Loaded = tuple[SourceMotion | Motion, Motion, dict[str, Any]]

@@ -186,9 +186,9 @@ def test_stopped_and_killed_runs_go_on_and_end_with_the_same_bytes(study, librar
 
 
 def test_clips_that_crash_hang_or_fill_a_worker_cost_only_themselves(library: Path) -> None:
-    report = PLACE / "bad_jobs.json"
-    paths = [inside(path) for path in (library, PLACE / "bad jobs", report)]
-    script = ["--background", "--python-exit-code", "1", "--python", "/project/tests/gui/bad_jobs.py", "--"]
+    report = PLACE / "bad_tasks.json"
+    paths = [inside(path) for path in (library, PLACE / "bad tasks", report)]
+    script = ["--background", "--python-exit-code", "1", "--python", "/project/tests/gui/bad_tasks.py", "--"]
     ended = done(blender(*script, *paths))
     assert ended.returncode == 0, ended.stdout + ended.stderr
     found = json.loads(report.read_text())

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from headless.reports.summary import write_results
 from headless.runs import workers as load_alone
-from headless.runs.clip import Outcome
+from headless.runs.clip_task import ClipResult
 from headless.runs.folder import make_folders
 from headless.runs.study import Study, write_config
 from w2w.core.body.skeleton import N_JOINTS
@@ -94,7 +94,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         config,
         body,
         patches,
-        tuple(Outcome(clip, "", details, "0" * 64) for clip in clips),
+        tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         tuple(clip.name for clip in clips),
         utility,
         advice,

@@ -216,7 +216,8 @@ def test_events_for_machines(library, tmp_path):
 
 
 def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundled_body, tmp_path):
-    from headless.runs.clip import WORK, Job, do_clip
+    from headless.runs.clip import WORK, do_clip
+    from headless.runs.clip_task import ClipTask
     from headless.runs.folder import make_folders
     from w2w.core.motion.library import Clip
     from w2w.core.study import StudyConfig, place_patches
@@ -227,8 +228,8 @@ def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundl
     bundled_body.save(tmp_path / WORK / "body.npz")
     place_patches(bundled_body, config).save(tmp_path / WORK / "patches.npz")
     clip = Clip(tmp_path / "half an hour.npz", "half an hour.npz", "long", "idle")
-    outcome = do_clip(Job(clip, tmp_path, config, "inputs", memory=2**28))
-    assert outcome.reason == (
+    result = do_clip(ClipTask(clip, tmp_path, config, "inputs", memory=2**28))
+    assert result.reason == (
         "it lasts 30 minutes, and its signals at 64 places would take 0.1 GiB: cut it into parts of at most "
         "15 minutes, or raise --clip-memory"
     )

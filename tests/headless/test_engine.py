@@ -16,9 +16,10 @@ from pathlib import Path
 import cloudpickle
 import pytest
 
-from headless.runs.clip import WORK, Job
+from headless.runs.clip import WORK
+from headless.runs.clip_task import ClipTask
 from headless.runs.folder import make_folders
-from headless.runs.workers import EngineError, run_jobs
+from headless.runs.workers import EngineError, run_tasks
 from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
@@ -33,8 +34,8 @@ CLIPS = {
 
 
 @dataclass(frozen=True)
-class CrashingJob(Job):
-    """A job whose file makes a worker segfault, wherever it is done but in the test itself."""
+class CrashingTask(ClipTask):
+    """A task whose file makes a worker segfault, wherever it is done but in the test itself."""
 
     safe_process: int = 0
 
@@ -45,8 +46,8 @@ class CrashingJob(Job):
 
 
 @dataclass(frozen=True)
-class HangingJob(Job):
-    """A job whose file makes a worker wait for ever."""
+class HangingTask(ClipTask):
+    """A task whose file makes a worker wait for ever."""
 
     safe_process: int = 0
 
@@ -56,7 +57,7 @@ class HangingJob(Job):
         return super().key(source_sha256)
 
 
-cloudpickle.register_pickle_by_value(sys.modules[CrashingJob.__module__])
+cloudpickle.register_pickle_by_value(sys.modules[CrashingTask.__module__])
 
 
 @pytest.fixture(scope="module")
@@ -73,45 +74,45 @@ def library(shared_data, tmp_path_factory):
 
 
 @pytest.fixture
-def jobs(library, bundled_body, tmp_path):
+def tasks(library, bundled_body, tmp_path):
     config = StudyConfig(patches=8, patch_mode="fast")
     make_folders(tmp_path)
     bundled_body.save(tmp_path / WORK / "body.npz")
     place_patches(Body.bundled(), config).save(tmp_path / WORK / "patches.npz")
     clips = read_library(library, library / "labels.csv").clips
-    return [Job(clip, tmp_path, config, "inputs") for clip in clips]
+    return [ClipTask(clip, tmp_path, config, "inputs") for clip in clips]
 
 
 def told(_):
     pass
 
 
-def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(jobs):
-    bad = CrashingJob(jobs[1].clip, jobs[1].out, jobs[1].config, "inputs", safe_process=os.getpid())
-    outcomes = run_jobs([jobs[0], bad, *jobs[2:]], 2, "", told)
-    assert [outcome.used for outcome in outcomes] == [True, False, True, True]
-    assert "crashed" in outcomes[1].reason
+def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(tasks):
+    bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
+    results = run_tasks([tasks[0], bad, *tasks[2:]], 2, "", told)
+    assert [result.used for result in results] == [True, False, True, True]
+    assert "crashed" in results[1].reason
     kept = json.loads(bad.record_file.read_text())
-    assert kept["reason"] == outcomes[1].reason  # a later run does not try it again
+    assert kept["reason"] == results[1].reason  # a later run does not try it again
 
 
-def test_a_clip_that_hangs_is_given_up_at_the_limit(jobs):
-    bad = HangingJob(jobs[0].clip, jobs[0].out, jobs[0].config, "inputs", 8.0, safe_process=os.getpid())
+def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
+    bad = HangingTask(tasks[0].clip, tasks[0].out, tasks[0].config, "inputs", 8.0, safe_process=os.getpid())
     start = time.monotonic()
-    outcomes = run_jobs([bad, jobs[1]], 2, "", told)
+    results = run_tasks([bad, tasks[1]], 2, "", told)
     assert time.monotonic() - start < 60
-    assert [outcome.used for outcome in outcomes] == [False, True]
-    assert "longer than the limit of 8 s" in outcomes[0].reason
+    assert [result.used for result in results] == [False, True]
+    assert "longer than the limit of 8 s" in results[0].reason
 
 
-def test_no_marker_is_left_behind(jobs):
-    run_jobs(jobs[:2], 2, "", told)
-    assert not list((jobs[0].out / WORK / "running").iterdir())
+def test_no_marker_is_left_behind(tasks):
+    run_tasks(tasks[:2], 2, "", told)
+    assert not list((tasks[0].out / WORK / "running").iterdir())
 
 
-def test_a_scheduler_that_is_not_there_is_said(jobs):
+def test_a_scheduler_that_is_not_there_is_said(tasks):
     with pytest.raises(EngineError, match="no Dask scheduler answers"):
-        run_jobs(jobs, 1, "tcp://127.0.0.1:9", told)
+        run_tasks(tasks, 1, "tcp://127.0.0.1:9", told)
 
 
 def command(library, out, *options):

@@ -12,7 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
-from headless.runs.clip import Job, do_clip, file_sha256, record_death, work_in_worker
+from headless.runs.clip import do_clip, file_sha256, record_death, work_in_worker
+from headless.runs.clip_task import ClipTask
 from headless.runs.folder import make_folders
 from w2w.core.motion.library import Clip
 from w2w.core.study import StudyConfig
@@ -122,9 +123,9 @@ def test_under_a_locale_that_knows_no_accents(library, shared_data, tmp_path):
     assert rb"\xe9.bvh would be used" in result.stdout
 
 
-def job(tmp_path, path):
+def task(tmp_path, path):
     make_folders(tmp_path)
-    return Job(Clip(path, path.name, "clip", "walking"), tmp_path, StudyConfig(), "inputs")
+    return ClipTask(Clip(path, path.name, "clip", "walking"), tmp_path, StudyConfig(), "inputs")
 
 
 def test_what_killed_a_worker_is_not_read_again_by_the_run(tmp_path):
@@ -132,13 +133,13 @@ def test_what_killed_a_worker_is_not_read_again_by_the_run(tmp_path):
     path = tmp_path / "walk.fbx"
     path.write_bytes(b"some FBX that kills")
     source = file_sha256(path)
-    killed = job(tmp_path, path)
+    killed = task(tmp_path, path)
     killed.marker.parent.mkdir(parents=True, exist_ok=True)
     killed.marker.write_text(f"{source}\n")
     path.unlink()
     os.mkfifo(path)  # read now, it would be waited on for ever
-    outcome = record_death(killed)
-    assert (outcome.source_sha256, outcome.used) == (source, False)
+    result = record_death(killed)
+    assert (result.source_sha256, result.used) == (source, False)
     assert json.loads(killed.record_file.read_text())["key"] == killed.key(source)
     assert not killed.marker.exists()
 
@@ -148,12 +149,12 @@ def test_the_worker_notes_what_it_read_before_it_begins(tmp_path, monkeypatch):
     path.write_bytes(b"some FBX that kills")
     found = []
 
-    def killing(job):
-        found.append(job.marker.read_text().splitlines())
+    def killing(task):
+        found.append(task.marker.read_text().splitlines())
         raise MemoryError
 
     monkeypatch.setattr("headless.runs.clip._make", killing)
-    work_in_worker(job(tmp_path, path))
+    work_in_worker(task(tmp_path, path))
     assert found == [[file_sha256(path)]]
 
 
@@ -166,6 +167,6 @@ def test_an_error_without_words_is_a_reason_all_the_same(tmp_path, monkeypatch):
         raise ValueError
 
     monkeypatch.setattr("headless.runs.clip._make", failing)
-    outcome = do_clip(job(tmp_path, path))
-    assert not outcome.used
-    assert outcome.reason == "W2W failed on it, please report this: ValueError"
+    result = do_clip(task(tmp_path, path))
+    assert not result.used
+    assert result.reason == "W2W failed on it, please report this: ValueError"

@@ -243,7 +243,7 @@ from w2w.core.files import file_sha256
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
 from headless.runs.clip import do_clip
-from headless.runs.clip import Job
+from headless.runs.clip_task import ClipTask
 from headless.runs.folder import make_folders, own_results, remove_leftovers
 
 library, place = read_library(sys.argv[1]), Path(sys.argv[2])
@@ -260,7 +260,7 @@ def folder(name):
 
 def do(out, inputs):
     with own_results(out, library, [], False):
-        return do_clip(Job(library.clips[0], out, config, inputs))
+        return do_clip(ClipTask(library.clips[0], out, config, inputs))
 
 
 def hashes(out):

@@ -16,10 +16,12 @@ from benchmarks.resume import hashes
 from headless.__main__ import APP
 from headless.commands import execute
 from headless.commands.status import describe
-from headless.runs import clip as clip_job
+from headless.runs import clip as clip_work
+from headless.runs import clip_records
 from headless.runs import guard as worker_guard
 from headless.runs import monitor as watch
-from headless.runs.clip import WORK, Job, Outcome, do_clip, record_death
+from headless.runs.clip import WORK, do_clip, record_death
+from headless.runs.clip_task import ClipResult, ClipTask
 from headless.runs.folder import make_folders
 from headless.runs.guard import guarded, timed_out
 from headless.runs.monitor import Watch, read_state
@@ -39,14 +41,14 @@ def moving(path, frames=90, seed=0, scale=0.2):
 
 
 @pytest.fixture
-def job(bundled_body, tmp_path):
+def task(bundled_body, tmp_path):
     """A clip of three seconds, to be worked on at four places."""
     config, out = StudyConfig(patches=4), tmp_path / "out"
     make_folders(out)
     bundled_body.save(out / WORK / "body.npz")
     place_patches(bundled_body, config).save(out / WORK / "patches.npz")
     moving(tmp_path / "clip.npz")
-    return Job(Clip(tmp_path / "clip.npz", "clip.npz", "clip", "moving"), out, config, "inputs")
+    return ClipTask(Clip(tmp_path / "clip.npz", "clip.npz", "clip", "moving"), out, config, "inputs")
 
 
 def test_a_clock_that_is_set_back_changes_no_duration(tmp_path, monkeypatch):
@@ -58,7 +60,7 @@ def test_a_clock_that_is_set_back_changes_no_duration(tmp_path, monkeypatch):
     seen = Watch(tmp_path, 2)
     seen.step("turning motions to signals")
     ran[0], now[0] = 60.0, 1e9 - 3600  # set back by an hour
-    seen.clip_done(Outcome(clip, "", {}, ""))
+    seen.clip_done(ClipResult(clip, "", {}, ""))
     state = read_state(tmp_path)
     assert state.done == 1  # written, though the clock says that it was just written
     assert "Running for 1 min 00 s" in describe(state, True)
@@ -74,12 +76,12 @@ def test_the_state_of_an_earlier_version_is_shown(tmp_path):
 
 
 @pytest.mark.parametrize("hours", [-2, 2])
-def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(job, monkeypatch, hours):
-    job.marker.write_text("")
+def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(task, monkeypatch, hours):
+    task.marker.write_text("")
     monkeypatch.setattr(time, "time", lambda: 1e9 + 3600 * hours)
-    assert "Blender crashed on it" in record_death(job).reason
-    job.marker.write_text(f"{64 * '0'}\nTimeout (0:05:00)!\nThread 0x7f (most recent call first):\n")
-    assert "longer than the limit of 300 s" in record_death(job).reason
+    assert "Blender crashed on it" in record_death(task).reason
+    task.marker.write_text(f"{64 * '0'}\nTimeout (0:05:00)!\nThread 0x7f (most recent call first):\n")
+    assert "longer than the limit of 300 s" in record_death(task).reason
 
 
 GUARDED = """
@@ -106,7 +108,7 @@ def test_only_the_clips_own_time_is_limited(tmp_path, case, survives):
     assert timed_out(tmp_path / "said") is not survives
 
 
-def test_writing_a_clips_results_is_not_its_own_time(job, monkeypatch):
+def test_writing_a_clips_results_is_not_its_own_time(task, monkeypatch):
     slow = []
 
     def watched(name, work):
@@ -125,15 +127,16 @@ def test_writing_a_clips_results_is_not_its_own_time(job, monkeypatch):
             lambda self, method=method, state=state: (running.append(state), method(self))[1],
         )
     for module, name in (
-        (clip_job, "file_sha256"),
-        (clip_job, "write_features"),
-        (clip_job, "write_json"),
-        (clip_job, "load_clip"),
-        (clip_job, "describe"),
+        (clip_work, "file_sha256"),
+        (clip_records, "file_sha256"),
+        (clip_work, "write_features"),
+        (clip_records, "write_json"),
+        (clip_work, "load_clip"),
+        (clip_work, "describe"),
     ):
         monkeypatch.setattr(module, name, watched(name, getattr(module, name)))
     with guarded(600):
-        assert do_clip(job).used
+        assert do_clip(task).used
     assert {name for name, timed in slow if timed} == {
         "load_clip",
         "describe",
@@ -142,15 +145,15 @@ def test_writing_a_clips_results_is_not_its_own_time(job, monkeypatch):
     assert {name for name, timed in slow if not timed} == {"file_sha256", "write_features", "write_json"}
 
 
-def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(job, tmp_path):
+def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(task, tmp_path):
     moving(tmp_path / "clip.npz", frames=200_000)
     config = StudyConfig(patches=512)
-    outcome = do_clip(Job(job.clip, job.out, config, "inputs"))
-    assert outcome.reason == (
+    result = do_clip(ClipTask(task.clip, task.out, config, "inputs"))
+    assert result.reason == (
         "it lasts 111 minutes, and its signals at 512 places would take 3.8 GiB: cut it into parts of at "
         "most 29 minutes, or raise --clip-memory"
     )
-    assert not list((job.out / "signals").iterdir())
+    assert not list((task.out / "signals").iterdir())
 
 
 def run(library, out):

@@ -21,9 +21,9 @@ from headless.blender import find_libraries  # noqa: E402
 find_libraries()
 import numpy as np  # noqa: E402
 
-from headless.runs.clip import Job  # noqa: E402
+from headless.runs.clip_task import ClipTask  # noqa: E402
 from headless.runs.folder import make_folders  # noqa: E402
-from headless.runs.workers import run_alone, run_jobs  # noqa: E402
+from headless.runs.workers import run_alone, run_tasks  # noqa: E402
 from w2w.core.body.body import Body  # noqa: E402
 from w2w.core.clip_files import WORK  # noqa: E402
 from w2w.core.motion.library import read_library  # noqa: E402
@@ -31,8 +31,8 @@ from w2w.core.study import StudyConfig, place_patches  # noqa: E402
 
 
 @dataclass(frozen=True)
-class BadJob(Job):
-    """A job whose file does something to a worker, but not to the program that hands it out."""
+class BadTask(ClipTask):
+    """A task whose file does something to a worker, but not to the program that hands it out."""
 
     kind: str = ""
     safe_process: int = 0
@@ -52,7 +52,7 @@ class BadJob(Job):
 
 
 def main(library: str, out: str, report: str) -> None:
-    """Do good and bad jobs together, and one call that dies."""
+    """Do good and bad tasks together, and one call that dies."""
     folder, config = Path(out), StudyConfig(patches=8, patch_mode="fast")
     make_folders(folder)
     body = Body.bundled()
@@ -60,14 +60,14 @@ def main(library: str, out: str, report: str) -> None:
     place_patches(body, config).save(folder / WORK / "patches.npz")
     clips = [clip for clip in read_library(library).clips if "good" in clip.file]
     limits = {"crash": 300.0, "hang": 10.0, "fill": 300.0, "": 300.0}
-    jobs = [
-        BadJob(clip, folder, config, "inputs", limit, (), 2 * 2**30, kind, os.getpid())
+    tasks = [
+        BadTask(clip, folder, config, "inputs", limit, (), 2 * 2**30, kind, os.getpid())
         for clip, (kind, limit) in zip(clips, limits.items(), strict=True)
     ]
     told = []
-    outcomes = run_jobs(jobs, 2, "", told.append)
+    results = run_tasks(tasks, 2, "", told.append)
     found = {
-        "reasons": [outcome.reason for outcome in outcomes],
+        "reasons": [result.reason for result in results],
         "told": len(told),
         "alone": [run_alone(os._exit, 1), run_alone(os.getppid) == os.getpid()],
         "markers": [path.name for path in (folder / WORK / "running").iterdir()],

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A clip's task, as a worker gets it, and its result, as it comes back."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from w2w.core.clip_files import WORK, features_file
+from w2w.core.files import UNFINISHED
+from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.library import Clip
+from w2w.core.study import StudyConfig
+
+from .guard import LIMIT_S, MEMORY
+
+
+@dataclass(frozen=True)
+class ClipTask:
+    """All that a worker needs to know about one clip.
+
+    Parameters
+    ----------
+    clip : Clip
+    out : Path
+        The study's output folder.
+    config : StudyConfig
+    inputs : str
+        Hash of the body, the patches, the config and the code that the result depends on.
+    limit_s : float
+        Seconds after which a worker gives the clip up.
+    bone_maps : tuple of BoneMap
+        The user's own, tried before the bundled ones.
+    memory : int
+        Bytes that a worker may take.
+    """
+
+    clip: Clip
+    out: Path
+    config: StudyConfig
+    inputs: str
+    limit_s: float = LIMIT_S
+    bone_maps: tuple[BoneMap, ...] = ()
+    memory: int = MEMORY
+
+    @property
+    def motion_file(self) -> Path:
+        """The retargeted motion."""
+        return self.out / "motions" / f"{self.clip.name}.npz"
+
+    @property
+    def signals_file(self) -> Path:
+        """The recording of all patches."""
+        return self.out / "signals" / f"{self.clip.name}.npz"
+
+    @property
+    def features_file(self) -> Path:
+        """Windows as features, for the ranking."""
+        return features_file(self.out, self.clip.name)
+
+    @property
+    def record_file(self) -> Path:
+        """What was done, and from what: written before the files get their names."""
+        return self.out / WORK / "clips" / f"{self.clip.name}.json"
+
+    @property
+    def marker(self) -> Path:
+        """There while a worker is at it."""
+        return self.out / WORK / "running" / self.clip.name
+
+    def key(self, source_sha256: str) -> str:
+        """Hash of everything that the result depends on."""
+        parts = (self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name)
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def unfinished(path: Path) -> Path:
+    """Where a motion or recording stands until the clip's record names it."""
+    return path.with_name(f".{path.name}{UNFINISHED}")
+
+
+@dataclass(frozen=True)
+class ClipResult:
+    """What became of a clip.
+
+    Parameters
+    ----------
+    clip : Clip
+    reason : str
+        Why it was skipped; empty where it is used.
+    details : dict
+        What the summary says of a used clip: take, frames, rate, duration, windows, skeleton.
+    source_sha256 : str
+        Hash of the clip's file.
+    """
+
+    clip: Clip
+    reason: str
+    details: dict[str, Any]
+    source_sha256: str
+
+    @property
+    def used(self) -> bool:
+        """Whether the clip takes part in the ranking."""
+        return not self.reason
