@@ -69,7 +69,7 @@ def rank_again(study: StudyResults, classifier: Any, places: Sequence[int], work
     return utility_map(
         SomePlaces(study.inputs(classifier), places),
         np.repeat([clip.activity for clip in study.clips], windows),
-        np.repeat([clip.motion for clip in study.clips], windows),
+        np.repeat([clip.motion_key for clip in study.clips], windows),
         np.repeat([clip.subject for clip in study.clips], windows) if parameters["by_subject"] else None,
         np.concatenate([clip.is_test for clip in study.windows]),
         sorted({clip.activity for clip in study.clips}),

@@ -19,7 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.clip_ranking import RankedClip, rank_clips
+from w2w.core.clip_files import ClipWindows
+from w2w.core.clip_ranking import LabelledClip, rank_clips
 from w2w.core.files import write_npz
 from w2w.core.motion.duplicates import SIZE
 from w2w.core.ranking.features import feature_names
@@ -75,11 +76,10 @@ def _rank(place: Path, n_clips: int, windows: int) -> None:
     """Rank, and print peak memory (MB) and processor time (s)."""
     rng = np.random.default_rng(1)
     is_test = np.arange(windows) % 2 == 0
-    clips = [
-        RankedClip(str(number), f"activity {number % ACTIVITIES}", "", is_test, rng.normal(size=SIZE))
-        for number in range(n_clips)
-    ]
-    rank_clips(clips, FeatureFiles([place / f"{number}.npz" for number in range(n_clips)]), StudyConfig())
+    clips = [LabelledClip(str(number), f"activity {number % ACTIVITIES}", "") for number in range(n_clips)]
+    found = [ClipWindows(is_test, rng.normal(size=SIZE), (windows,)) for _ in range(n_clips)]
+    files = FeatureFiles([place / f"{number}.npz" for number in range(n_clips)])
+    rank_clips(clips, found, files, StudyConfig())
     used = resource.getrusage(resource.RUSAGE_SELF)
     print(used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
 

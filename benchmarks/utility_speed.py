@@ -62,10 +62,10 @@ def timed(work: Callable[[], Any]) -> tuple[Any, dict[str, float]]:
 def read_recordings(results: Path) -> list[tuple[ImuRecording, str, str]]:
     """Recordings of the activities with most motions, each with its activity and its motion."""
     study = StudyResults.load(results)
-    motions = Counter(activity for activity, _ in {(clip.activity, clip.motion) for clip in study.clips})
+    motions = Counter(activity for activity, _ in {(clip.activity, clip.motion_key) for clip in study.clips})
     chosen = [name for name, _ in motions.most_common(ACTIVITIES)]
     return [
-        (ImuRecording.load(results / "signals" / f"{clip.name}.npz"), clip.activity, clip.motion)
+        (ImuRecording.load(results / "signals" / f"{clip.name}.npz"), clip.activity, clip.motion_key)
         for clip in study.clips
         if clip.activity in chosen
     ]

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from .core.body.body import Body
-from .core.clip_ranking import RankedClip, WindowLabels, rank_clips
+from .core.clip_files import ClipWindows
+from .core.clip_ranking import LabelledClip, WindowLabels, rank_clips
 from .core.imu.presets import DEFAULT_SENSOR
 from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
@@ -294,7 +295,7 @@ def rank(
     """
     spec = WindowSpec(window, window / 2 if stride is None else stride)
     kind = inputs_of(classifier)
-    used, inputs, skipped = [], [], []
+    used, found, inputs, skipped = [], [], [], []
     for number, (recording, motion) in enumerate(zip(signals, signals.motions, strict=True)):
         name = recording.clip or f"clip {number}"
         try:
@@ -307,17 +308,14 @@ def rank(
             window_features(windows.signals, recording.rate) if as_features else np.array(windows.signals)
         )
         key = signals.motions.motion_keys[number]
-        used.append(
-            RankedClip(
-                name, recording.activity, recording.subject, windows.is_test, motion_signature(motion), key
-            )
-        )
+        used.append(LabelledClip(name, recording.activity, recording.subject, key))
+        found.append(ClipWindows(windows.is_test, motion_signature(motion), (len(windows.is_test),)))
     if not used:
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
     config = StudyConfig(windows=spec, folds=folds, by_subject=by_subject, seed=seed)
     whole = np.concatenate(inputs)
-    utility, motions = rank_clips(used, whole, config, progress, classifier=classifier)
-    labels = WindowLabels.of(used, motions, [clip.is_test for clip in used])
+    utility, ranked = rank_clips(used, found, whole, config, progress, classifier=classifier)
+    labels = WindowLabels.of(ranked, found)
     return Ranking(
         utility, signals.patches, signals.motions.body, whole, labels, config, classifier, tuple(skipped)
     )

@@ -97,7 +97,7 @@ def _execute(
         study = run_study(library, body, config, out, engine, progress, watch)
         watch.step("testing the sensors together")
         with progress.spinner("Testing the sensors together"):
-            tested = sensors_together(study.results(), study.advice.subset.order)
+            tested = sensors_together(study.results, study.advice.subset.order)
         study = replace(study, together=tested)
         watch.step("writing results")
         write_config(study)

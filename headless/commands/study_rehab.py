@@ -52,11 +52,11 @@ def rehab(
     config = StudyConfig(patches=patches, target=target, seed=seed)
     study = rehabilitation_study(out, clips, config, Engine(workers), pictures, console)
     with console.status("Drawing the figure"):
-        failed = draw_alone(draw_figure, study.out, study.advice.subset)
+        failed = draw_alone(draw_figure, study.results.out, study.advice.subset)
     if failed:
         console.print(f"No figure: {failed}.", style="red", markup=False)
     else:
-        console.print(f"Figure:   {study.out / FIGURE}")
+        console.print(f"Figure:   {study.results.out / FIGURE}")
 
 
 def draw_figure(out: Path, subset: Subset) -> None:

@@ -45,7 +45,7 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
                 "body": study.body.name,
                 "height_m": round(study.body.height, 3),
                 "best_single_patch": place(study, study.advice.best),
-                "subset": [study.patches.names[patch] for patch in study.advice.subset.order],
+                "subset": [study.results.patches.names[patch] for patch in study.advice.subset.order],
             }
             for name, study in studies
         },
@@ -60,7 +60,7 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
 
 def _agreement(first: Study, second: Study) -> dict[str, Any]:
     """Spearman's rho of two maps over the same places, of the mean and by activity."""
-    a, b = first.utility, second.utility
+    a, b = first.results.utility, second.results.utility
     mean = rank_agreement(a.mean, b.mean, a.mean_samples, b.mean_samples)
     shared = [name for name in a.activities if name in b.activities]
     by_activity = {

@@ -19,6 +19,7 @@ from w2w.core.motion.library import Library
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.score_table import ScoreRow
 from w2w.core.ranking.windows import WindowSpec
+from w2w.core.results_folder import StudyResults
 
 from ..console import show_left_out
 from ..runs.clip_task import ClipResult
@@ -58,21 +59,21 @@ def show_outcome(
     failed: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
     """Print what was found and where it stands, and what could not be drawn."""
-    utility = study.utility
+    out, utility = study.results.out, study.results.utility
     skipped = skipped_files(study.clips, study.library)
     show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
     show_window_warning(study.clips, study.config.windows, console)
-    _show_regions(study, console)
-    show_advice(study.advice, utility, study.patches, study.together, console)
+    _show_regions(study.results, console)
+    show_advice(study.advice, utility, study.results.patches, study.together, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
-    console.print(f"\nTable:    {study.out / 'utility.csv'}\nSummary:  {study.out / 'summary.json'}")
+    console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     if pictures:
         for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", BLEND)):
             if name not in failed:
-                console.print(f"{title} {study.out / name}")
+                console.print(f"{title} {out / name}")
     if report:
-        console.print(f"Report:   {study.out / REPORT}")
+        console.print(f"Report:   {out / REPORT}")
     for name, why in failed.items():
         console.print(f"\nNo {name}: {why}.", style="red", markup=False)
     if failed:
@@ -86,13 +87,13 @@ def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console
         console.print(f"{warning}.", style="yellow", markup=False)
 
 
-def _show_regions(study: Study, console: Console) -> None:
+def _show_regions(results: StudyResults, console: Console) -> None:
     table = Table(title="Best regions (each by its best place, mean over activities)", title_justify="left")
     table.add_column("place")
     for heading in ("mean F1", "95 % interval", "rank"):
         table.add_column(heading, justify="right")
-    utility = study.utility
-    for row in best_regions(utility, study.patches):
+    utility = results.utility
+    for row in best_regions(utility, results.patches):
         low, high = row["rank"]
         interval = interval_text(row["low"], row["high"], mean_caution(utility))
         table.add_row(row["place"], f"{row['f1']:.3f}", interval, f"{low} to {high}")
@@ -113,7 +114,9 @@ def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:
 
 def skipped_files(results: Sequence[ClipResult], library: Library) -> list[tuple[str, str]]:
     """Files without use and the reasons."""
-    return [(o.clip.file, o.reason) for o in results if not o.used] + list(library.skipped)
+    return [(result.clip.file, result.reason) for result in results if not result.used] + list(
+        library.skipped
+    )
 
 
 def show_comparison(comparison: dict[str, Any], console: Console) -> None:

@@ -37,19 +37,20 @@ def draw_study(study: Study, progress: Progress) -> dict[str, str]:
     dict of str to str
         What could not be made, and why.
     """
-    folder, subset = study.out / HEATMAPS, study.advice.subset
+    out, subset = study.results.out, study.advice.subset
+    folder = out / HEATMAPS
     folder.mkdir(exist_ok=True)
-    remove_claimed(study.out, HEATMAPS)
-    files = picture_files(study.utility.activities)
-    claim(study.out, [f"{HEATMAPS}/{file}" for file in files])
+    remove_claimed(out, HEATMAPS)
+    files = picture_files(study.results.utility.activities)
+    claim(out, [f"{HEATMAPS}/{file}" for file in files])
     failed = {}
     pictures = [folder / file for file in files]
     with progress.bar("Drawing heatmaps", len(files)) as advance, _counted(pictures, advance):
-        failed[HEATMAPS] = draw_alone(write_pictures, study.out, subset)
+        failed[HEATMAPS] = draw_alone(write_pictures, out, subset)
     with progress.spinner(f"Saving {BLEND}"):
-        failed[BLEND] = draw_alone(write_blend, study.out, subset)
+        failed[BLEND] = draw_alone(write_blend, out, subset)
     if failed[BLEND]:
-        (study.out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results
+        (out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results
     return {name: why for name, why in failed.items() if why}
 
 

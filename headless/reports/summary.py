@@ -27,9 +27,10 @@ AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "c
 
 def write_results(study: Study) -> None:
     """Write `summary.json`, `utility.csv` and `utility.npz` into the study's folder."""
-    study.utility.save(study.out / UTILITY)
-    write_text(study.out / "utility.csv", utility_table(study))
-    write_json(study.out / "summary.json", summary(study))
+    out = study.results.out
+    study.results.utility.save(out / UTILITY)
+    write_text(out / "utility.csv", utility_table(study))
+    write_json(out / "summary.json", summary(study))
 
 
 def write_failure(out: Path, library: Library, error: StudyError) -> None:
@@ -59,7 +60,7 @@ def utility_table(study: Study) -> str:
 
     Patches of one `cluster` say the same.
     """
-    utility, patches = study.utility, study.patches
+    utility, patches = study.results.utility, study.results.patches
     rows = [["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
         scores = [*utility.f1[patch], utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]]
@@ -79,7 +80,7 @@ def utility_table(study: Study) -> str:
 
 def summary(study: Study) -> dict[str, Any]:
     """What the study found, for people and programs."""
-    utility = study.utility
+    utility, patches = study.results.utility, study.results.patches
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
@@ -91,9 +92,9 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
-        **advice_content(study.advice, utility, study.patches, study.together),
+        **advice_content(study.advice, utility, patches, study.together),
         "regions": _regions(study),
-        "used": [_used(study, number) for number in range(len(study.used))],
+        "used": _used(study),
         "skipped": _skipped(study.clips, study.library),
     }
 
@@ -102,27 +103,27 @@ def study_counts(study: Study) -> dict[str, int]:
     """Clips found, used, ranked and skipped."""
     found = len(study.clips) + len(study.library.skipped)
     used = [result.clip.activity for result in study.used]
-    return clip_counts(found, used, study.utility)
+    return clip_counts(found, used, study.results.utility)
 
 
 def place(study: Study, patch: int) -> dict[str, Any]:
     """One patch by number, name and place, with its scores."""
-    return place_content(patch, study.utility, study.patches)
+    return place_content(patch, study.results.utility, study.results.patches)
 
 
 def _activities(study: Study) -> dict[str, dict[str, Any]]:
     clips = Counter(result.clip.activity for result in study.used)
     windows: Counter[str] = Counter()
     motions: dict[str, set[str]] = {}
-    for result, motion in zip(study.used, study.motions, strict=True):
+    for result, ranked in zip(study.used, study.results.clips, strict=True):
         windows[result.clip.activity] += result.details["windows"]
-        motions.setdefault(result.clip.activity, set()).add(motion)
+        motions.setdefault(result.clip.activity, set()).add(ranked.motion_key)
     return {
         name: {
             "clips": clips[name],
             "distinct_motions": len(motions[name]),
             "windows": windows[name],
-            "ranked": name in study.utility.activities,
+            "ranked": name in study.results.utility.activities,
             "interval_caution": few_clips(len(motions[name])),
         }
         for name in sorted(clips)
@@ -131,31 +132,28 @@ def _activities(study: Study) -> dict[str, dict[str, Any]]:
 
 def _regions(study: Study) -> dict[str, dict[str, Any]]:
     """Each named region: how many patches it has and how good they are."""
-    mean = study.utility.mean
-    regions = np.array(study.patches.regions)
+    mean = study.results.utility.mean
+    regions = np.array(study.results.patches.regions)
     return {
         region: {
             "patches": int((regions == region).sum()),
             "best_mean_f1": _f1(mean[regions == region].max()),
             "average_mean_f1": _f1(mean[regions == region].mean()),
         }
-        for region in sorted(set(study.patches.regions))
+        for region in sorted(set(regions.tolist()))
     }
 
 
-def _used(study: Study, number: int) -> dict[str, Any]:
-    result = study.used[number]
-    first = study.motions.index(study.motions[number])
-    entry = {
-        "file": result.clip.file,
-        "clip": result.clip.name,
-        "activity": result.clip.activity,
-        "subject": result.clip.subject,
-        **result.details,
-    }
-    if first != number:
-        entry["same_motion_as"] = study.used[first].clip.file
-    return entry
+def _used(study: Study) -> list[dict[str, Any]]:
+    """Each clip that takes part, and which earlier one shows the same motion."""
+    file_of = {result.clip.name: result.clip.file for result in study.used}
+    entries = []
+    for result, ranked in zip(study.used, study.results.clips, strict=True):
+        clip = result.clip
+        entry = {"file": clip.file, "clip": clip.name, "activity": clip.activity, "subject": clip.subject}
+        same = {} if ranked.motion_key == clip.name else {"same_motion_as": file_of[ranked.motion_key]}
+        entries.append({**entry, **result.details, **same})
+    return entries
 
 
 def _f1(value: float) -> float:

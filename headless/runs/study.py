@@ -12,12 +12,12 @@ from pathlib import Path
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
-from w2w.core.clip_ranking import RankedClip, rank_clips
+from w2w.core.clip_ranking import LabelledClip, rank_clips
 from w2w.core.files import file_sha256, write_json
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import ResultClip, StudyResults
+from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig, place_patches
 
@@ -52,16 +52,12 @@ class Study:
     library : Library
     config : StudyConfig
     body : Body
-    patches : PatchSet
     clips : tuple of ClipResult
         What became of each clip, in the library's order.
-    motions : tuple of str
-        For each used clip, the first one that shows the same motion.
-    utility : UtilityMap
+    results : StudyResults
+        The ranking, as it is read again from its folder.
     advice : Advice
         The choice under the config's constraints.
-    out : Path
-        Output folder.
     together : tuple of UtilityMap
         What one classifier on the first chosen sensor, the first two, and so on reaches.
     """
@@ -69,26 +65,15 @@ class Study:
     library: Library
     config: StudyConfig
     body: Body
-    patches: PatchSet
     clips: tuple[ClipResult, ...]
-    motions: tuple[str, ...]
-    utility: UtilityMap
+    results: StudyResults
     advice: Advice
-    out: Path
     together: tuple[UtilityMap, ...] = ()
 
     @property
     def used(self) -> list[ClipResult]:
         """Clips that take part."""
         return [result for result in self.clips if result.used]
-
-    def results(self) -> StudyResults:
-        """The same as read from its folder; the features are on disk."""
-        clips = tuple(
-            ResultClip(result.clip.name, result.clip.activity, result.clip.subject, motion)
-            for result, motion in zip(self.used, self.motions, strict=True)
-        )
-        return StudyResults(self.out, self.utility, self.patches, clips, self.config.as_dict())
 
 
 def run_study(
@@ -139,7 +124,7 @@ def run_study(
     remove_leftovers(out, {clip.name for clip in used})
     watch.step("ranking places")
     try:
-        utility, motions = _rank(used, config, out, progress)
+        utility, ranked = _rank(used, config, out, progress)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
@@ -147,16 +132,18 @@ def run_study(
     watch.step("choosing places")
     with progress.spinner("Choosing places"):
         advice = _choose(utility, patches, config)
-    return Study(library, config, body, patches, tuple(results), motions, utility, advice, out)
+    found = StudyResults(out, utility, patches, ranked, config.as_dict())
+    return Study(library, config, body, tuple(results), found, advice)
 
 
 def write_config(study: Study) -> None:
     """Save every parameter, the versions and the hashes of all inputs beside the results."""
+    out = study.results.out
     write_json(
-        study.out / "config.json",
+        out / "config.json",
         {
             "parameters": study.config.as_dict(),
-            "body": {"name": study.body.name, "sha256": file_sha256(study.out / WORK / "body.npz")},
+            "body": {"name": study.body.name, "sha256": file_sha256(out / WORK / "body.npz")},
             "versions": versions(),
             "code_sha256": code_sha256(),
             "labelled_by": study.library.labelled_by,
@@ -207,13 +194,9 @@ def _bake(
 
 def _rank(
     used: list[Clip], config: StudyConfig, out: Path, progress: Progress
-) -> tuple[UtilityMap, tuple[str, ...]]:
-    windows = [ClipWindows(out, clip.name) for clip in used]
-    clips = [
-        RankedClip(clip.name, clip.activity, clip.subject, found.is_test, found.signature, clip.motion_key)
-        for clip, found in zip(used, windows, strict=True)
-    ]
+) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     names = [clip.name for clip in used]
+    windows = [ClipWindows.read(out, name) for name in names]
     inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
     with progress.bar("Ranking places", 100) as advance:
         done = 0
@@ -223,7 +206,7 @@ def _rank(
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
-        return rank_clips(clips, inputs, config, told, out / WORK)
+        return rank_clips(used, windows, inputs, config, told, out / WORK)
 
 
 def _choose(utility: UtilityMap, patches: PatchSet, config: StudyConfig) -> Advice:

@@ -20,13 +20,13 @@ from threadpoolctl import threadpool_limits
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
 from w2w.core.clip_files import WORK, ClipWindows, features_file, ranking_inputs, write_features
-from w2w.core.clip_ranking import WindowLabels, rank_windows
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_windows
 from w2w.core.files import write_json
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap, inputs_of
 from w2w.core.ranking.windows import TooShortError
-from w2w.core.results_folder import ResultClip, StudyResults
+from w2w.core.results_folder import StudyResults
 from w2w.core.study import copies_of, describe, place_patches, plain, record
 
 from ..blender import inside_blender
@@ -111,7 +111,7 @@ class SweepMaps:
             return self.study.body()
         return shaped(Body.bundled(), **dict(case.shape))
 
-    def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[ResultClip]:
+    def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[LabelledClip]:
         patches = self.out / WORK / "patches.npz"
         usual_height = self.study.body().height
         calls = [(case, clip, self.study.out, folder, patches, usual_height) for clip in self.study.clips]
@@ -137,10 +137,10 @@ class SweepMaps:
         finally:
             executor.shutdown(kill_workers=True)
 
-    def _rank(self, case: Case, clips: list[ResultClip], folder: Path) -> UtilityMap:
+    def _rank(self, case: Case, clips: list[LabelledClip], folder: Path) -> UtilityMap:
         names = [clip.name for clip in clips]
-        found = [ClipWindows(folder, name) for name in names]
-        labels = WindowLabels.of(clips, [clip.motion for clip in clips], [one.is_test for one in found])
+        found = [ClipWindows.read(folder, name) for name in names]
+        labels = WindowLabels.of(clips, found)
         inputs = ranking_inputs(folder, names, found, case.config.classifier, case.config.windows)
         return rank_windows(inputs, labels, case.config)
 
@@ -153,7 +153,7 @@ def _bake_clip_for(parent: int, *call: Any) -> bool:
 
 def _bake_clip(
     case: Case,
-    clip: ResultClip,
+    clip: LabelledClip,
     study: Path,
     folder: Path,
     patches: Path,

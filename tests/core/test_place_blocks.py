@@ -6,7 +6,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from w2w.core.clip_ranking import RankedClip, rank_clips
+from w2w.core.clip_files import ClipWindows
+from w2w.core.clip_ranking import LabelledClip, rank_clips
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.duplicates import SIZE
@@ -159,19 +160,18 @@ def test_files_of_other_places_are_said(tmp_path):
 def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
     n_clips, n_windows, n_places, width = 30, 5, 64, 150
     features, activity, clip, is_test = library(n_places, n_clips, n_windows, width)
-    paths, clips = [], []
+    paths, clips, windows = [], [], []
     for number in range(n_clips):
         rows = clip == number
         paths.append(tmp_path / f"{number}.npz")
         write_npz(paths[-1], {"features": features[rows]})
         signature = np.random.default_rng(number).normal(size=SIZE)
-        clips.append(
-            RankedClip(f"clip {number}", activity[rows][0], "", is_test[rows], signature, str(number))
-        )
+        clips.append(LabelledClip(f"clip {number}", activity[rows][0], "", str(number)))
+        windows.append(ClipWindows(is_test[rows], signature, (n_windows,)))
     config = StudyConfig()
-    utility, motions = rank_clips(clips, features, config)
-    assert motions == tuple(clip.name for clip in clips)
-    streamed, _ = rank_clips(clips, FeatureFiles(paths), config)
+    utility, ranked = rank_clips(clips, windows, features, config)
+    assert [clip.motion_key for clip in ranked] == [clip.name for clip in clips]
+    streamed, _ = rank_clips(clips, windows, FeatureFiles(paths), config)
     assert stored(streamed, tmp_path / "a.npz") == stored(utility, tmp_path / "b.npz")
     source = FeatureFiles(paths)
     tracemalloc.start()

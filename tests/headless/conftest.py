@@ -18,10 +18,12 @@ from headless.runs.clip_task import ClipResult
 from headless.runs.folder import make_folders
 from headless.runs.study import Study, write_config
 from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.clip_ranking import LabelledClip
 from w2w.core.motion.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.utility import utility_map
+from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.subsets import multi_sensor_check
 from w2w.core.study import StudyConfig
@@ -89,16 +91,14 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     protocol = {"clip": clip, "subject": None, "is_test": is_test, "activities": sorted(clips_of), "seed": 3}
     together = multi_sensor_check(advice.subset.order, features, activity, **protocol)
     details = {"windows": WINDOWS, "frames": 120, "duration_s": 4.0}
+    ranked = tuple(LabelledClip(clip.name, clip.activity, clip.subject, clip.name) for clip in clips)
     study = Study(
         library,
         config,
         body,
-        patches,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
-        tuple(clip.name for clip in clips),
-        utility,
+        StudyResults(out, utility, patches, ranked, config.as_dict()),
         advice,
-        out,
         tuple(together),
     )
     write_config(study)

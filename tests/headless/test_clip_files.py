@@ -34,7 +34,7 @@ def test_clips_and_copies_in_one_order(tmp_path):
         features_file(tmp_path, clip).parent.mkdir(parents=True, exist_ok=True)
         write_features(features_file(tmp_path, clip), parts, is_test, np.arange(4.0))
         features += parts
-    found = [ClipWindows(tmp_path, clip) for clip in "ab"]
+    found = [ClipWindows.read(tmp_path, clip) for clip in "ab"]
     assert [len(one.counts) for one in found] == [3, 1]
     assert found[0].is_test.sum() == 2
     assert not found[0].is_test[found[0].counts[0] :].any()

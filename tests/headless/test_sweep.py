@@ -38,7 +38,7 @@ def study(tmp_path_factory):
 def test_copies_are_trained_on_and_never_tested(study):
     summary = json.loads((study.out / "summary.json").read_text())
     for entry in summary["used"]:
-        found = ClipWindows(study.out, entry["clip"])
+        found = ClipWindows.read(study.out, entry["clip"])
         assert len(found.counts) == 1 + entry["copies"] == 3
         assert found.counts[0] == entry["windows"]
         assert sum(found.counts[1:]) == entry["copy_windows"] > 0

@@ -8,10 +8,11 @@ import pytest
 
 from headless.runs.folder import make_folders
 from w2w.core.clip_files import features_file, write_features
+from w2w.core.clip_ranking import LabelledClip
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking import utility
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
-from w2w.core.results_folder import ResultClip, StudyResults, sensors_together
+from w2w.core.results_folder import StudyResults, sensors_together
 
 RATE, SAMPLES, CLIPS = 25.0, 50, 8
 MOVES = {"rest": (0, 0), "wave": (1, 0), "step": (0, 1), "march": (1, 1)}
@@ -41,7 +42,7 @@ def study(tmp_path):
             swing = np.sin(2 * np.pi * (2 * time + rng.uniform(0, 0.1))) * np.array(moves)[:, None]
             signals = (3 * swing + rng.normal(0, 0.3, (2, SAMPLES, 2, 3))).astype(np.float32)
             ImuRecording(*signals, RATE).save(tmp_path / "signals" / f"{name}.npz")
-            clips.append(ResultClip(name, activity, "", name))
+            clips.append(LabelledClip(name, activity, "", name))
             write_features(
                 features_file(tmp_path, name),
                 [np.zeros((1, 2, 1), np.float32)],

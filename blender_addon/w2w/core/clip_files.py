@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -57,22 +58,30 @@ def write_features(
     )
 
 
+@dataclass(frozen=True, eq=False)
 class ClipWindows:
-    """Which windows a clip's features file holds.
+    """What the ranking must know of a clip's windows beside their signals.
 
-    Attributes
+    Parameters
     ----------
     is_test : ndarray of bool, shape (W,)
-    signature : ndarray
-    counts : list of int
+        Windows that may be tested on.
+    signature : ndarray, shape (K,)
+        By which equal motions are known (`motion_signature`).
+    counts : tuple of int
         Windows of the clip, then of each copy.
     """
 
-    def __init__(self, out: Path, clip: str) -> None:
+    is_test: np.ndarray
+    signature: np.ndarray
+    counts: tuple[int, ...]
+
+    @classmethod
+    def read(cls, out: Path, clip: str) -> ClipWindows:
+        """Those of a run's clip."""
         needed = ("is_test", "signature", "counts")
         data = load_arrays(features_file(out, clip), needed, "does not hold a clip's windows")
-        self.is_test, self.signature = data["is_test"], data["signature"]
-        self.counts = data["counts"].tolist()
+        return cls(data["is_test"], data["signature"], tuple(data["counts"].tolist()))
 
 
 def ranking_inputs(

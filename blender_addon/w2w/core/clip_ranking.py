@@ -10,34 +10,31 @@ from typing import Any
 
 import numpy as np
 
+from .clip_files import ClipWindows
+from .motion.library import Clip
 from .ranking.inputs import PlaceBlocks
 from .ranking.utility import UtilityMap, utility_map
 from .selection.subsets import multi_sensor_check
 from .study import StudyConfig, same_clips
 
 
-@dataclass(frozen=True, eq=False)
-class RankedClip:
-    """What the ranking must know of a clip beside its windows.
+@dataclass(frozen=True)
+class LabelledClip:
+    """A clip by its labels, wherever its signals are.
 
     Parameters
     ----------
     name : str
-        Its own.
+        Its own, and its files'.
     activity, subject : str
-    is_test : ndarray of bool, shape (windows of the clip,)
-        Windows that may be tested on.
-    signature : ndarray, shape (K,)
-        By which equal motions are known (`motion_signature`).
     motion_key : str
-        Clips with an equal key show the same motion; empty where unknown.
+        Clips with an equal key show the same motion; empty where unknown. The ranking gives each
+        the name of the first clip that shows its motion: its own where there is no other.
     """
 
     name: str
     activity: str
-    subject: str
-    is_test: np.ndarray
-    signature: np.ndarray
+    subject: str = ""
     motion_key: str = ""
 
 
@@ -59,24 +56,14 @@ class WindowLabels:
     is_test: np.ndarray
 
     @classmethod
-    def of(cls, clips: Sequence[Any], motions: Sequence[str], is_test: Sequence[np.ndarray]) -> WindowLabels:
-        """Labels of the windows of clips, one clip after another.
-
-        Parameters
-        ----------
-        clips : sequence
-            Objects with an `activity` and a `subject`.
-        motions : sequence of str
-            One a clip.
-        is_test : sequence of ndarray of bool
-            One a clip, an entry a window.
-        """
-        windows = [len(tested) for tested in is_test]
+    def of(cls, clips: Sequence[LabelledClip], windows: Sequence[ClipWindows]) -> WindowLabels:
+        """Labels of the windows of ranked clips, one clip after another."""
+        counts = [len(found.is_test) for found in windows]
         return cls(
-            np.repeat([clip.activity for clip in clips], windows),
-            np.repeat(list(motions), windows),
-            np.repeat([clip.subject for clip in clips], windows),
-            np.concatenate(list(is_test)),
+            np.repeat([clip.activity for clip in clips], counts),
+            np.repeat([clip.motion_key for clip in clips], counts),
+            np.repeat([clip.subject for clip in clips], counts),
+            np.concatenate([found.is_test for found in windows]),
         )
 
     def protocol(self, config: StudyConfig, classifier: Any = None) -> dict[str, Any]:
@@ -93,18 +80,21 @@ class WindowLabels:
 
 
 def rank_clips(
-    clips: Sequence[RankedClip],
+    clips: Sequence[Clip | LabelledClip],
+    windows: Sequence[ClipWindows],
     inputs: np.ndarray | PlaceBlocks,
     config: StudyConfig,
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
     classifier: Any = None,
-) -> tuple[UtilityMap, tuple[str, ...]]:
+) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     """Find clips that show one motion, then train and test at every patch.
 
     Parameters
     ----------
-    clips : sequence of RankedClip
+    clips : sequence of Clip or LabelledClip
+    windows : sequence of ClipWindows
+        One a clip.
     inputs : ndarray or PlaceBlocks, shape (W, N, ...)
         What the classifier takes (`utility.inputs_of`), the clips' windows one after another.
     config : StudyConfig
@@ -118,8 +108,8 @@ def rank_clips(
     Returns
     -------
     utility : UtilityMap
-    motions : tuple of str
-        For each clip, the first clip that shows the same motion.
+    clips : tuple of LabelledClip
+        The clips, each with the first clip that shows the same motion.
 
     Raises
     ------
@@ -129,11 +119,14 @@ def rank_clips(
     groups = same_clips(
         [clip.name for clip in clips],
         [clip.motion_key for clip in clips],
-        np.array([clip.signature for clip in clips]),
+        np.array([found.signature for found in windows]),
     )
-    motions = tuple(clips[int(np.argmax(groups == group))].name for group in groups)
-    labels = WindowLabels.of(clips, motions, [clip.is_test for clip in clips])
-    return rank_windows(inputs, labels, config, progress, work, classifier), motions
+    ranked = tuple(
+        LabelledClip(clip.name, clip.activity, clip.subject, clips[int(np.argmax(groups == group))].name)
+        for clip, group in zip(clips, groups, strict=True)
+    )
+    labels = WindowLabels.of(ranked, windows)
+    return rank_windows(inputs, labels, config, progress, work, classifier), ranked
 
 
 def rank_windows(

@@ -12,7 +12,7 @@ from typing import Any
 
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, ranking_inputs
-from .clip_ranking import WindowLabels, rank_together
+from .clip_ranking import LabelledClip, WindowLabels, rank_together
 from .patches.patches import PatchSet
 from .ranking.inputs import PlaceBlocks
 from .ranking.utility import UtilityMap
@@ -21,25 +21,6 @@ from .study import StudyConfig
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
-
-
-@dataclass(frozen=True)
-class ResultClip:
-    """A clip that took part.
-
-    Parameters
-    ----------
-    name : str
-        Its files' name.
-    activity, subject : str
-    motion : str
-        Name of the first clip that shows the same motion: its own where there is no other.
-    """
-
-    name: str
-    activity: str
-    subject: str
-    motion: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +32,7 @@ class StudyResults:
     out : Path
     utility : UtilityMap
     patches : PatchSet
-    clips : tuple of ResultClip
+    clips : tuple of LabelledClip
         The clips used, in the order of their windows.
     parameters : dict
         The run's `StudyConfig` as plain values.
@@ -60,7 +41,7 @@ class StudyResults:
     out: Path
     utility: UtilityMap
     patches: PatchSet
-    clips: tuple[ResultClip, ...]
+    clips: tuple[LabelledClip, ...]
     parameters: dict[str, Any]
 
     @classmethod
@@ -99,7 +80,7 @@ class StudyResults:
     @cached_property
     def windows(self) -> tuple[ClipWindows, ...]:
         """The windows of each clip."""
-        return tuple(ClipWindows(self.out, clip.name) for clip in self.clips)
+        return tuple(ClipWindows.read(self.out, clip.name) for clip in self.clips)
 
     def inputs(self, classifier: str) -> PlaceBlocks:
         """What a classifier takes of the run: all windows of all places and copies, served from disk."""
@@ -113,15 +94,13 @@ class StudyResults:
 
     def labels(self) -> WindowLabels:
         """What is known of each window."""
-        return WindowLabels.of(
-            self.clips, [clip.motion for clip in self.clips], [found.is_test for found in self.windows]
-        )
+        return WindowLabels.of(self.clips, self.windows)
 
 
-def _clips(used: list[dict[str, Any]]) -> tuple[ResultClip, ...]:
+def _clips(used: list[dict[str, Any]]) -> tuple[LabelledClip, ...]:
     name_of = {entry["file"]: entry["clip"] for entry in used}
     return tuple(
-        ResultClip(
+        LabelledClip(
             entry["clip"],
             entry["activity"],
             entry["subject"],

@@ -11,7 +11,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.clip_ranking import RankedClip, rank_clips
+from ..core.clip_files import ClipWindows
+from ..core.clip_ranking import LabelledClip, rank_clips
+from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import motion_signature
 from ..core.motion.motion import Motion
 from ..core.patches.patches import PatchSet
@@ -23,7 +25,6 @@ from ..scene.bake import Bake, PatchBaker
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
 from .preferences import cache_folder
-from .signal_cache import BakedClip
 from .state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
 
 SHOWN_REASONS = 2
@@ -87,11 +88,10 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     if lost:
         yield from bake_steps(mesh, lost, 0.0, 0.4)
     ranked_as, config = rank_settings(study), config_of(study)
-    used = [
-        (clip.name, clip.signals, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)
-    ]
+    used = [LabelledClip(clip.name, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)]
+    keys = [study.clips[i].signals for i in clips]
     utility = yield from in_thread(
-        lambda told: _rank(used, config, told), "training at every patch", 0.4 if lost else 0.0, 0.95
+        lambda told: _rank(used, keys, config, told), "training at every patch", 0.4 if lost else 0.0, 0.95
     )
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, utility, ranked_as)
@@ -141,9 +141,9 @@ def _signals(
         recording = record_baked(matrices, rate, patches, labels, config)
         told(0.5)
         features, is_test = describe(recording, config)
-        baked = BakedClip(recording, features, is_test, _signature(motion, matrices))
-        key = _key(baked, settings)
-        signal_cache.save(key, baked, folder)
+        windows = ClipWindows(is_test, _signature(motion, matrices), (len(is_test),))
+        key = _key(recording, features, settings)
+        signal_cache.save(key, recording, features, windows, folder)
         return key
 
     return work
@@ -157,17 +157,14 @@ def _some(reasons: list[str]) -> str:
 
 
 def _rank(
-    used: list[tuple[str, str, str, str]], config: StudyConfig, told: Callable[[float], None]
+    clips: list[LabelledClip], keys: list[str], config: StudyConfig, told: Callable[[float], None]
 ) -> UtilityMap:
-    """Rank clips given as name, key of the signals, activity and subject."""
-    clips = []
-    for name, key, activity, subject in used:
-        is_test, signature = signal_cache.load_clip(key)
-        clips.append(RankedClip(name, activity, subject, is_test, signature))
-    files = [signal_cache.path_of(key) for _, key, _, _ in used]
-    windows = [len(clip.is_test) for clip in clips]
-    inputs = clip_inputs(inputs_of(config.classifier), files, files, windows, config.windows)
-    return rank_clips(clips, inputs, config, told)[0]
+    """Rank clips by their signals under keys."""
+    windows = [signal_cache.windows_of(key) for key in keys]
+    files = [signal_cache.path_of(key) for key in keys]
+    counts = [len(found.is_test) for found in windows]
+    inputs = clip_inputs(inputs_of(config.classifier), files, files, counts, config.windows)
+    return rank_clips(clips, windows, inputs, config, told)[0]
 
 
 def _motion_of(armature: bpy.types.Object, action: bpy.types.Action) -> Motion | None:
@@ -186,10 +183,10 @@ def _signature(motion: Motion | None, matrices: np.ndarray) -> np.ndarray:
     return np.random.default_rng(seed).normal(scale=1e3, size=size)
 
 
-def _key(baked: BakedClip, settings: str) -> str:
+def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
     """Key of what was baked: equal content, equal key, whichever study it is of."""
     digest = hashlib.sha256(settings.encode())
-    for array in (baked.recording.acc, baked.recording.gyr, baked.features):
+    for array in (recording.acc, recording.gyr, features):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]
 

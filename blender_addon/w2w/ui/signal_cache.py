@@ -4,36 +4,17 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ..core.clip_files import ClipWindows
 from ..core.files import load_arrays, write_npz
 from ..core.imu.recording import ImuRecording
 from .preferences import cache_folder
 
 KEPT = 4
 """Recordings kept in memory for the overlay."""
-
-
-@dataclass(frozen=True, eq=False)
-class BakedClip:
-    """What a bake makes of a clip.
-
-    Parameters
-    ----------
-    recording : ImuRecording
-    features : ndarray, shape (W, N, D), float32
-    is_test : ndarray, shape (W,), bool
-    signature : ndarray, shape (K,)
-        By which equal motions are known (`core.motion_signature`).
-    """
-
-    recording: ImuRecording
-    features: np.ndarray
-    is_test: np.ndarray
-    signature: np.ndarray
 
 
 _recordings: OrderedDict[str, ImuRecording | None] = OrderedDict()
@@ -49,27 +30,26 @@ def has(key: str) -> bool:
     return bool(key) and path_of(key).is_file()
 
 
-def save(key: str, baked: BakedClip, folder: Path) -> None:
-    """Keep a baked clip; safe in a thread."""
-    recording = baked.recording
+def save(key: str, recording: ImuRecording, features: np.ndarray, windows: ClipWindows, folder: Path) -> None:
+    """Keep a baked clip, its features of shape (W, N, D); safe in a thread."""
     write_npz(
         path_of(key, folder),
         {
             "acc": recording.acc,
             "gyr": recording.gyr,
             "rate": np.array(recording.rate),
-            "features": baked.features,
-            "is_test": baked.is_test,
-            "signature": baked.signature,
+            "features": features,
+            "is_test": windows.is_test,
+            "signature": windows.signature,
         },
     )
     _recordings.pop(key, None)
 
 
-def load_clip(key: str) -> tuple[np.ndarray, np.ndarray]:
-    """Test mask and signature of a key."""
+def windows_of(key: str) -> ClipWindows:
+    """Windows of a key."""
     data = load_arrays(path_of(key), ("is_test", "signature"), "does not hold baked signals")
-    return data["is_test"], data["signature"]
+    return ClipWindows(data["is_test"], data["signature"], (len(data["is_test"]),))
 
 
 def recording(key: str) -> ImuRecording | None:

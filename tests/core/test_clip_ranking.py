@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Clips with labels and their windows become a map, and each clip learns which one shows its motion first."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from w2w.core.clip_files import ClipWindows, features_file, write_features
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_clips
+from w2w.core.motion.duplicates import SIZE
+from w2w.core.motion.library import Clip
+from w2w.core.study import StudyConfig
+
+ACTIVITIES = ("walk", "run", "jump")
+
+
+def drawn(n_clips=12, n_windows=4):
+    """Windows of clips of three activities that features tell apart, and a signature of its own for each."""
+    rng = np.random.default_rng(0)
+    clips, windows, features = [], [], []
+    for number in range(n_clips):
+        activity = ACTIVITIES[number % len(ACTIVITIES)]
+        clips.append(Clip(Path(f"{number}.bvh"), f"{number}.bvh", f"clip_{number}", activity))
+        windows.append(ClipWindows(np.ones(n_windows, bool), rng.normal(size=SIZE), (n_windows,)))
+        part = rng.normal(size=(n_windows, 2, 3)).astype(np.float32)
+        part[..., number % len(ACTIVITIES)] += 4
+        features.append(part)
+    return clips, windows, np.concatenate(features)
+
+
+def test_files_of_a_library_are_ranked_as_they_are():
+    clips, windows, features = drawn()
+    utility, ranked = rank_clips(clips, windows, features, StudyConfig(folds=2))
+    assert utility.activities == tuple(sorted(ACTIVITIES))
+    assert [(clip.name, clip.activity) for clip in ranked] == [(clip.name, clip.activity) for clip in clips]
+    assert [clip.motion_key for clip in ranked] == [clip.name for clip in clips]
+
+
+def test_a_second_file_of_a_motion_names_the_first_by_its_signature_or_by_its_key():
+    clips, windows, features = drawn()
+    windows[3] = ClipWindows(windows[3].is_test, windows[0].signature, windows[3].counts)
+    clips = [LabelledClip(clip.name, clip.activity) for clip in clips]
+    clips[4] = LabelledClip("clip_4", "run", "", "take 7")
+    clips[7] = LabelledClip("clip_7", "run", "", "take 7")
+    _, ranked = rank_clips(clips, windows, features, StudyConfig(folds=2))
+    shown = {clip.name: clip.motion_key for clip in ranked if clip.motion_key != clip.name}
+    assert shown == {"clip_3": "clip_0", "clip_7": "clip_4"}
+    labels = WindowLabels.of(ranked, windows)
+    assert labels.motion.tolist().count("clip_0") == 8
+    assert len(labels.is_test) == len(features)
+
+
+def test_a_clips_windows_are_read_back_and_cannot_be_changed(tmp_path):
+    path = features_file(tmp_path, "a")
+    path.parent.mkdir(parents=True)
+    signature = np.arange(4.0)
+    parts = [np.zeros((3, 2, 1), np.float32), np.zeros((2, 2, 1), np.float32)]
+    write_features(path, parts, np.array([True, False, True]), signature)
+    found = ClipWindows.read(tmp_path, "a")
+    assert found.counts == (3, 2)
+    assert found.is_test.tolist() == [True, False, True, False, False]
+    assert found.signature.tolist() == signature.tolist()
+    with pytest.raises(AttributeError):
+        found.counts = (5,)
