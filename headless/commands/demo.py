@@ -17,12 +17,12 @@ from w2w.core.files import write_json
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig
 
-from ..console import USAGE, Progress
+from ..console import USAGE
 from ..reports.console_tables import show_labels
 from ..runs.folder import code_sha256, versions
-from ..runs.monitor import SILENT
+from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError
-from ..runs.study import Study
+from ..runs.study import RunPlan, Study
 from ..runs.workers import Engine
 from .demo_library import ACTIVITIES, LABELS, write_demo_library
 from .execute import ended, execute
@@ -55,14 +55,15 @@ def rehabilitation_study(
     typer.Exit
         With the exit code, when there is no result.
     """
-    library = out / "library"
-    _write_library_once(library, clips, config.seed, console)
+    library, monitor = out / "library", RunMonitor(console)
+    _write_library_once(library, clips, config.seed, monitor)
     clips_found = read_library(library, library / LABELS)
     show_labels(clips_found, console)
-    return execute(clips_found, Body.bundled(), config, out / "results", engine, pictures, console)
+    plan = RunPlan(clips_found, config, engine, pictures)
+    return execute(plan, Body.bundled(), out / "results", monitor)
 
 
-def _write_library_once(library: Path, clips: int, seed: int, console: Console) -> None:
+def _write_library_once(library: Path, clips: int, seed: int, monitor: RunMonitor) -> None:
     """Write the demo library, unless an earlier run of the same code and seed finished it."""
     made_by = {"clips": clips, "seed": seed, "code_sha256": code_sha256(), "bpy": versions().get("bpy", "")}
     stamp = library / "made_by.json"
@@ -70,9 +71,9 @@ def _write_library_once(library: Path, clips: int, seed: int, console: Console) 
         if json.loads(stamp.read_text(encoding="utf-8")) == made_by:
             return
     stamp.unlink(missing_ok=True)
-    with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
+    with monitor.bar("writing the demo library", clips * len(ACTIVITIES)) as advance:
         try:
             write_demo_library(library, clips_per_activity=clips, seed=seed, progress=advance)
         except ForeignFileError as error:
-            raise ended(str(error), USAGE, console, SILENT) from error
+            raise ended(str(error), USAGE, monitor) from error
     write_json(stamp, made_by)

@@ -16,8 +16,9 @@ from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
 from w2w.core.rehab.clips import EXERCISES, generate_clip
 
-from ..console import USAGE, Progress
+from ..console import USAGE
 from ..needs_blender import needs_blender
+from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, claim
 
 ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
@@ -92,7 +93,7 @@ def demo_library(
     Its clips can be read by anything that reads Mixamo's. `w2w demo` makes and uses it by itself.
     """
     console = Console(highlight=False)
-    with Progress(console).bar("Writing the demo library", clips * len(ACTIVITIES)) as advance:
+    with RunMonitor(console).bar("writing the demo library", clips * len(ACTIVITIES)) as advance:
         try:
             paths = write_demo_library(folder, clips, seed, advance)
         except ForeignFileError as error:

@@ -14,8 +14,9 @@ from w2w.core.ranking.features import window_features
 from w2w.core.ranking.score_table import score_table
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
 
-from ..console import USAGE, Progress
+from ..console import USAGE
 from ..reports.console_tables import show_scores, wide_console, write_scores
+from ..runs.monitor import RunMonitor
 
 
 def dsads(
@@ -33,9 +34,9 @@ def dsads(
     try:
         if classifier not in CLASSIFIERS:
             raise ValueError(f"'{classifier}' is no classifier; there are {', '.join(CLASSIFIERS)}")
-        with Progress(console).spinner("Reading DSADS"):
+        with RunMonitor(console).step("reading DSADS"):
             recordings = read_dsads(data)
-        with Progress(console).spinner("Ranking its sites"):
+        with RunMonitor(console).step("ranking its sites"):
             utility = rank_dsads(recordings, classifier)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")

@@ -26,8 +26,9 @@ from ..options import Costs, Forbid, MaxPlaces, Must, Only, parse_bodies, parse_
 from ..reports.comparison import keep_foreign_comparison, write_comparison
 from ..reports.console_tables import show_comparison, show_labels
 from ..runs.guard import LIMIT_S, MEMORY
-from ..runs.monitor import SILENT, EventLog, event_line
+from ..runs.monitor import SILENT, EventLog, RunMonitor, event_line
 from ..runs.own_files import ForeignFileError, keep_apart
+from ..runs.study import RunPlan
 from ..runs.workers import Engine
 from ..stopping import STOPPED, say_for_machines
 from ..window_options import Stride, Window, window_spec
@@ -130,7 +131,7 @@ def run(
     SIGTERM and SIGHUP.
     """
     console = Console(highlight=False, quiet=log_json)
-    log = EventLog(sys.stdout) if log_json else SILENT
+    monitor = RunMonitor(console, EventLog(sys.stdout) if log_json else SILENT)
     if log_json:
         say_for_machines(lambda code: event_line("finished", exit_code=code, problem=STOPPED))
     try:
@@ -158,18 +159,19 @@ def run(
             keep_foreign_comparison(out)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
     except (ValueError, OSError, ForeignFileError) as error:
-        raise ended(str(error), USAGE, console, log) from error
+        raise ended(str(error), USAGE, monitor) from error
     engine = Engine(workers, scheduler, clip_limit, bone_maps, round(clip_memory * 2**30))
+    plan = RunPlan(found, config, engine, pictures, report)
     show_labels(found, console)
     studies = []
     for name, body in chosen:
         folder = out if len(chosen) == 1 else out / name
-        studies.append((name, execute(found, body, config, folder, engine, pictures, console, report, log)))
+        studies.append((name, execute(plan, body, folder, monitor)))
     if len(chosen) > 1:
         show_comparison(write_comparison(studies, out), console)
     if strict and any(len(study.used) < len(study.clips) + len(found.skipped) for _, study in studies):
-        raise ended("Clips were skipped, and --strict was given.", SKIPPED, console, log)
-    log("finished", exit_code=0)
+        raise ended("Clips were skipped, and --strict was given.", SKIPPED, monitor)
+    monitor.log("finished", exit_code=0)
 
 
 def without(library: Library, activities: str) -> Library:

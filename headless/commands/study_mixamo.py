@@ -26,6 +26,8 @@ from w2w.core.study import StudyConfig
 
 from ..console import USAGE
 from ..reports.console_tables import show_scores, wide_console, write_scores
+from ..runs.monitor import RunMonitor
+from ..runs.study import RunPlan
 from ..runs.workers import Engine
 from .execute import execute
 from .tables import read_groups
@@ -71,7 +73,8 @@ def mixamo(
     if len(used.clips) < len(found.clips):
         console.print(f"Clips of other activities, which take no part: {len(found.clips) - len(used.clips)}.")
     config = StudyConfig(patches=patches, seed=seed)
-    execute(used, Body.bundled(), config, out, Engine(workers), pictures, console)
+    plan = RunPlan(used, config, Engine(workers), pictures)
+    execute(plan, Body.bundled(), out, RunMonitor(console))
     group_of = {name: group for group, names in chosen.items() for name in names}
     show_placements(StudyResults.load(out), group_of, side, console)
 

@@ -14,8 +14,9 @@ from w2w.core.clip_files import WORK
 from w2w.core.ranking.agreement import compare_maps
 from w2w.core.results_folder import StudyResults
 
-from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE, Progress
+from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE
 from ..reports.console_tables import wide_console
+from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, claim, note
 from ..stopping import STOPPED
 from ..sweep.cases import FACTORS, cases
@@ -71,10 +72,10 @@ def sweep(
 
 
 def _sweep(maps: SweepMaps, wanted: list, n_clips: int, console: Console) -> list[SweptCase]:
-    progress, swept = Progress(console), []
+    monitor, swept = RunMonitor(console), []
     try:
         for case in wanted:
-            with progress.bar(case.title, n_clips) as advance:
+            with monitor.bar(case.title, n_clips) as advance:
                 utility = maps.map_of(case, advance)
             usual = swept[0].utility if swept else utility
             swept.append(SweptCase(case, utility, compare_maps(usual, utility)))

@@ -16,8 +16,9 @@ from w2w.core.datasets.mmfit import read_mmfit
 from w2w.core.datasets.vidimu import read_vidimu
 from w2w.core.motion.source import UnusableMotion
 
-from ..console import USAGE, Progress
+from ..console import USAGE
 from ..reports.console_tables import wide_console
+from ..runs.monitor import RunMonitor
 from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
 from ..validation.paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
@@ -48,9 +49,9 @@ def mmfit(
     """
     console = wide_console()
     with _sentences(console):
-        with Progress(console).spinner("Reading MM-Fit"):
+        with RunMonitor(console).step("reading MM-Fit"):
             exercises = read_mmfit(path)
-        with Progress(console).spinner("Fitting poses, simulating and ranking"):
+        with RunMonitor(console).step("fitting poses, simulating and ranking"):
             outcome = compare_mmfit(exercises, folds, seed)
         _write(out, [outcome], "MM-Fit: real and simulated devices", console)
 
@@ -68,9 +69,9 @@ def vidimu(
     """
     console = wide_console()
     with _sentences(console):
-        with Progress(console).spinner("Reading VIDIMU"):
+        with RunMonitor(console).step("reading VIDIMU"):
             trials = read_vidimu(path)
-        with Progress(console).spinner("Fitting poses, simulating and ranking"):
+        with RunMonitor(console).step("fitting poses, simulating and ranking"):
             outcomes = compare_vidimu(trials, folds, seed)
         _write(out, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
 
@@ -95,7 +96,7 @@ def dsads(
     console = wide_console()
     with _sentences(console):
         tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
-        with Progress(console).spinner("Reading, simulating and ranking"):
+        with RunMonitor(console).step("reading, simulating and ranking"):
             found, notes, places = compare_dsads(path, motions, tables, window, seed)
         _write(out, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
 
@@ -115,9 +116,9 @@ def utd_mhad(
     """
     console = wide_console()
     with _sentences(console):
-        with Progress(console).spinner("Reading UTD-MHAD"):
+        with RunMonitor(console).step("reading UTD-MHAD"):
             trials = read_utd_mhad(path)
-        with Progress(console).spinner("Fitting poses, simulating and training"):
+        with RunMonitor(console).step("fitting poses, simulating and training"):
             parts = compare_utd(trials, cutoff, seed)
         console.print(write_utd(out, parts), markup=False)
 
@@ -137,7 +138,7 @@ def gait(
     """
     console = wide_console()
     with _sentences(console):
-        with Progress(console).spinner("Simulating and comparing"):
+        with RunMonitor(console).step("simulating and comparing"):
             found = compare_gait(path, trial, seed)
         console.print(write_gait(out, found), markup=False)
 

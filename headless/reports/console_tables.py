@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from rich.console import Console
@@ -24,7 +23,7 @@ from w2w.core.results_folder import StudyResults
 from ..console import show_left_out
 from ..runs.clip_task import ClipResult
 from ..runs.picture_names import HEATMAPS
-from ..runs.study import Study
+from ..runs.study import RunPlan, Study
 from ..window_options import window_content, window_warning
 from .advice_text import show_advice
 from .best_regions import best_regions
@@ -51,13 +50,7 @@ def show_labels(library: Library, console: Console) -> None:
         console.print(f"Labels: {note}", style="yellow", markup=False)
 
 
-def show_outcome(
-    study: Study,
-    pictures: bool,
-    console: Console,
-    report: bool = True,
-    failed: Mapping[str, str] = MappingProxyType({}),
-) -> None:
+def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
     """Print what was found and where it stands, and what could not be drawn."""
     out, utility = study.results.out, study.results.utility
     skipped = skipped_files(study.clips, study.library)
@@ -68,11 +61,11 @@ def show_outcome(
     show_advice(study.advice, utility, study.results.patches, study.together, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
-    if pictures:
+    if plan.pictures:
         for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", BLEND)):
             if name not in failed:
                 console.print(f"{title} {out / name}")
-    if report:
+    if plan.report:
         console.print(f"Report:   {out / REPORT}")
     for name, why in failed.items():
         console.print(f"\nNo {name}: {why}.", style="red", markup=False)

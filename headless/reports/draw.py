@@ -16,8 +16,8 @@ from w2w.core.selection.subsets import Subset
 from w2w.scene.output import output_to
 
 from ..blender import forget_scripts_path
-from ..console import Progress
 from ..needs_blender import NoBlenderError, missing_library
+from ..runs.monitor import RunMonitor
 from ..runs.own_files import claim, remove_claimed
 from ..runs.picture_names import HEATMAPS, picture_files
 from ..runs.study import Study
@@ -29,7 +29,7 @@ MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
 
 
-def draw_study(study: Study, progress: Progress) -> dict[str, str]:
+def draw_study(study: Study, monitor: RunMonitor) -> dict[str, str]:
     """Draw `heatmaps/*.png` and save `study.blend` in the folder of a study that is written down.
 
     Returns
@@ -45,9 +45,9 @@ def draw_study(study: Study, progress: Progress) -> dict[str, str]:
     claim(out, [f"{HEATMAPS}/{file}" for file in files])
     failed = {}
     pictures = [folder / file for file in files]
-    with progress.bar("Drawing heatmaps", len(files)) as advance, _counted(pictures, advance):
+    with monitor.bar("drawing", len(files), "Drawing heatmaps") as advance, _counted(pictures, advance):
         failed[HEATMAPS] = draw_alone(write_pictures, out, subset)
-    with progress.spinner(f"Saving {BLEND}"):
+    with monitor.step("drawing", f"Saving {BLEND}"):
         failed[BLEND] = draw_alone(write_blend, out, subset)
     if failed[BLEND]:
         (out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results

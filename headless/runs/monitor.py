@@ -1,17 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a run has come, written down for whoever looks from another terminal."""
+"""How far a run has come: on the console, as events for programs, and for whoever looks from elsewhere."""
 
 from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TextIO
 
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
 from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
+from w2w.core.motion.library import Library
 
 from .clip_task import ClipResult
 
@@ -80,32 +95,58 @@ class RunState:
     message: str = ""
 
 
-class Watch:
-    """Keeps `RunState` on disk up to date.
+class RunMonitor:
+    """Says how a run goes: on the console, as events, and in its folder once that is known.
 
     Parameters
     ----------
-    out : Path
-        The study's output folder.
-    clips : int
-        Clips in the library.
+    console : Console
+        Where steps are shown; one that is no terminal gets a line a step instead.
     log : EventLog
         Told of each step and clip.
     """
 
-    def __init__(self, out: Path, clips: int, log: EventLog = SILENT) -> None:
-        self.log = log
-        self.path = state_file(out)
+    def __init__(self, console: Console, log: EventLog = SILENT) -> None:
+        self.console, self.log = console, log
+        self.state = RunState()
+        self._path: Path | None = None
+        self._began = self._written = 0.0
+
+    def begin(self, library: Library, body: str, out: Path) -> None:
+        """Say that a run starts, and keep its state in its folder from now on."""
+        clips = library.clips
+        self.log("started", out=str(out), body=body, clips=len(clips), activities=library.activities)
+        for file, reason in library.skipped:
+            self.log("clip", file=file, used=False, reason=reason)
         now = time.time()
-        self.state = RunState(clips=clips, started=now, updated=now)
-        self._began = time.monotonic()
+        self.state = RunState(clips=len(clips), started=now, updated=now)
+        self._path, self._began = state_file(out), time.monotonic()
         self._written = self._began - EVERY_S
 
-    def step(self, name: str, message: str = "") -> None:
-        """Say what is done next."""
-        self.state.step, self.state.message = name, message
-        self.log("step", step=name)
+    def announce(self, step: str, message: str = "") -> None:
+        """Say what is done next, or how the run ended; a step that goes on is not said again."""
+        if step == self.state.step:
+            return
+        self.state.step, self.state.message = step, message
+        self.log("step", step=step)
         self._write()
+
+    @contextmanager
+    def step(self, name: str, title: str = "") -> Iterator[None]:
+        """Announce a step of unknown length and show that it runs while the block does."""
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+        with self._shown(name, title, columns):
+            yield
+
+    @contextmanager
+    def bar(self, name: str, total: int, title: str = "") -> Iterator[Callable[[int], None]]:
+        """Announce a step and show a bar while the block runs; call what it gives with each advance."""
+        columns = (
+            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+            TextColumn("left"), TimeRemainingColumn(),
+        )  # fmt: skip
+        with self._shown(name, title, columns, total) as advance:
+            yield advance
 
     def clip_done(self, result: ClipResult) -> None:
         """Count a clip."""
@@ -117,10 +158,24 @@ class Watch:
         if time.monotonic() - self._written > EVERY_S:
             self._write()
 
+    @contextmanager
+    def _shown(
+        self, name: str, title: str, columns: Sequence[ProgressColumn], total: int | None = None
+    ) -> Iterator[Callable[[int], None]]:
+        """Show a step, by its name where it has no title, and at its end how long it took."""
+        self.announce(name)
+        title, start = title or name[:1].upper() + name[1:], time.perf_counter()
+        with Progress(*columns, console=self.console, transient=True) as display:
+            task = display.add_task(title, total=total)
+            yield lambda steps: display.advance(task, steps)
+        self.console.print(f"{title}: {time.perf_counter() - start:.1f} s", style="dim", highlight=False)
+
     def _write(self) -> None:
+        if self._path is None:
+            return
         self._written = time.monotonic()
         self.state.updated, self.state.spent = time.time(), self._written - self._began
-        write_json(self.path, asdict(self.state))
+        write_json(self._path, asdict(self.state))
 
 
 def state_file(out: Path) -> Path:

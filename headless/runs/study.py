@@ -21,10 +21,9 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig, place_patches
 
-from ..console import Progress
 from .clip_task import ClipResult, ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers, versions
-from .monitor import Watch
+from .monitor import RunMonitor
 from .workers import Engine, run_tasks
 
 
@@ -41,6 +40,29 @@ class StudyError(Exception):
     def __init__(self, message: str, clips: Sequence[ClipResult] = ()) -> None:
         super().__init__(message)
         self.clips = tuple(clips)
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """What a run is to do, whatever the body and the folder.
+
+    Parameters
+    ----------
+    library : Library
+    config : StudyConfig
+    engine : Engine
+        Who does the clips.
+    pictures : bool
+        Whether to draw heatmaps and save `study.blend`.
+    report : bool
+        Whether to write `report.html`.
+    """
+
+    library: Library
+    config: StudyConfig
+    engine: Engine
+    pictures: bool = True
+    report: bool = True
 
 
 @dataclass(frozen=True)
@@ -76,27 +98,16 @@ class Study:
         return [result for result in self.clips if result.used]
 
 
-def run_study(
-    library: Library,
-    body: Body,
-    config: StudyConfig,
-    out: Path,
-    engine: Engine,
-    progress: Progress,
-    watch: Watch,
-) -> Study:
+def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     """Bake every clip, rank every patch.
 
     Parameters
     ----------
-    library : Library
+    plan : RunPlan
     body : Body
-    config : StudyConfig
     out : Path
         Output folder, made by `make_folders`.
-    engine : Engine
-    progress : Progress
-    watch : Watch
+    monitor : RunMonitor
 
     Raises
     ------
@@ -107,33 +118,24 @@ def run_study(
     OSError
         If the disk is full or the folder cannot be written.
     """
-    watch.step("placing patches")
-    if config.augmentation and config.augmentation.bodies and not bundled_targets().fit(body):
-        raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
-    forget_running(out)
-    patches = _prepare(body, config, out, progress)
-    try:
-        config.constraints.terms(patches)
-    except ValueError as error:
-        raise StudyError(f"the constraints cannot be met: {error}") from error
-    watch.step("turning motions to signals")
-    results = _bake(library, config, out, engine, progress, watch)
-    used = [result.clip for result in results if result.used]
+    config = plan.config
+    with monitor.step("placing patches", "Placing patches on the body"):
+        patches = _prepare(body, config, out)
+    clips = tuple(_bake(plan, out, monitor))
+    used = [result.clip for result in clips if result.used]
     if not used:
-        raise StudyError("no clip can be used; why each cannot stands in the table", results)
+        raise StudyError("no clip can be used; why each cannot stands in the table", clips)
     remove_leftovers(out, {clip.name for clip in used})
-    watch.step("ranking places")
     try:
-        utility, ranked = _rank(used, config, out, progress)
+        utility, ranked = _rank(used, config, out, monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
-        raise StudyError(f"{error}. Clips used by activity: {found}", results) from error
-    watch.step("choosing places")
-    with progress.spinner("Choosing places"):
+        raise StudyError(f"{error}. Clips used by activity: {found}", clips) from error
+    with monitor.step("choosing places"):
         advice = _choose(utility, patches, config)
-    found = StudyResults(out, utility, patches, ranked, config.as_dict())
-    return Study(library, config, body, tuple(results), found, advice)
+    results = StudyResults(out, utility, patches, ranked, config.as_dict())
+    return Study(plan.library, config, body, clips, results, advice)
 
 
 def write_config(study: Study) -> None:
@@ -152,19 +154,24 @@ def write_config(study: Study) -> None:
     )
 
 
-def _prepare(body: Body, config: StudyConfig, out: Path, progress: Progress) -> PatchSet:
+def _prepare(body: Body, config: StudyConfig, out: Path) -> PatchSet:
     """Place the patches; on the bundled body's shapes they stay at the vertices of the neutral one."""
-    with progress.spinner("Placing patches on the body"):
-        neutral = Body.bundled()
-        patches = place_patches(neutral if bundled_targets().fit(body) else body, config)
-        body.save(out / WORK / "body.npz")
-        patches.save(out / WORK / "patches.npz")
+    bundled = bundled_targets().fit(body)
+    if config.augmentation and config.augmentation.bodies and not bundled:
+        raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
+    forget_running(out)
+    patches = place_patches(Body.bundled() if bundled else body, config)
+    body.save(out / WORK / "body.npz")
+    patches.save(out / WORK / "patches.npz")
+    try:
+        config.constraints.terms(patches)
+    except ValueError as error:
+        raise StudyError(f"the constraints cannot be met: {error}") from error
     return patches
 
 
-def _bake(
-    library: Library, config: StudyConfig, out: Path, engine: Engine, progress: Progress, watch: Watch
-) -> list[ClipResult]:
+def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
+    config, engine = plan.config, plan.engine
     inputs = hashlib.sha256(
         b"".join((out / WORK / name).read_bytes() for name in ("body.npz", "patches.npz"))
         + repr((config.signal_parameters(), engine.bone_maps)).encode()
@@ -181,24 +188,24 @@ def _bake(
             engine.bone_maps,
             engine.memory,
         )
-        for clip in library.clips
+        for clip in plan.library.clips
     ]
-    with progress.bar("Motions to signals", len(tasks)) as advance:
+    with monitor.bar("turning motions to signals", len(tasks), "Motions to signals") as advance:
 
         def told(result: ClipResult) -> None:
-            watch.clip_done(result)
+            monitor.clip_done(result)
             advance(1)
 
         return run_tasks(tasks, engine.workers, engine.scheduler, told)
 
 
 def _rank(
-    used: list[Clip], config: StudyConfig, out: Path, progress: Progress
+    used: list[Clip], config: StudyConfig, out: Path, monitor: RunMonitor
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     names = [clip.name for clip in used]
     windows = [ClipWindows.read(out, name) for name in names]
     inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
-    with progress.bar("Ranking places", 100) as advance:
+    with monitor.bar("ranking places", 100) as advance:
         done = 0
 
         def told(fraction: float) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 from benchmarks.resume import hashes
@@ -24,9 +25,9 @@ from headless.runs.clip import WORK, do_clip, record_death
 from headless.runs.clip_task import ClipResult, ClipTask
 from headless.runs.folder import make_folders
 from headless.runs.guard import guarded, timed_out
-from headless.runs.monitor import Watch, read_state
+from headless.runs.monitor import RunMonitor, read_state
 from w2w.core.files import write_npz
-from w2w.core.motion.library import Clip
+from w2w.core.motion.library import Clip, Library
 from w2w.core.study import StudyConfig, place_patches
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,8 +58,9 @@ def test_a_clock_that_is_set_back_changes_no_duration(tmp_path, monkeypatch):
     monkeypatch.setattr(watch.time, "monotonic", lambda: ran[0])
     monkeypatch.setattr(watch.time, "time", lambda: now[0])
     clip = Clip(Path("a.npz"), "a.npz", "a", "moving")
-    seen = Watch(tmp_path, 2)
-    seen.step("turning motions to signals")
+    seen = RunMonitor(Console(quiet=True))
+    seen.begin(Library(tmp_path, (clip, clip), "folder names"), "neutral", tmp_path)
+    seen.announce("turning motions to signals")
     ran[0], now[0] = 60.0, 1e9 - 3600  # set back by an hour
     seen.clip_done(ClipResult(clip, "", {}, ""))
     state = read_state(tmp_path)
@@ -178,10 +180,10 @@ def test_a_disk_that_is_full_after_the_clips_loses_nothing(tmp_path, monkeypatch
     def fill():
         resource.setrlimit(resource.RLIMIT_FSIZE, (1, before[1]))
 
-    step, results = Watch.step, execute.write_results
+    announce, results = RunMonitor.announce, execute.write_results
 
     def next_step(self, name, message=""):
-        step(self, name, message)
+        announce(self, name, message)
         if name == stage:
             fill()
 
@@ -191,7 +193,7 @@ def test_a_disk_that_is_full_after_the_clips_loses_nothing(tmp_path, monkeypatch
             fill()
 
     with monkeypatch.context() as patched:
-        patched.setattr(Watch, "step", next_step)
+        patched.setattr(RunMonitor, "announce", next_step)
         patched.setattr(execute, "write_results", then_full)
         try:
             code, said = run(library, out)
