@@ -10,6 +10,7 @@ from mathutils import Matrix
 
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.retarget import retarget
+from w2w.scene import actions
 from w2w.scene.actions import bone_curves, frames_of, show_action, write_action
 from w2w.scene.bake import PatchBaker, bake, read_empties
 from w2w.scene.patches import patch_empties, place_patches
@@ -290,3 +291,27 @@ def test_a_mirrored_or_uneven_body_is_refused(body_in_scene, patches):
         bpy.context.view_layer.update()
         with pytest.raises(ValueError, match="apply its scale"):
             PatchBaker(body_in_scene.mesh, patches)
+
+
+def test_a_bake_returns_the_motion_it_read(body_in_scene, patches, waving, monkeypatch):
+    body_in_scene.armature.location.x = 2.0
+    bpy.context.view_layer.update()
+    play(body_in_scene, waving)
+    read, times = actions.read_action, []
+    monkeypatch.setattr(actions, "read_action", lambda *given: times.append(1) or read(*given))
+    for path in ("auto", "general"):
+        baked = bake(body_in_scene.mesh, patches, path=path)
+        np.testing.assert_allclose(baked.motion.rotations, waving.rotations, atol=1e-5)
+        np.testing.assert_allclose(baked.motion.pelvis, waving.pelvis, atol=1e-5)
+    assert len(times) == 2
+
+
+def test_a_bake_of_what_no_motion_tells_returns_none(body_in_scene, patches, waving):
+    play(body_in_scene, waving)
+    body_in_scene.armature.pose.bones["left_knee"].scale = (1.5, 1.5, 1.5)
+    body_in_scene.armature.pose.bones["left_knee"].keyframe_insert("scale", frame=1)
+    baked = bake(body_in_scene.mesh, patches)
+    assert (baked.path, baked.motion) == ("general", None)
+    assert "scales the bone 'left_knee'" in baked.reason
+    body_in_scene.armature.animation_data.action = None
+    assert bake(body_in_scene.mesh, patches).motion is None

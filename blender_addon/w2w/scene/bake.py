@@ -39,12 +39,15 @@ class Bake:
         From f-curves, or from Blender's evaluated mesh.
     reason : str
         Why that path, as a sentence for the person who waits.
+    motion : Motion or None
+        What the action does in the armature's space; None where no `Motion` can tell it.
     """
 
     matrices: np.ndarray
     rate: float
     path: Literal["fast", "general"]
     reason: str
+    motion: Motion | None
 
 
 class PatchBaker:
@@ -101,28 +104,23 @@ class PatchBaker:
             Share of the frames done.
         """
         action = action or active_action(self.armature)
+        motion, not_told = _motion_of(self.armature, action)
         reason = "asked for"
         if path == "auto":
-            reason = why_not_fast(self.mesh, self.armature, action)
-            if not reason:
-                try:
-                    return self._fast(action)
-                except actions.InexpressibleActionError as error:
-                    reason = str(error)
-        return (yield from self._general(action, reason))
-
-    def _fast(self, action: bpy.types.Action) -> Bake:
-        if self._body is None:
-            self._body = body_of(self.mesh)
-        motion = _placed(actions.read_action(self.armature, action), self.armature)
-        matrices = patch_matrices(self._body, self.patches.triangles, motion)
-        return Bake(matrices, motion.rate, "fast", "the armature's f-curves alone move the body")
-
-    def _general(self, action: bpy.types.Action | None, reason: str) -> Generator[float, None, Bake]:
+            reason = why_not_fast(self.mesh, self.armature, action) or not_told
+        if motion is not None and not reason:
+            return self._fast(motion)
         frames, rate = _frames_to_bake(self.armature, action)
         with playing(self.armature, action), without_empties(self.mesh):
             matrices = yield from _evaluated_matrices(self.mesh, self.patches.triangles, frames)
-        return Bake(matrices, rate, "general", reason)
+        return Bake(matrices, rate, "general", reason, motion)
+
+    def _fast(self, motion: Motion) -> Bake:
+        if self._body is None:
+            self._body = body_of(self.mesh)
+        placed = _placed(motion, self.armature)
+        matrices = patch_matrices(self._body, self.patches.triangles, placed)
+        return Bake(matrices, motion.rate, "fast", "the armature's f-curves alone move the body", motion)
 
 
 def bake(
@@ -169,6 +167,16 @@ def _check(mesh: bpy.types.Object, patches: PatchSet) -> None:
         raise ValueError(
             f"'{mesh.name}' is scaled unevenly or mirrored: apply its scale (Object > Apply > Scale) first"
         )
+
+
+def _motion_of(armature: bpy.types.Object, action: bpy.types.Action | None) -> tuple[Motion | None, str]:
+    """An action as a motion, or None and why it cannot be told as one."""
+    if action is None or not actions.bone_curves(armature, action):
+        return None, "no bone moves"
+    try:
+        return actions.read_action(armature, action), ""
+    except actions.InexpressibleActionError as error:
+        return None, str(error)
 
 
 def _placed(motion: Motion, armature: bpy.types.Object) -> Motion:

@@ -32,6 +32,17 @@ def each_frame(frames: np.ndarray) -> Generator[int, None, None]:
 
 
 @contextmanager
+def same_timing() -> Iterator[None]:
+    """Keep the scene's frame rate and range, which importers set to a file's."""
+    scene = bpy.context.scene
+    settings = (scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end)
+    try:
+        yield
+    finally:
+        scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end = settings
+
+
+@contextmanager
 def playing(armature: bpy.types.Object, action: bpy.types.Action | None) -> Iterator[None]:
     """Let the armature play an action, and the one it played before at the end."""
     before = active_action(armature)

@@ -19,6 +19,7 @@ from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
 from .importers import check_fbx, import_fault
+from .playback import same_timing
 
 Curves = dict[str, OwnCurves]
 
@@ -91,13 +92,11 @@ def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
         If Blender cannot import the file.
     """
     before = _existing_data()
-    scene = bpy.context.scene
-    settings = (scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end)
     try:
-        import_file(path)
-        yield [item for item in _new_data(before) if isinstance(item, bpy.types.Object)]
+        with same_timing():
+            import_file(path)
+            yield [item for item in _new_data(before) if isinstance(item, bpy.types.Object)]
     finally:
-        scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end = settings
         bpy.data.batch_remove(_new_data(before))
 
 

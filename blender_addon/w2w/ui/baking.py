@@ -14,13 +14,11 @@ import numpy as np
 from ..core.clip_files import ClipWindows
 from ..core.clip_ranking import LabelledClip, rank_clips
 from ..core.imu.recording import ImuRecording
-from ..core.motion.duplicates import motion_signature
-from ..core.motion.motion import Motion
+from ..core.motion.duplicates import SIZE, motion_signature
 from ..core.patches.patches import PatchSet
 from ..core.ranking.inputs import clip_inputs
 from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.study import StudyConfig, describe, record_baked
-from ..scene.actions import InexpressibleActionError, read_action
 from ..scene.bake import Bake, PatchBaker
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
@@ -57,9 +55,8 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
             name = clip.name
             yield Step(fraction, name)
             bake = yield from _told(baker.by_frame(clip.action), name, fraction, fraction + 0.8 * share)
-            motion = _motion_of(baker.armature, clip.action)
             labels = (clip.activity, clip.subject, clip.name)
-            work = _signals(bake.matrices, bake.rate, patches, labels, config, motion, settings, folder)
+            work = _signals(bake, patches, labels, config, settings, folder)
             key = yield from in_thread(work, name, fraction + 0.8 * share, fraction + share)
             clip = study.clips[index]
             clip.signals, clip.baked_as = key, settings
@@ -126,22 +123,20 @@ def _told(frames: Generator[float, None, Bake], name: str, low: float, high: flo
 
 
 def _signals(
-    matrices: np.ndarray,
-    rate: float,
+    bake: Bake,
     patches: PatchSet,
     labels: tuple[str, str, str],
     config: StudyConfig,
-    motion: Motion | None,
     settings: str,
     folder: Path,
 ) -> Callable[[Callable[[float], None]], str]:
     """Work for a thread: a clip's signals and features into the cache; gives their key."""
 
     def work(told: Callable[[float], None]) -> str:
-        recording = record_baked(matrices, rate, patches, labels, config)
+        recording = record_baked(bake.matrices, bake.rate, patches, labels, config)
         told(0.5)
         features, is_test = describe(recording, config)
-        windows = ClipWindows(is_test, _signature(motion, matrices), (len(is_test),))
+        windows = ClipWindows(is_test, _signature(bake), (len(is_test),))
         key = _key(recording, features, settings)
         signal_cache.save(key, recording, features, windows, folder)
         return key
@@ -167,20 +162,12 @@ def _rank(
     return rank_clips(clips, windows, inputs, config, told)[0]
 
 
-def _motion_of(armature: bpy.types.Object, action: bpy.types.Action) -> Motion | None:
-    try:
-        return read_action(armature, action)
-    except InexpressibleActionError:
-        return None
-
-
-def _signature(motion: Motion | None, matrices: np.ndarray) -> np.ndarray:
+def _signature(bake: Bake) -> np.ndarray:
     """By which equal motions are known; an action that no `Motion` tells gets one that equals no other."""
-    if motion is not None:
-        return motion_signature(motion)
-    size = len(motion_signature(Motion(np.tile(np.eye(3), (1, 24, 1, 1)), np.zeros((1, 3)), 1.0)))
-    seed = int.from_bytes(hashlib.sha256(matrices.tobytes()).digest()[:8], "little")
-    return np.random.default_rng(seed).normal(scale=1e3, size=size)
+    if bake.motion is not None:
+        return motion_signature(bake.motion)
+    seed = int.from_bytes(hashlib.sha256(bake.matrices.tobytes()).digest()[:8], "little")
+    return np.random.default_rng(seed).normal(scale=1e3, size=SIZE)
 
 
 def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import bpy
 
+from ..scene.source_beside import source_collections
 from . import jobs
 from .result_panels import W2WPanel
 from .shape import draw_sliders
-from .source_view import source_collections
 from .state import (
     BAKED,
     bake_settings,

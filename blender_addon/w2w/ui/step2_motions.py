@@ -14,10 +14,10 @@ from ..scene.actions import FIRST_FRAME, scene_rate, show_action
 from ..scene.body import armature_of, body_of
 from ..scene.load import carry
 from ..scene.playback import active_action
+from ..scene.source_beside import remove_source
 from ..scene.takes import best_take
 from . import jobs
 from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted_files, wanted_in_folder
-from .source_view import remove_source
 from .state import current_body, selected
 
 Context = bpy.types.Context
