@@ -6,7 +6,6 @@ Blender draws them, and may die of it: `draw` has this done in a worker process.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,7 +62,7 @@ def write_blend(out: Path, subset: Subset) -> None:
         out / BLEND,
         study.body(),
         study.patches,
-        _motions(study),
+        (Motion.load(out / "motions" / f"{clip.name}.npz") for clip in study.clips),
         utility.f1,
         utility.activities,
         utility.mean,
@@ -93,9 +92,3 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
         subtitle=subtitle,
         scale=(low, high),
     )
-
-
-def _motions(study: StudyResults) -> Iterator[Motion]:
-    for clip in study.clips:
-        motion = Motion.load(study.out / "motions" / f"{clip.name}.npz")
-        yield motion.labelled(clip.activity, clip.subject, clip.name)

@@ -161,8 +161,7 @@ def _bake_clip(
 ) -> bool:
     """Write the features of a clip under a case; False where it is too short for its windows."""
     body, places = _load(folder / WORK / "body.npz", patches)
-    motion = Motion.load(study / "motions" / f"{clip.name}.npz")
-    motion = case.motion(motion.labelled(clip.activity, clip.subject, clip.name))
+    motion = case.motion(Motion.load(study / "motions" / f"{clip.name}.npz"))
     motion = replace(motion, pelvis=motion.pelvis * (body.height / usual_height))
     with threadpool_limits(1):
         try:
