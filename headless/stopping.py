@@ -104,7 +104,7 @@ def deaf_children() -> Iterator[None]:
     if inside_blender():
         yield
         return
-    _start_tracker()
+    _start_trackers()
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -115,14 +115,21 @@ def deaf_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _start_tracker() -> None:
-    """Start loky's tracker of semaphores, which frees those of a killed run, without its warning of that."""
+def _start_trackers() -> None:
+    """Start the trackers of semaphores, loky's and Python's own, which free those of a killed run.
+
+    Without their warning of that, and before SIGINT is blocked: starting one ends by unblocking it.
+    """
+    from multiprocessing import resource_tracker as pythons
+
     from joblib.externals.loky.backend import resource_tracker
 
     before = os.environ.get("PYTHONWARNINGS")
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker")))
     try:
         resource_tracker.ensure_running()
+        if sys.platform != "win32":
+            pythons.ensure_running()
     finally:
         if before is None:
             del os.environ["PYTHONWARNINGS"]

@@ -104,6 +104,15 @@ def hears(process, number):
     return bool(caught >> (number - 1) & 1)
 
 
+def deaf(process, number):
+    """Whether a process blocks or ignores a signal."""
+    status = dict(
+        line.split(":", 1) for line in Path(f"/proc/{process}/status").read_text().splitlines() if ":" in line
+    )
+    unheard = int(status["SigBlk"], 16) | int(status["SigIgn"], 16)
+    return bool(unheard >> (number - 1) & 1)
+
+
 def step(out):
     try:
         return read_state(out).step
@@ -133,6 +142,13 @@ def arguments(process):
         return []
 
 
+def assert_no_child_hears_ctrl_c(process):
+    """A terminal sends it to all, twice where it is pressed twice: the run alone answers."""
+    children = [member for member in members(process.pid) if member != process.pid]
+    assert len(children) >= 4  # two workers, two trackers of semaphores
+    assert [arguments(child) for child in children if not deaf(child, signal.SIGINT)] == []
+
+
 def stages(out):
     return {
         "imports": lambda process: hears(process, signal.SIGTERM),
@@ -160,6 +176,8 @@ def test_a_signal_ends_a_run_and_all_its_workers(start, tmp_path, temporary, sta
     out = tmp_path / "out"
     process = start(patches=512 if stage in ("patches", "ranking") else 16)
     until(lambda: stages(out)[stage](process), process)
+    if stage == "workers":
+        assert_no_child_hears_ctrl_c(process)
     said = stopped(process, number, out, to_all)
     assert SENTENCE in said
     assert not list(temporary.glob("w2w-*/run-*"))
