@@ -18,7 +18,6 @@ from w2w.core.study import StudyConfig
 from ..needs_blender import needs_blender
 from ..reports.console_tables import wide_console
 from ..reports.draw import draw_alone
-from ..reports.panel_figure import Map, panel_figure
 from ..reports.pictures import MAX_LISTED
 from ..reports.report_data import title
 from ..runs.workers import Engine
@@ -63,6 +62,8 @@ def draw_figure(out: Path, subset: Subset) -> None:
     """Draw a finished study's maps by activity, mean map and set on one page, all in the same colours."""
     with needs_blender():
         from w2w.scene.render import BodyRenderer
+
+    from ..reports.panel_figure import Map, panel_figure  # matplotlib is slow to import
 
     study = StudyResults.load(out)
     utility, patches, body = study.utility, study.patches, study.body()

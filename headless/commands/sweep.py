@@ -20,7 +20,6 @@ from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, claim, note
 from ..stopping import STOPPED
 from ..sweep.cases import FACTORS, cases
-from ..sweep.figure import sweep_figure
 from ..sweep.maps import SweepMaps
 from ..sweep.report import SweptCase, show_sweep, write_sweep
 
@@ -50,6 +49,8 @@ def sweep(
 
     Exit codes: 0 done, 1 a map cannot be made (and why), 2 wrong use, 130 stopped by Ctrl-C.
     """
+    from ..sweep.figure import sweep_figure  # matplotlib is slow to import
+
     console = wide_console()
     try:
         study = StudyResults.load(results)

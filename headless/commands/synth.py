@@ -23,7 +23,6 @@ from w2w.core.patches.naming import resolve
 from w2w.core.study import StudyConfig, place_patches, record
 
 from ..console import NOTHING_TO_DO, USAGE
-from ..reports.signal_figure import signal_figure
 from ..runs.patch_mode import placeable
 from ..runs.workers import load_alone
 
@@ -89,6 +88,8 @@ def synth(
     signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {sensor} at the {place}"
     console.print(f"{signal}: {escape(shown(out))}")
     if plot is not None:
+        from ..reports.signal_figure import signal_figure  # matplotlib is slow to import
+
         signal_figure(
             plot, recording, title=f"{shown(clip.stem)}: {place}", subtitle=f"{sensor}, {recording.rate:g} Hz"
         )

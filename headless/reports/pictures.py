@@ -18,7 +18,6 @@ from w2w.core.selection.subsets import Subset
 
 from ..needs_blender import needs_blender
 from ..runs.picture_names import HEATMAPS, MEAN, SUBSET, picture_names
-from .heatmap_figure import heatmap_figure, subset_figure
 
 if TYPE_CHECKING:
     from w2w.scene.render import BodyRenderer  # needs Blender's module, which drawing alone may miss
@@ -33,6 +32,8 @@ def write_pictures(out: Path, subset: Subset) -> None:
     """Draw `heatmaps/*.png` of a finished study: one an activity, one of the mean, one of the set."""
     with needs_blender():
         from w2w.scene.render import BodyRenderer
+
+    from .heatmap_figure import heatmap_figure  # matplotlib is slow to import
 
     study = StudyResults.load(out)
     utility = study.utility
@@ -71,6 +72,8 @@ def write_blend(out: Path, subset: Subset) -> None:
 
 
 def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) -> None:
+    from .heatmap_figure import subset_figure  # matplotlib is slow to import
+
     utility, patches, body = study.utility, study.patches, renderer.body
     order = list(subset.order[:MAX_LISTED])
     low, high = score_range(utility.mean)

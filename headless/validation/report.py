@@ -13,8 +13,6 @@ from w2w.core.ranking.agreement import Agreement
 from w2w.core.study import plain
 from w2w.core.validation.sites import SiteValidation
 
-from .figures import score_maps_figure, site_bars_figure
-
 DIGITS = 6
 
 
@@ -45,6 +43,8 @@ def write_validation(
     str
         The report's text.
     """
+    from .figures import score_maps_figure, site_bars_figure  # matplotlib is slow to import
+
     out.mkdir(parents=True, exist_ok=True)
     score_maps_figure(out / f"f1_maps{suffix}.png", found, title)
     site_bars_figure(out / f"f1_sites{suffix}.png", found, title)

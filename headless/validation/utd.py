@@ -23,7 +23,6 @@ from w2w.core.ranking.windows import WindowSpec
 from w2w.core.validation.correlation import Correlation, magnitude_correlation
 from w2w.core.validation.transfer import Transfer, transfer
 
-from .figures import confusions_figure
 from .paired import POSE_CUTOFF_HZ
 
 SITES: dict[str, str | SensorSite] = {"right wrist": "right wrist", "right thigh": "right thigh front"}
@@ -115,6 +114,8 @@ def second_difference(trial: UtdTrial, site: str) -> np.ndarray:
 
 def write_utd(out: Path, parts: Sequence[PartOfUtd]) -> str:
     """Write ``report.md``, ``validation.json`` and a picture a site; returns the report."""
+    from .figures import confusions_figure  # matplotlib is slow to import
+
     out.mkdir(parents=True, exist_ok=True)
     lines = [
         "# UTD-MHAD: worn sensor and Kinect",

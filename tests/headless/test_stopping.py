@@ -160,31 +160,40 @@ def stages(out):
     }
 
 
+def nothing_is_left(temporary):
+    """Whether a temporary folder is as it was, but for the user's own folder in it."""
+    folders = [path.name for path in temporary.glob("*")]
+    return folders in ([], [f"w2w-{os.getuid()}"]) and not list(temporary.glob("w2w-*/run-*"))
+
+
 @pytest.mark.parametrize(
     ("stage", "number", "to_all"),
     [
         ("imports", signal.SIGINT, True),
         ("patches", signal.SIGTERM, False),
-        ("workers", signal.SIGTERM, False),
-        ("workers", signal.SIGHUP, True),
-        ("workers", signal.SIGINT, True),  # as a terminal sends it
         ("ranking", signal.SIGHUP, False),
         ("pictures", signal.SIGINT, True),
     ],
 )
-def test_a_signal_ends_a_run_and_all_its_workers(start, tmp_path, temporary, stage, number, to_all):
+def test_a_signal_ends_a_run(start, tmp_path, temporary, stage, number, to_all):
     out = tmp_path / "out"
-    process = start(patches=512 if stage in ("patches", "ranking") else 16)
+    process = start(patches=512 if stage == "patches" else 16)
     until(lambda: stages(out)[stage](process), process)
-    if stage == "workers":
+    assert SENTENCE in stopped(process, number, out, to_all)
+    assert nothing_is_left(temporary)
+
+
+def test_a_signal_ends_the_workers_too_and_the_next_run_goes_on(start, tmp_path, temporary):
+    out = tmp_path / "out"
+    for number, to_all in ((signal.SIGTERM, False), (signal.SIGHUP, True), (signal.SIGINT, True)):
+        for marker in out.glob(".w2w/running/*"):  # of the run before
+            marker.unlink()
+        process = start("--no-pictures", "--no-report")
+        until(lambda: stages(out)["workers"](process), process)
         assert_no_child_hears_ctrl_c(process)
-    said = stopped(process, number, out, to_all)
-    assert SENTENCE in said
-    assert not list(temporary.glob("w2w-*/run-*"))
-    assert not list(temporary.glob("blender_*"))
-    assert [path.name for path in temporary.glob("*")] in ([], [f"w2w-{os.getuid()}"])
-    if stage == "workers":
-        assert start("--no-pictures", "--no-report").wait() == 0
+        assert SENTENCE in stopped(process, number, out, to_all)  # to all, as a terminal sends it
+        assert nothing_is_left(temporary)
+    assert start("--no-pictures", "--no-report").wait() == 0
 
 
 def test_machines_are_told_in_one_line(start, tmp_path):
