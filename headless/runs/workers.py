@@ -43,6 +43,9 @@ MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
 
 
+ANSWER_S = 20.0
+"""Seconds to wait for a scheduler to answer."""
+
 KILL_S = 5.0
 """Seconds that killed workers are waited for."""
 
@@ -208,7 +211,7 @@ def _on_cluster(
         raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
     where = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
     try:
-        client = Client(**where, timeout="20s")
+        client = Client(**where, timeout=ANSWER_S)
     except (OSError, ValueError, TimeoutError) as error:
         raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     results: dict[str, ClipResult] = {}

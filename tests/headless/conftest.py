@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +15,12 @@ from joblib.externals.loky import ProcessPoolExecutor
 from scipy.spatial.transform import Rotation
 
 from headless.reports.summary import write_results
-from headless.runs import workers as load_alone
+from headless.runs import workers
 from headless.runs.clip_task import ClipResult
 from headless.runs.folder import make_folders
+from headless.runs.guard import end_with
 from headless.runs.study import Study, write_config
+from w2w.core import study
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.clip_ranking import LabelledClip
 from w2w.core.motion.library import Clip, Library
@@ -29,23 +33,53 @@ from w2w.core.selection.subsets import multi_sensor_check
 from w2w.core.study import StudyConfig
 
 
-@pytest.fixture(scope="module")
-def one_reader() -> Iterator[None]:
-    """All files of a module are read by one worker process: a new one for each takes seconds to start."""
-    readers = [ProcessPoolExecutor(1)]
+class _Pool:
+    """A worker process that stays; a new one where it died."""
 
-    def run_there(work, *args):
+    def __init__(self) -> None:
+        self._pools = []
+        self._start()
+
+    def _start(self) -> None:
+        self._pools.append(ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),)))
+
+    def submit(self, work, *args):
         try:
-            return readers[-1].submit(work, *args).result()
+            self._pools[-1].submit(os.chdir, Path.cwd())
         except BrokenExecutor:
-            readers.append(ProcessPoolExecutor(1))
-            return None
+            self._start()
+            self._pools[-1].submit(os.chdir, Path.cwd())
+        return self._pools[-1].submit(work, *args)
+
+    def shutdown(self) -> None:
+        for pool in self._pools:
+            pool.shutdown(kill_workers=True)
+
+
+@pytest.fixture(scope="module")
+def one_worker() -> Iterator[None]:
+    """All clips of a module are worked on by one worker process: a new one takes seconds to start."""
+    pool = _Pool()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(workers, "_local_executor", lambda _: nullcontext(pool))
+        yield
+    pool.shutdown()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def placed_once() -> Iterator[None]:
+    """The same patches on the same body are placed once in this process: it takes a second or more."""
+    placed = {}
+
+    def place(body, n, seed, mode):
+        key = (body.vertices.tobytes(), n, seed, mode)
+        if key not in placed:
+            placed[key] = sample_patches(body, n, seed, mode=mode)
+        return placed[key]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(load_alone, "run_alone", run_there)
+        patch.setattr(study, "sample_patches", place)
         yield
-    for reader in readers:
-        reader.shutdown(kill_workers=True)
 
 
 HOSTILE = '<script>alert(1)</script> & "walk"</script><!--'
@@ -92,7 +126,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     together = multi_sensor_check(advice.subset.order, features, activity, **protocol)
     details = {"windows": WINDOWS, "frames": 120, "duration_s": 4.0}
     ranked = tuple(LabelledClip(clip.name, clip.activity, clip.subject, clip.name) for clip in clips)
-    study = Study(
+    drawn = Study(
         library,
         config,
         body,
@@ -101,8 +135,8 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         advice,
         tuple(together),
     )
-    write_config(study)
-    write_results(study)
+    write_config(drawn)
+    write_results(drawn)
     return out
 
 

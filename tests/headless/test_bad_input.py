@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 from headless.__main__ import APP
 from w2w.core.files import write_npz
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 GOOD = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
     "M3-org__CharacterStudio/StrutWalking.fbx": "walking",

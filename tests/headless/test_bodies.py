@@ -13,6 +13,8 @@ from headless.commands.demo_library import write_demo_library
 from headless.options import parse_bodies
 from w2w.core.body.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 
 def test_bodies_are_understood():
     bodies = dict(parse_bodies("neutral, female height=1.55,male weight=95"))

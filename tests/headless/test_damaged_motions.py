@@ -12,7 +12,7 @@ from headless.runs.workers import load_alone
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
 
-pytestmark = pytest.mark.usefixtures("one_reader")
+pytestmark = pytest.mark.usefixtures("one_worker")
 
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 BVH = "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh"

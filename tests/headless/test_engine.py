@@ -16,6 +16,7 @@ from pathlib import Path
 import cloudpickle
 import pytest
 
+from headless.runs import workers
 from headless.runs.clip import WORK
 from headless.runs.clip_task import ClipTask
 from headless.runs.folder import make_folders
@@ -110,7 +111,8 @@ def test_no_marker_is_left_behind(tasks):
     assert not list((tasks[0].out / WORK / "running").iterdir())
 
 
-def test_a_scheduler_that_is_not_there_is_said(tasks):
+def test_a_scheduler_that_is_not_there_is_said(tasks, monkeypatch):
+    monkeypatch.setattr(workers, "ANSWER_S", 1.0)
     with pytest.raises(EngineError, match="no Dask scheduler answers"):
         run_tasks(tasks, 1, "tcp://127.0.0.1:9", told)
 
@@ -119,7 +121,7 @@ def command(library, out, *options):
     labels = library / "labels.csv"
     return [
         sys.executable, "-m", "headless", "run", library, "--out", out, "--labels", labels,
-        "--patches", "8", "--no-pictures", "--no-report", *options,
+        "--patches", "8", "--workers", "1", "--no-pictures", "--no-report", *options,
     ]  # fmt: skip
 
 
@@ -249,14 +251,14 @@ def cluster(tmp_path):
 
 
 def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed(library, undisturbed, cluster, tmp_path):
-    address, workers = cluster
+    address, processes = cluster
     out = tmp_path / "out"
     process = subprocess.Popen(
         command(library, out, "--scheduler", address), cwd=ROOT, stdout=subprocess.PIPE
     )
     while process.poll() is None and not list((out / WORK / "clips").glob("*.json")):
         time.sleep(0.05)
-    os.killpg(workers[0].pid, signal.SIGKILL)
+    os.killpg(processes[0].pid, signal.SIGKILL)
     output = process.communicate(timeout=240)[0]
     assert process.returncode == 0, output
     assert hashes(out) == hashes(undisturbed)

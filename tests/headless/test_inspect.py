@@ -14,6 +14,8 @@ from headless.__main__ import APP
 from headless.commands.inspect import label_said
 from w2w.core.motion.library import read_library
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

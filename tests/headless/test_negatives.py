@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 
-pytestmark = pytest.mark.usefixtures("one_reader")
+pytestmark = pytest.mark.usefixtures("one_worker")
 
 SKIPPED = {
     "mixamo/_broken/truncated_50pct_Walking.fbx": "or damaged: a record should end at byte 355,384",

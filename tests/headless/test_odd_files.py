@@ -18,7 +18,10 @@ from headless.runs.folder import make_folders
 from w2w.core.motion.library import Clip
 from w2w.core.study import StudyConfig
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no such files and names")
+pytestmark = [
+    pytest.mark.skipif(os.name == "nt", reason="Windows has no such files and names"),
+    pytest.mark.usefixtures("one_worker"),
+]
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (

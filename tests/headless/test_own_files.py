@@ -16,6 +16,8 @@ from headless.runs.folder import TABLES, make_folders, remove_leftovers
 from headless.runs.own_files import claim
 from w2w.core.files import file_sha256, write_json, write_npz
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 ROOT = Path(__file__).resolve().parents[2]
 PRECIOUS = b"years of work"
 
@@ -245,7 +247,6 @@ from w2w.core.study import StudyConfig, place_patches
 from headless.runs.clip import do_clip
 from headless.runs.clip_task import ClipTask
 from headless.runs.folder import make_folders, own_results, remove_leftovers
-
 library, place = read_library(sys.argv[1]), Path(sys.argv[2])
 config, body = StudyConfig(patches=4), Body.bundled()
 patches = place_patches(body, config)

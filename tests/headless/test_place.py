@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 from headless.__main__ import APP
 from w2w.core.ranking.utility import UtilityMap
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 
 def run(*arguments):
     result = CliRunner().invoke(APP, [str(argument) for argument in arguments])

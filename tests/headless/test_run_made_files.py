@@ -12,6 +12,8 @@ from headless.__main__ import APP
 
 from ..made_motions import FILES
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 ACTIVITIES = ("squatting", "walking", "waving")
 
 

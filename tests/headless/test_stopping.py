@@ -189,7 +189,7 @@ def test_a_signal_ends_the_workers_too_and_the_next_run_goes_on(start, tmp_path,
         for marker in out.glob(".w2w/running/*"):  # of the run before
             marker.unlink()
         process = start("--no-pictures", "--no-report")
-        until(lambda: stages(out)["workers"](process), process)
+        until(lambda: list(out.glob(".w2w/running/*")), process)
         assert_no_child_hears_ctrl_c(process)
         assert SENTENCE in stopped(process, number, out, to_all)  # to all, as a terminal sends it
         assert nothing_is_left(temporary)

@@ -30,6 +30,8 @@ from w2w.core.files import write_npz
 from w2w.core.motion.library import Clip, Library
 from w2w.core.study import StudyConfig, place_patches
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

@@ -10,6 +10,8 @@ from headless.__main__ import APP
 from w2w.core.imu.formats import read_csv, read_recording
 from w2w.core.imu.presets import PRESETS
 
+pytestmark = pytest.mark.usefixtures("one_worker")
+
 JACKS = "mixamo/Sushim30__ARFitness/Jumping Jacks.fbx"
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -47,8 +48,25 @@ N_PATCHES = 48
 pytestmark = pytest.mark.usefixtures("blender")
 
 
-def make_study(library: Path, steps: str = "motions patches signals utility") -> bpy.types.Object:
-    """A body taken through some steps."""
+ALL_STEPS = "motions patches signals utility"
+
+
+def make_study(library: Path, steps: str = ALL_STEPS) -> bpy.types.Object:
+    """A body taken through some steps; through all of them, it is saved the first time and opened later."""
+    kept = library.with_name("finished study")
+    if steps == ALL_STEPS and kept.is_dir():
+        bpy.ops.wm.open_mainfile(filepath=str(kept / "study.blend"))
+        shutil.copytree(kept / "cache", preferences.cache_folder(), dirs_exist_ok=True)
+        return bpy.context.scene.w2w.body
+    body = take_through(library, steps)
+    if steps == ALL_STEPS:
+        shutil.copytree(preferences.cache_folder(), kept / "cache")
+        bpy.ops.wm.save_as_mainfile(filepath=str(kept / "study.blend"), copy=True)
+    return body
+
+
+def take_through(library: Path, steps: str) -> bpy.types.Object:
+    """A body taken through some steps by their operators."""
     assert bpy.ops.w2w.add_body() == {"FINISHED"}
     body = bpy.context.scene.w2w.body
     body.w2w.patch_count = N_PATCHES
