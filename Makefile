@@ -31,7 +31,7 @@ lint: setup
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
 	.venv-blender-5/bin/python -m pytest -n 2 --dist worksteal tests/scene tests/ui \
-		$(addprefix tests/headless/test_,run.py inspect.py bad_input.py engine.py synth.py)
+		$(addprefix tests/headless/test_,run.py inspect.py bad_input.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.
 test-peers: setup

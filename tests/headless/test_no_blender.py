@@ -25,22 +25,27 @@ SAID = {
 }
 
 
-def w2w(folder, *arguments, blocked="not installed"):
-    """The command in a process whose `bpy`, and its workers', is one that cannot be imported."""
+def w2w_process(folder, arguments, blocked="not installed"):
+    """Python in a process whose `bpy`, and its workers', is one that cannot be imported."""
     package = folder / "blocked" / "bpy"
     package.mkdir(parents=True, exist_ok=True)
     (package / "__init__.py").write_text(BLOCKED[blocked])
     done = subprocess.run(
-        [sys.executable, "-m", "headless", *map(str, arguments)],
+        [sys.executable, *map(str, arguments)],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": f"{package.parent}{os.pathsep}{ROOT}", "COLUMNS": "400"},
         capture_output=True,
         text=True,
         check=False,
     )
-    output = " ".join((done.stdout + done.stderr).split())
-    assert "Traceback" not in output, output
-    return done.returncode, output
+    assert "Traceback" not in done.stdout + done.stderr, done.stdout + done.stderr
+    return done
+
+
+def w2w(folder, *arguments, blocked="not installed"):
+    """What the command says there, and its exit code."""
+    done = w2w_process(folder, ["-m", "headless", *arguments], blocked)
+    return done.returncode, " ".join((done.stdout + done.stderr).split())
 
 
 @pytest.fixture
@@ -77,13 +82,23 @@ def test_commands_that_need_it(tmp_path, clip, arguments):
     assert NOT_INSTALLED in output
 
 
+ONE_AFTER_ANOTHER = """
+import json, sys
+from typer.testing import CliRunner
+from headless.__main__ import APP
+for arguments in json.loads(sys.argv[1]):
+    result = CliRunner().invoke(APP, arguments)
+    print(json.dumps([result.exit_code, result.output]))
+"""
+
+
 def test_commands_that_do_not(tmp_path, drawn_results):
-    for arguments in (["sensors"], ["tables", drawn_results], ["report", drawn_results]):
-        code, output = w2w(tmp_path, *arguments)
-        assert code == 0, output
-    code, output = w2w(tmp_path, "status", tmp_path)
-    assert code == 2
-    assert "No run was started" in output
+    results = str(drawn_results)
+    commands = [["sensors"], ["tables", results], ["report", results], ["status", str(tmp_path)]]
+    done = w2w_process(tmp_path, ["-c", ONE_AFTER_ANOTHER, json.dumps(commands)])
+    codes, outputs = zip(*map(json.loads, done.stdout.splitlines()), strict=True)
+    assert codes == (0, 0, 0, 2), outputs
+    assert "No run was started" in " ".join(outputs[3].split())
 
 
 def test_npz_motions_need_it_for_pictures_only(tmp_path, motions):
