@@ -31,7 +31,7 @@ lint: setup
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
 	.venv-blender-5/bin/python -m pytest -n 2 --dist worksteal tests/scene tests/ui \
-		$(addprefix tests/headless/test_,run.py inspect.py bad_input.py)
+		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.
 test-peers: setup
@@ -56,4 +56,4 @@ test-window: extension
 # The report in headless Chromium; fails where it cannot run.
 test-report: setup
 	tools/chromium.sh
-	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest tests/headless/test_report_in_browser.py
+	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest tests/headless/reports/test_report_in_browser.py

@@ -11,7 +11,7 @@ set -euo pipefail
 project=$(cd "$(dirname "$0")/.." && pwd)
 export W2W_BARE_CACHE=${W2W_BARE_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/where-to-wear/bare}
 cache=$W2W_BARE_CACHE machine=$W2W_BARE_CACHE/machine home=/srv/where-to-wear
-quick="tests/core/test_imu.py tests/scene/test_heatmap.py tests/headless/test_draw.py"
+quick="tests/core/imu/test_synthesis.py tests/scene/test_heatmap.py tests/headless/reports/test_draw.py"
 
 cannot() {
     echo "The bare machine cannot be tried here: $1." >&2
@@ -164,6 +164,6 @@ step "root: make test"
 inside root "make test TESTS='$quick'"
 step "a user without rights: make test, w2w demo"
 chroot "$machine" chown -R wearer: "$home"
-inside wearer "make test TESTS='tests/core/test_imu.py' && .venv/bin/w2w demo --clips 2 --out ~/small"
+inside wearer "make test TESTS='tests/core/imu/test_synthesis.py' && .venv/bin/w2w demo --clips 2 --out ~/small"
 wrote /home/wearer/small
 step "all well"

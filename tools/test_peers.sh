@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 python=${PYTHON:-python3.11}
-tests=tests/core/test_recording.py
+tests=tests/core/imu/test_recording.py
 
 # test_with NAME TESTS REQUIREMENT...
 test_with() {

@@ -25,7 +25,7 @@ from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
     "M3-org__CharacterStudio/StrutWalking.fbx": "walking",

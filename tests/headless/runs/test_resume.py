@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.resume import hashes
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
     "M3-org__CharacterStudio/StrutWalking.fbx": "walking",

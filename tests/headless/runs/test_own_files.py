@@ -18,7 +18,7 @@ from w2w.core.files import file_sha256, write_json, write_npz
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PRECIOUS = b"years of work"
 
 

@@ -13,7 +13,7 @@ from headless.commands.study_rehab import FIGURE, draw_figure
 from headless.reports.draw import draw_alone
 from w2w.core.selection.subsets import Subset
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="spoils a library as Linux finds it")

@@ -14,7 +14,7 @@ import pytest
 
 from headless.runs.blender_executor import BlenderExecutor
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PARENT = """
 import os, sys, time
 from headless.runs.blender_executor import BlenderExecutor

@@ -16,7 +16,7 @@ from w2w.core.motion.library import read_library
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def inspect(*arguments):

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
     "M3-org__CharacterStudio/StrutWalking.fbx": "walking",

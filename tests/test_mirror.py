@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests mirror the packages: w2w/core/imu/sensor.py is tested by tests/core/imu/test_sensor.py."""
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless"}
+UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are on
+    "tests": "api command_line drawing ranking",
+    "tests/core": "clip_ranking filtering results_folder study threads",
+    "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
+    "tests/core/body": "landmarks region_limbs region_trunk skeleton",
+    "tests/core/datasets": "gait_sites imu_datasets",
+    "tests/core/imu": "errors formats gaps presets text_tables vendor_formats",
+    "tests/core/keypoints": "joint_sets limbs paths smoothing",
+    "tests/core/motion": "activity_groups repair source",
+    "tests/core/patches": "interpolation strip_graph",
+    "tests/core/ranking/classifiers": "estimator",
+    "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
+    "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
+    "tests/core/validation": "correlation",
+    "tests/headless": "blender console options run start temporary w2w window_options",
+    "tests/headless/commands": (
+        "demo demo_library execute sensors status study_mixamo study_rehab sweep tables"
+    ),
+    "tests/headless/reports": (
+        "advice_text best_regions comparison console_tables counts label_notes page pictures report_data "
+        "signal_figure summary"
+    ),
+    "tests/headless/runs": "blender_worker clip folder guard load_clip monitor picture_names study",
+    "tests/headless/sweep": "figure maps report",
+    "tests/headless/validation": "dsads figures paired report utd",
+    "tests/scene": (
+        "evaluated fast_path fcurves load output patches playback render reshape study_file takes"
+    ),
+    "tests/ui": (
+        "drawing jobs lists menus overlay panels patch_card properties result_panels results "
+        "signal_cache source_view state step1_body step2_motions step3_patches step4_signals "
+        "step5_ranking surface text updates"
+    ),
+}
+
+
+def test_every_module_has_a_test_of_its_name():
+    found = {}
+    for tree, tests in TREES.items():
+        for module in (ROOT / tree).rglob("[!_]*.py"):
+            folder = Path(tests, module.relative_to(ROOT / tree).parent)
+            if "presets/" not in module.as_posix() and not (ROOT / folder / f"test_{module.name}").exists():
+                found.setdefault(folder.as_posix(), set()).add(module.stem)
+    expected = {folder: set(names.split()) for folder, names in UNMIRRORED.items()}
+    assert found == expected, "write a test of the module's name, or take the module off the list"

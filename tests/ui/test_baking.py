@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Signals baked by the panel are those of core, known by their settings, and whole or not there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.core.study import record
+from w2w.scene.actions import read_action
+from w2w.scene.body import armature_of, body_of
+from w2w.scene.patches import patch_empties
+from w2w.ui import signal_cache
+from w2w.ui.baking import bake_steps
+from w2w.ui.state import (
+    BAKED,
+    STALE,
+    bake_settings,
+    config_of,
+    patches_of,
+    state_of,
+    utility_of,
+)
+
+from .made_study import make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def test_baked_signals_are_those_of_core(library: Path) -> None:
+    body = make_study(library, "motions patches signals")
+    clip = body.w2w.clips[4]
+    motion = read_action(armature_of(body), clip.action)
+    expected = record(body_of(body), patches_of(body), motion, config_of(body.w2w))
+    baked = signal_cache.recording(clip.signals)
+    np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-4)
+    np.testing.assert_allclose(baked.gyr, expected.gyr, atol=1e-4)
+
+
+def test_another_sensor_makes_signals_stale_and_the_old_one_brings_them_back(library: Path) -> None:
+    body = make_study(library, "motions patches signals")
+    study = body.w2w
+    study.sensor = "watch"
+    assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {STALE}
+    study.sensor = "bmi270"
+    assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {BAKED}
+
+
+def test_ranking_bakes_again_what_the_cache_has_lost(library: Path) -> None:
+    body = make_study(library)
+    expected = utility_of(body.w2w).f1.copy()
+    bpy.ops.w2w.clear_cache()
+    signal_cache.forget()
+    assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
+    np.testing.assert_array_equal(utility_of(body.w2w).f1, expected)
+
+
+def test_a_cancelled_bake_leaves_the_clips_as_they_were(library: Path) -> None:
+    body = make_study(library, "motions patches")
+    steps = bake_steps(body, range(len(body.w2w.clips)))
+    while not body.w2w.clips[2].signals:
+        next(steps)
+    steps.close()
+    assert not any(clip.signals or clip.baked_as for clip in body.w2w.clips)
+
+
+def test_an_evaluated_bake_is_cancelled_between_frames(library: Path) -> None:
+    body = make_study(library, "motions patches")
+    body.modifiers.new("Smooth", "SMOOTH")
+    bpy.context.scene.frame_set(5)
+    steps = bake_steps(body, [0, 1])
+    told = [next(steps) for _ in range(40)]
+    assert sum("evaluated by Blender" in step.text for step in told) > 30
+    assert [step.fraction for step in told] == sorted(step.fraction for step in told)
+    steps.close()
+    assert not any(clip.signals for clip in body.w2w.clips)
+    assert bpy.context.scene.frame_current == 5
+    assert patch_empties(body.w2w.patch_collection)[0].name in bpy.context.view_layer.objects

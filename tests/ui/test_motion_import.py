@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files and armatures as motions: what is taken, left alone and said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import addon_utils
+import bpy
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from w2w.core.motion.library import MOTION_SUFFIXES
+from w2w.core.motion.motion import Motion
+from w2w.scene.actions import read_action
+from w2w.scene.body import armature_of
+from w2w.ui import jobs, menus
+from w2w.ui.motion_import import import_steps, wanted_in_folder
+
+from .made_study import make_study, names_in_file
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def test_a_cancelled_import_leaves_the_file_as_it_was(library: Path) -> None:
+    body = make_study(library, "")
+    before = names_in_file()
+    steps = import_steps(body, wanted_in_folder(library))
+    for _ in range(4):
+        next(steps)
+    assert len(body.w2w.clips) == 3
+    steps.close()
+    assert len(body.w2w.clips) == 0
+    assert names_in_file() == before
+
+
+def test_unusable_files_stay_in_the_list_and_say_why(library: Path, tmp_path: Path) -> None:
+    body = make_study(library, "")
+    (tmp_path / "empty.fbx").touch()
+    bpy.ops.w2w.import_motions(directory=str(tmp_path), files=[{"name": "empty.fbx"}])
+    assert "empty" in body.w2w.clips[0].problem
+    assert "cannot be used" in jobs.message.text
+    bpy.ops.w2w.tick_clips(which="PROBLEM")
+    bpy.ops.w2w.remove_clips()
+    assert len(body.w2w.clips) == 0
+
+
+def test_relabelling_ticked_clips_relabels_their_actions(library: Path) -> None:
+    body = make_study(library, "motions")
+    bpy.ops.w2w.tick_clips(which="ACTIVITY")
+    bpy.ops.w2w.relabel_clips(activity="greeting")
+    relabelled = [clip for clip in body.w2w.clips if clip.activity == "greeting"]
+    assert len(relabelled) == 3
+    assert all(clip.action["activity"] == "greeting" for clip in relabelled)
+    with pytest.raises(RuntimeError, match="Type an activity"):
+        bpy.ops.w2w.relabel_clips(activity="  ")
+
+
+def test_an_armature_of_the_scene_gives_its_motion_and_stays_as_it_is(library: Path) -> None:
+    first = make_study(library, "motions")
+    source = armature_of(first)
+    bpy.ops.w2w.preview_clip(index=0)
+    keys = [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
+    source.hide_set(False)
+    make_study(library, "")
+    bpy.context.view_layer.objects.active = source
+    source.select_set(True)
+    assert bpy.ops.w2w.add_armature_motion() == {"FINISHED"}
+    clip = bpy.context.scene.w2w.body.w2w.clips[0]
+    given = read_action(source, first.w2w.clips[0].action)
+    taken = read_action(armature_of(bpy.context.scene.w2w.body), clip.action)
+    n_frames = min(given.n_frames, taken.n_frames)
+    assert n_frames > 60
+    assert keys == [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
+
+
+def test_actions_of_the_same_rig_in_the_scene_are_not_taken_for_the_file_s(
+    library: Path, tmp_path: Path
+) -> None:
+    bpy.context.scene.render.fps = 30
+    body = make_study(library, "motions")
+    armature, clips = armature_of(body), body.w2w.clips
+    export_clip(body, 4, tmp_path / "one.fbx")
+    expected = read_action(armature, clips[4].action)
+    bpy.ops.w2w.import_motions(directory=str(tmp_path), files=[{"name": "one.fbx"}])
+    found = read_action(armature, clips[-1].action)
+    np.testing.assert_allclose(turns(found), turns(expected), atol=4)
+
+
+def turns(motion: Motion) -> np.ndarray:
+    """Widest turn of each joint, degrees."""
+    angles = Rotation.from_matrix(motion.rotations.reshape(-1, 3, 3)).magnitude()
+    return np.degrees(angles.reshape(motion.n_frames, -1).max(axis=0))
+
+
+def export_clip(body: bpy.types.Object, index: int, path: Path) -> None:
+    """Write the body's armature with one clip as an FBX file."""
+    bpy.ops.w2w.preview_clip(index=index)
+    scene, armature = bpy.context.scene, armature_of(body)
+    scene.frame_start, scene.frame_end = 1, scene.frame_preview_end
+    armature.hide_set(False)
+    bpy.ops.object.select_all(action="DESELECT")
+    armature.select_set(True)
+    addon_utils.enable("io_scene_fbx")
+    bpy.ops.export_scene.fbx(
+        filepath=str(path), use_selection=True, object_types={"ARMATURE"}, add_leaf_bones=False,
+        bake_anim_use_all_actions=False, bake_anim_use_nla_strips=False,
+    )  # fmt: skip
+
+
+def test_all_kinds_of_motion_files_can_be_chosen_and_dropped() -> None:
+    offered = bpy.ops.w2w.import_motions.get_rna_type().properties["filter_glob"].default
+    assert offered.split(";") == [f"*{suffix}" for suffix in MOTION_SUFFIXES]
+    assert menus.W2W_FH_motions.bl_file_extensions.split(";") == list(MOTION_SUFFIXES)

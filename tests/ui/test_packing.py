@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Saved files: complete with the extension, plain without it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.ui import packing, signal_cache
+from w2w.ui.state import (
+    patches_of,
+    utility_of,
+)
+
+from .made_study import N_PATCHES, make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def test_a_saved_file_reopens_complete(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    utility, triangles = utility_of(body.w2w), patches_of(body).triangles
+    chosen = [(place.patch, place.label) for place in body.w2w.chosen]
+    path = str(tmp_path / "study.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    packing._unpacked.clear()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    body = bpy.context.scene.w2w.body
+    np.testing.assert_array_equal(utility_of(body.w2w).f1, utility.f1)
+    np.testing.assert_array_equal(patches_of(body).triangles, triangles)
+    assert [(place.patch, place.label) for place in body.w2w.chosen] == chosen
+    assert all(signal_cache.has(clip.signals) for clip in body.w2w.clips)
+
+
+def test_without_the_extension_heatmaps_are_plain_colour_attributes(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    body.w2w.view = "A2"
+    expected = {attribute.name: pixels(attribute) for attribute in body.data.color_attributes}
+    path = tmp_path / "study.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    plain = subprocess.run(
+        [sys.executable, Path(__file__).with_name("read_plainly.py"), path, tmp_path / "found.npz"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert plain.returncode == 0, plain.stderr
+    with np.load(tmp_path / "found.npz") as found:
+        assert found["active"] == f"F1: {body.w2w.activities[1].name}"
+        assert found["empties"] == N_PATCHES
+        assert set(found["names"]) == set(expected)
+        for name, colours in expected.items():
+            np.testing.assert_array_equal(found[name], colours)
+
+
+def pixels(attribute: bpy.types.Attribute) -> np.ndarray:
+    """Colours of an attribute."""
+    values = np.empty(4 * len(attribute.data), dtype=np.float32)
+    attribute.data.foreach_get("color", values)
+    return values
