@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.datasets.imu_datasets import read_gait
+from w2w.core.datasets.gait import read_gait
 
 DEFAULT_FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "gait"
 LIMITS_HZ = (5, 8, 10, 12, 15, 20)

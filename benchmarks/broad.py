@@ -28,7 +28,7 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation, Slerp
 
 from benchmarks.lever_arms import fitted_arm, lever_effects
-from w2w.core.datasets.imu_datasets import BroadTrial, read_broad
+from w2w.core.datasets.broad import BroadTrial, read_broad
 from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize

@@ -26,8 +26,8 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.lever_arms import fitted_arm, lever_effects
 from w2w.core.body.body import Body
+from w2w.core.datasets.gait import GaitTrial, read_gait
 from w2w.core.datasets.gait_sites import SITES
-from w2w.core.datasets.imu_datasets import GaitTrial, read_gait
 from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording

@@ -35,8 +35,8 @@ from benchmarks.gait import (
     site_poses,
 )
 from w2w.core.body.body import Body
+from w2w.core.datasets.gait import GaitTrial, read_gait
 from w2w.core.datasets.gait_sites import SITES
-from w2w.core.datasets.imu_datasets import GaitTrial, read_gait
 from w2w.core.files import write_json
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from w2w.core.datasets.imu_datasets import DSADS_RATE, DSADS_SITES, read_dsads
+from w2w.core.datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.score_table import score_table
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map

@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from w2w.core.datasets.imu_datasets import read_utd_mhad
 from w2w.core.datasets.mmfit import read_mmfit
+from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.datasets.vidimu import read_vidimu
 from w2w.core.motion.source import UnusableMotion
 

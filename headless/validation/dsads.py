@@ -12,7 +12,7 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.body.skeleton import JOINT_INDEX
-from w2w.core.datasets.imu_datasets import DSADS_RATE, DSADS_SITES, read_dsads
+from w2w.core.datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
 from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis

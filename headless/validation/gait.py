@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.body.body import Body
+from w2w.core.datasets.gait import GaitTrial, read_gait
 from w2w.core.datasets.gait_sites import SITES
-from w2w.core.datasets.imu_datasets import GaitTrial, read_gait
 from w2w.core.files import write_json, write_text
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording

@@ -11,7 +11,7 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
-from w2w.core.datasets.imu_datasets import UTD_IMU_RATE, UtdTrial
+from w2w.core.datasets.utd_mhad import UTD_IMU_RATE, UtdTrial
 from w2w.core.files import write_json, write_text
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel

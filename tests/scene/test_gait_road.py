@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from benchmarks import gait
-from w2w.core.datasets.imu_datasets import read_gait
+from w2w.core.datasets.gait import read_gait
 from w2w.core.motion.retarget import retarget
 from w2w.core.motion.variants import smoothed_root
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from w2w.core.datasets.imu_datasets import read_utd_mhad
+from w2w.core.datasets.utd_mhad import read_utd_mhad
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from benchmarks import broad
-from w2w.core.datasets.imu_datasets import BroadTrial, read_broad
+from w2w.core.datasets.broad import BroadTrial, read_broad
 from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import Synthesis, synthesize
 

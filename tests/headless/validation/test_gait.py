@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 from headless.validation.gait import PHASES, phases
-from w2w.core.datasets.imu_datasets import read_gait
+from w2w.core.datasets.gait import read_gait
 
 TRIAL = "S02-Trial-Walk-1"
 
