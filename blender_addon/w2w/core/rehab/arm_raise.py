@@ -6,10 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from .curves import pulse
-from .pose import PosePlan, reach
+from .pose import PosePlan
 from .session import Session
 from .skeleton import SIGNS
 from .style import elbow_pole, fill, hang, seated_pelvis, stand_quietly
+from .two_bones import reach
 
 _WAYS = {  # where the arms start, where they do when seated, and where they end: degrees from hanging
     "front": (16.0, 42.0, 92.0),

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from .curves import pulse, sway
-from .pose import PosePlan, reach
+from .pose import PosePlan
 from .session import Session, Style
 from .skeleton import SIGNS, Figure
+from .two_bones import reach
 
 
 def fidget(session: Session, plan: PosePlan) -> None:
