@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2w.core.blas import multiply, solve_positive, upper_gram
+from w2w.core.blas import multiply, solve_positive
 
 SIZES = st.integers(1, 40)
 LAYOUTS = st.sampled_from(["rows", "columns", "part", "every second", "turned over"])
@@ -64,14 +64,12 @@ def test_what_does_not_go_together_is_refused(a, b, out, said) -> None:
 
 
 @given(SIZES, SIZES, SIZES, st.sampled_from([np.float32, np.float64]))
-def test_systems_are_made_and_solved_by_their_upper_triangle_alone(n, k, m, dtype) -> None:
+def test_systems_are_solved_by_their_upper_triangle_alone(n, k, m, dtype) -> None:
     rng = np.random.default_rng([n, k, m])
     a, rows = rng.normal(size=(n, k)).astype(dtype), rng.normal(size=(m, k)).astype(dtype)
-    system = np.full((k, k), np.nan, dtype=dtype)
-    upper_gram(a, out=system)
     whole = a.T.astype(np.float64) @ a
-    np.testing.assert_allclose(np.triu(system), np.triu(whole), rtol=1e-4, atol=1e-4)
-    assert np.isnan(system[np.tril_indices(k, -1)]).all()
+    system = whole.astype(dtype)
+    system[np.tril_indices(k, -1)] = np.nan
     system[np.diag_indices(k)] += 1
     solutions = solve_positive(system, rows)
     np.testing.assert_allclose(solutions @ (whole + np.eye(k)), rows, rtol=2e-2, atol=2e-3)
@@ -83,7 +81,3 @@ def test_what_cannot_be_solved_is_refused() -> None:
         solve_positive(np.diag([1.0, -1.0]), np.ones((1, 2)))
     with pytest.raises(ValueError, match="cannot solve"):
         solve_positive(np.eye(2), np.ones((1, 3)))
-    with pytest.raises(ValueError, match="in rows"):
-        upper_gram(np.ones((3, 4))[:, ::2], np.zeros((2, 2)))
-    with pytest.raises(ValueError, match="cannot write"):
-        upper_gram(np.ones((3, 4)), np.zeros((3, 3)))

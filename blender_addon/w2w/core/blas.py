@@ -2,7 +2,9 @@
 """Matrix products and solutions by SciPy's BLAS and LAPACK, whatever NumPy was built with.
 
 NumPy 1.26, which Blender 4 brings, carries an OpenBLAS that takes processors made since for the oldest it
-knows and works at a third of their speed or less; SciPy's is newer. Its Cython interface, unlike the
+knows and works at a third of their speed or less; SciPy's is newer. Where that is so, synthesis, features and
+the whole road from a motion to signals take 1.3 to 1.5 times as long by NumPy (`benchmarks/blas_speed.py`);
+the ridge map took 1.05 times, so it multiplies by NumPy. Its Cython interface, unlike the
 Python one, lets go of the interpreter's lock and takes parts of larger arrays as they lie.
 """
 
@@ -65,34 +67,6 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
             stride_out,
         )  # fmt: skip
     return out
-
-
-def upper_gram(a: np.ndarray, out: np.ndarray) -> None:
-    """The upper triangle of a.T @ a, at half the work of the whole.
-
-    Parameters
-    ----------
-    a : ndarray, shape (n, k), float32 or float64
-        In rows.
-    out : ndarray, shape (k, k), of the same type
-        In rows. The entries below its diagonal are not touched.
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not go together, or an array is not laid out in rows.
-    """
-    n, k = a.shape
-    if out.shape != (k, k) or a.dtype != out.dtype or min(n, k) == 0:
-        raise ValueError(f"cannot write the products of {a.dtype} {a.shape} to {out.dtype} {out.shape}")
-    stride_a, stride_out = _row_stride(a), _row_stride(out)
-    if stride_a is None or stride_out is None:
-        raise ValueError("the matrices must be laid out in rows")
-    rank_update = _routine(cython_blas, a.dtype, "syrk", "cciinpinpi")
-    rank_update(
-        b"L", b"N", _size(k), _size(n), _number(a.dtype, 1.0), a.ctypes.data, _size(stride_a),
-        _number(a.dtype, 0.0), out.ctypes.data, _size(stride_out),
-    )  # fmt: skip
 
 
 def solve_positive(upper: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ...blas import multiply, solve_positive, upper_gram
+from ...blas import solve_positive
 from ..inputs import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
 
 ALPHAS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -165,7 +165,7 @@ class Ridge:
         def expand(inputs: np.ndarray) -> np.ndarray:
             expanded = np.empty((len(inputs), width + self.hidden), dtype=np.float32)
             expanded[:, :width] = inputs
-            multiply(expanded[:, :width], slopes, out=expanded[:, width:])
+            np.matmul(expanded[:, :width], slopes, out=expanded[:, width:])
             np.maximum(expanded[:, width:] + offsets, 0, out=expanded[:, width:])
             return expanded
 
@@ -197,12 +197,12 @@ class _Splits:
         """
         inputs -= inputs.mean(axis=0)
         width = inputs.shape[1]
-        grams = np.zeros((len(self.rows), width, width))
+        grams = np.empty((len(self.rows), width, width))
         sums = np.empty((len(self.rows), self.n_classes, width))
         for number, (rows, indicator) in enumerate(zip(self.rows, self.indicators, strict=True)):
             part = inputs[rows].astype(np.float64)  # of one fold at a time, which bounds memory
-            upper_gram(part, out=grams[number])
-            multiply(indicator.T, part, out=sums[number])
+            np.matmul(part.T, part, out=grams[number])
+            np.matmul(indicator.T, part, out=sums[number])
         windows = np.stack([one.sum(axis=0) for one in self.indicators])
         everything = [of_fold.sum(axis=0) for of_fold in (grams, sums, windows)]
         named = []
@@ -216,15 +216,12 @@ class _Splits:
 
 
 class _Discriminant:
-    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,).
-
-    Of symmetric matrices only the upper triangle is made and read.
-    """
+    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,)."""
 
     def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray) -> None:
         self.seen = windows > 0
         means = sums / np.maximum(windows, 1)[:, None]
-        within = (gram - multiply(sums.T, means)) / windows.sum()
+        within = (gram - sums.T @ means) / windows.sum()
         variance = np.maximum(np.diag(within), LEAST_WITHIN * np.diag(gram) / windows.sum())
         self.scale = np.sqrt(np.where(variance > NEVER_ACTIVE, variance, np.inf))
         self.means = means / self.scale
@@ -238,7 +235,7 @@ class _Discriminant:
             matrix[np.diag_indices_from(matrix)] += ridge
             slopes = solve_positive(matrix, self.means)
             offset = np.where(self.seen, -0.5 * (self.means * slopes).sum(axis=1), -np.inf)
-            named.append((multiply(scaled, slopes.T) + offset).argmax(axis=1))
+            named.append((scaled @ slopes.T + offset).argmax(axis=1))
         return named
 
 
