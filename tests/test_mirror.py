@@ -7,7 +7,7 @@ ROOT = Path(__file__).resolve().parents[1]
 TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless"}
 UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are on
     "tests": "api command_line drawing ranking",
-    "tests/core": "clip_ranking filtering results_folder study threads",
+    "tests/core": "filtering results_folder study threads",
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
     "tests/core/datasets": "broad dsads gait gait_sites npz_archive",
@@ -27,7 +27,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "advice_text best_regions comparison console_tables counts label_notes page pictures report_data "
         "signal_figure summary"
     ),
-    "tests/headless/runs": "blender_worker clip folder guard load_clip monitor picture_names study",
+    "tests/headless/runs": "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study",
     "tests/headless/sweep": "figure maps report",
     "tests/headless/validation": "dsads figures paired report utd",
     "tests/scene": (
