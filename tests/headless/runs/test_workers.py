@@ -143,7 +143,7 @@ def undisturbed(library, tmp_path_factory):
 def test_two_runs_into_one_folder(library, tmp_path):
     out = tmp_path / "out"
     first = subprocess.Popen(command(library, out), cwd=ROOT, stdout=subprocess.DEVNULL)
-    while not ((out / WORK / "holder").exists() and (out / WORK / "state.json").exists()):
+    while not all((out / WORK / name).exists() for name in ("holder", "state.json")):
         assert first.poll() is None
         time.sleep(0.05)
     first.send_signal(signal.SIGSTOP)  # it holds the folder for as long as we look
