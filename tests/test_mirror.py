@@ -27,7 +27,9 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "advice_text best_regions comparison console_tables counts label_notes page pictures report_data "
         "signal_figure summary"
     ),
-    "tests/headless/runs": "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study",
+    "tests/headless/runs": (
+        "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"
+    ),
     "tests/headless/sweep": "figure maps report",
     "tests/headless/validation": "dsads figures paired report utd",
     "tests/scene": (
