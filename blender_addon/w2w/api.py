@@ -27,6 +27,7 @@ from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
 from .core.patches.patches import PatchSet
 from .core.ranking.features import window_features
+from .core.ranking.pooling import Pooling
 from .core.ranking.utility import inputs_of
 from .core.ranking.windows import TooShortError, WindowSpec, cut_windows
 from .core.results_folder import StudyResults
@@ -314,7 +315,8 @@ def rank(
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
     config = StudyConfig(windows=spec, folds=folds, by_subject=by_subject, seed=seed)
     whole = np.concatenate(inputs)
-    utility, ranked = rank_clips(used, found, whole, config, progress, classifier=classifier)
+    pooling = Pooling.on(signals.motions.body, signals.patches)
+    utility, ranked = rank_clips(used, found, whole, config, progress, None, classifier, pooling)
     labels = WindowLabels.of(ranked, found)
     return Ranking(
         utility, signals.patches, signals.motions.body, whole, labels, config, classifier, tuple(skipped)

@@ -19,6 +19,10 @@ from w2w.core.selection.subsets import Subset
 from .counts import interval_caution, interval_text, mean_caution
 from .joint import joint_content
 
+CANNOT_RANK = (
+    "These clips cannot rank placements: halves of them do not agree about the patches more than chance would"
+)
+
 AT_MOST = 12
 """Sensors listed on the screen; the files have them all."""
 
@@ -35,16 +39,10 @@ def show_advice(
 ) -> None:
     """Print the best spot, the chosen set sensor by sensor, and what the choice rests on."""
     best, names = advice.best, patches.names
-    same = int(utility.same_as(best).sum()) - 1
     caution = mean_caution(utility)
-    interval = (
-        caution or f"95 % interval {interval_text(utility.mean_low[best], utility.mean_high[best], '')}"
-    )
-    console.print(
-        f"Best single spot: [bold]{names[best]}[/bold], mean F1 {utility.mean[best]:.3f} "
-        f"({interval}); "
-        + (f"{same} other places cannot be told apart from it." if same else "no other place is as good.")
-    )
+    console.print(f"[bold]{promise_sentence(best, utility, patches)}[/bold]")
+    if not utility.can_rank:
+        console.print(f"{CANNOT_RANK}.", style="yellow")
     if warning := interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
     table = Table(title="The set, sensor by sensor", title_justify="left")
@@ -91,7 +89,8 @@ def advice_content(
     return {
         "best_single_patch": {
             **place_content(advice.best, utility, patches),
-            "indistinguishable_patches": int(utility.same_as(advice.best).sum()) - 1,
+            "indistinguishable_patches": int(utility.as_good.sum()) - 1,
+            "clips_rank_placements": utility.can_rank,
         },
         "interval_caution": interval_caution(utility),
         "joint": _joint(advice, together),
@@ -115,6 +114,18 @@ def advice_content(
         },
         "together": together_content(together),
     }
+
+
+def promise_sentence(best: int, utility: UtilityMap, patches: PatchSet) -> str:
+    """The best spot and what it would give on other clips, and how many are as good."""
+    same = int(utility.as_good.sum()) - 1
+    others = f"{same} other patches are as good" if same else "no other patch is as good"
+    low, high = utility.expected_low[best], utility.expected_high[best]
+    interval = mean_caution(utility) or f"95 % interval {interval_text(low, high, '')}"
+    return (
+        f"Best single spot: {patches.names[best]}, expected mean F1 on other clips "
+        f"{utility.expected_mean[best]:.3f} ({interval}); {others}, as far as these clips tell."
+    )
 
 
 def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
@@ -141,6 +152,8 @@ def place_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[st
         "vertex": int(patches.vertices[patch]),
         "mean_f1": _f1(utility.mean[patch]),
         "mean_f1_interval": [_f1(utility.mean_low[patch]), _f1(utility.mean_high[patch])],
+        "expected_f1": _f1(utility.expected_mean[patch]),
+        "expected_f1_interval": [_f1(utility.expected_low[patch]), _f1(utility.expected_high[patch])],
         "rank_interval": [int(utility.rank_low[patch]), int(utility.rank_high[patch])],
         "f1": {name: _f1(value) for name, value in zip(utility.activities, utility.f1[patch], strict=True)},
     }

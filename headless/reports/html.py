@@ -20,6 +20,7 @@ from w2w.core.results_folder import StudyResults
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
 from ..window_options import window_warning
+from .advice_text import CANNOT_RANK
 from .best_regions import best_regions
 from .counts import clip_counts, counts_sentence, few_clips, interval_caution, mean_caution
 from .joint import joint_content
@@ -104,6 +105,7 @@ def page(
         counts=counts_sentence(clips, utility),
         caution=interval_caution(utility),
         mean_caution=mean_caution(utility),
+        cannot_rank=CANNOT_RANK,
         notes=_notes(summary),
         left_out=left_out_sentences(utility.left_out),
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),

@@ -22,7 +22,8 @@ from .advice_text import DIGITS, advice_content, place_content
 from .counts import clip_counts, few_clips
 from .label_notes import label_content
 
-AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", "rank_low", "rank_high", "cluster")
+EXPECTED = ("expected_mean", "expected_low", "expected_high")
+AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "rank_high", "cluster")
 
 
 def write_results(study: Study) -> None:
@@ -63,7 +64,9 @@ def utility_table(study: Study) -> str:
     utility, patches = study.results.utility, study.results.patches
     rows = [["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
-        scores = [*utility.f1[patch], utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]]
+        means = (utility.mean, utility.mean_low, utility.mean_high)
+        expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
+        scores = [*utility.f1[patch], *(values[patch] for values in (*means, *expected))]
         rows.append(
             [
                 patch,

@@ -16,6 +16,7 @@ from w2w.core.clip_ranking import LabelledClip, rank_clips
 from w2w.core.files import file_sha256, write_json
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import Advice, advise
@@ -127,7 +128,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         raise StudyError("no clip can be used; why each cannot stands in the table", clips)
     remove_leftovers(out, {clip.name for clip in used})
     try:
-        utility, ranked = _rank(used, config, out, monitor)
+        utility, ranked = _rank(used, Pooling.on(body, patches), config, out, monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
@@ -200,7 +201,7 @@ def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
 
 
 def _rank(
-    used: list[Clip], config: StudyConfig, out: Path, monitor: RunMonitor
+    used: list[Clip], pooling: Pooling, config: StudyConfig, out: Path, monitor: RunMonitor
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     names = [clip.name for clip in used]
     windows = [ClipWindows.read(out, name) for name in names]
@@ -213,7 +214,7 @@ def _rank(
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
-        return rank_clips(used, windows, inputs, config, told, out / WORK)
+        return rank_clips(used, windows, inputs, config, told, out / WORK, pooling=pooling)
 
 
 def _choose(utility: UtilityMap, patches: PatchSet, config: StudyConfig) -> Advice:

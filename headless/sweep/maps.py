@@ -24,6 +24,7 @@ from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_windows
 from w2w.core.files import write_json
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, inputs_of
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.results_folder import StudyResults
@@ -142,7 +143,8 @@ class SweepMaps:
         found = [ClipWindows.read(folder, name) for name in names]
         labels = WindowLabels.of(clips, found)
         inputs = ranking_inputs(folder, names, found, case.config.classifier, case.config.windows)
-        return rank_windows(inputs, labels, case.config)
+        pooling = Pooling.on(self.study.body(), self.patches)
+        return rank_windows(inputs, labels, case.config, pooling=pooling)
 
 
 def _bake_clip_for(parent: int, *call: Any) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from .clip_files import ClipWindows
 from .motion.library import Clip
 from .ranking.inputs import PlaceBlocks
+from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap, utility_map
 from .selection.subsets import multi_sensor_check
 from .study import StudyConfig, same_clips
@@ -87,6 +88,7 @@ def rank_clips(
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
     classifier: Any = None,
+    pooling: Pooling | None = None,
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     """Find clips that show one motion, then train and test at every patch.
 
@@ -104,6 +106,8 @@ def rank_clips(
         Folder for what a later call can take up, as for `utility_map`.
     classifier : object, optional
         In place of the config's, as for `utility_map`.
+    pooling : Pooling, optional
+        Over the skin that the patches are on, as for `utility_map`.
 
     Returns
     -------
@@ -126,7 +130,7 @@ def rank_clips(
         for clip, group in zip(clips, groups, strict=True)
     )
     labels = WindowLabels.of(ranked, windows)
-    return rank_windows(inputs, labels, config, progress, work, classifier), ranked
+    return rank_windows(inputs, labels, config, progress, work, classifier, pooling), ranked
 
 
 def rank_windows(
@@ -136,10 +140,11 @@ def rank_windows(
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
     classifier: Any = None,
+    pooling: Pooling | None = None,
 ) -> UtilityMap:
     """Train and test at every patch; as `rank_clips`, for windows whose motions are known."""
     protocol = labels.protocol(config, classifier)
-    return utility_map(inputs, labels.activity, **protocol, progress=progress, work=work)
+    return utility_map(inputs, labels.activity, **protocol, progress=progress, work=work, pooling=pooling)
 
 
 def rank_together(

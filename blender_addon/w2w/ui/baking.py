@@ -17,9 +17,11 @@ from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import SIZE, motion_signature
 from ..core.patches.patches import PatchSet
 from ..core.ranking.inputs import clip_inputs
+from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.study import StudyConfig, describe, record_baked
 from ..scene.bake import Bake, PatchBaker
+from ..scene.body import body_of
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
 from .preferences import cache_folder
@@ -87,8 +89,12 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     ranked_as, config = rank_settings(study), config_of(study)
     used = [LabelledClip(clip.name, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)]
     keys = [study.clips[i].signals for i in clips]
+    pooling = Pooling.on(body_of(mesh), patches_of(mesh))
     utility = yield from in_thread(
-        lambda told: _rank(used, keys, config, told), "training at every patch", 0.4 if lost else 0.0, 0.95
+        lambda told: _rank(used, keys, pooling, config, told),
+        "training at every patch",
+        0.4 if lost else 0.0,
+        0.95,
     )
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, utility, ranked_as)
@@ -152,14 +158,18 @@ def _some(reasons: list[str]) -> str:
 
 
 def _rank(
-    clips: list[LabelledClip], keys: list[str], config: StudyConfig, told: Callable[[float], None]
+    clips: list[LabelledClip],
+    keys: list[str],
+    pooling: Pooling,
+    config: StudyConfig,
+    told: Callable[[float], None],
 ) -> UtilityMap:
     """Rank clips by their signals under keys."""
     windows = [signal_cache.windows_of(key) for key in keys]
     files = [signal_cache.path_of(key) for key in keys]
     counts = [len(found.is_test) for found in windows]
     inputs = clip_inputs(inputs_of(config.classifier), files, files, counts, config.windows)
-    return rank_clips(clips, windows, inputs, config, told)[0]
+    return rank_clips(clips, windows, inputs, config, told, pooling=pooling)[0]
 
 
 def _signature(bake: Bake) -> np.ndarray:

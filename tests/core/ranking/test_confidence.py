@@ -119,7 +119,10 @@ def map_of(mean, mean_samples=None, level=0.95) -> UtilityMap:
     mean = np.asarray(mean, dtype=np.float32)
     given = dict.fromkeys((field.name for field in fields(UtilityMap)), np.zeros(0))
     samples = mean[None] if mean_samples is None else mean_samples
-    return UtilityMap(**given | {"mean": mean, "mean_samples": samples, "level": level, "left_out": {}})
+    return UtilityMap(
+        **given
+        | {"mean": mean, "expected_mean": mean, "mean_samples": samples, "level": level, "left_out": {}}
+    )
 
 
 @pytest.mark.parametrize(

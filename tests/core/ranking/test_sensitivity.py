@@ -28,7 +28,7 @@ def ranked(strength, noise=0, clips=20):
         None,
         everything,
         ACTIVITIES,
-        Ridge(alphas=(0.1,), hidden=0),
+        Ridge(alphas=(0.1,)),
         resamples=300,
     )
 

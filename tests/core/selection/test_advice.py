@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Advice on a ranking: greedy beside exact, one sensor more, places that say the same, constraints."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,7 +72,12 @@ def test_constraints_bind_the_best_the_set_and_the_next(utility, patches):
 
 def test_the_gap_is_said_in_words(utility, patches):
     dear = Constraints(costs=(("left", 4.0), ("right", 4.0)))
-    advice = advise(utility, patches, 0.97, constraints=dear)
+    sides = [patches.regions[place].partition(" ")[0] for place in range(len(patches))]
+    f1 = np.full_like(utility.f1, 0.1)
+    f1[sides.index("left"), :2] = f1[sides.index("right"), 2:] = 1.0
+    middle = next(place for place, side in enumerate(sides) if side not in ("left", "right"))
+    f1[middle] = 0.9  # cheap, and not enough
+    advice = advise(replace(utility, f1=f1), patches, 0.97, constraints=dear)
     assert advice.exact.cost == 8.0
     assert advice.exact.proven
     assert advice.subset.cost > 8.0  # greedy takes what is cheap and says little first

@@ -15,9 +15,13 @@ from ..files import load_arrays, write_npz
 from .classifiers.extra_trees import ExtraTrees
 from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
+from .expected import TrialMaps, expect
 from .f1 import score_places
 from .folds import ALWAYS_TRAIN, grouped_folds, subject_folds, untestable
+from .halves import HALVINGS, Plan, plan
 from .inputs import PlaceBlocks, SomeWindows, as_blocks
+from .pooling import Pooling
+from .soft_f1 import soft_f1, window_f1
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
@@ -39,6 +43,14 @@ class UtilityMap:
         Interval of the place's rank by mean F1 among all places; 1 is the best.
     mean_samples : ndarray, shape (B, N), float32
         Macro F1 of each bootstrap resample of the clips, for comparing places pairwise.
+    expected_f1 : ndarray, shape (N, A), float32
+        F1 that other clips would show (`expected.expect`).
+    expected_mean, expected_low, expected_high : ndarray, shape (N,), float32
+        Macro F1 that other clips would show, and its interval.
+    as_good : ndarray of bool, shape (N,)
+        Places that cannot be told from the one of highest `expected_mean`.
+    can_rank : bool
+        Whether disjoint halves of the clips agree about the places more than by chance.
     confusion : ndarray, shape (N, A, A), int32
         Windows by true activity (rows) and named activity (columns).
     predictions : ndarray, shape (W_test, N), int16
@@ -63,6 +75,12 @@ class UtilityMap:
     rank_low: np.ndarray
     rank_high: np.ndarray
     mean_samples: np.ndarray
+    expected_f1: np.ndarray
+    expected_mean: np.ndarray
+    expected_low: np.ndarray
+    expected_high: np.ndarray
+    as_good: np.ndarray
+    can_rank: bool
     confusion: np.ndarray
     predictions: np.ndarray
     truth: np.ndarray
@@ -109,7 +127,7 @@ class UtilityMap:
         content = load_arrays(path, [field.name for field in fields(cls)], "is not a utility map")
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"].item())
-        content["level"] = float(content["level"])
+        content["level"], content["can_rank"] = float(content["level"]), bool(content["can_rank"])
         content["classifier"] = content["classifier"].item()
         content["protocol"] = content["protocol"].item()
         return cls(**content)
@@ -129,6 +147,7 @@ def utility_map(
     level: float = 0.95,
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
+    pooling: Pooling | None = None,
 ) -> UtilityMap:
     """Train and test a classifier at every place, never on the same clip.
 
@@ -163,6 +182,8 @@ def utility_map(
     work : Path, optional
         Folder in which a classifier given by name that takes long leaves what a later
         call with the same inputs takes up.
+    pooling : Pooling, optional
+        Over the skin of the body that the places are on, for the expected scores.
 
     Returns
     -------
@@ -180,11 +201,21 @@ def utility_map(
     labels = np.array([index[name] for name in activity[used].tolist()])
     model = _model(classifier, seed, work)
     source = SomeWindows(as_blocks(inputs), used)
-    predictions = model.predict_folds(source, labels, split.fold[used], is_test[used], progress)
+    scored = hasattr(model, "score_splits")
+    trials = plan(
+        labels, clip[used], split.fold[used], is_test[used], subject is not None, seed, HALVINGS * scored
+    )
+    if scored:
+        predictions, maps = _try_all(model, source, labels, split.fold[used], is_test[used], trials, progress)
+    else:
+        predictions = model.predict_folds(source, labels, split.fold[used], is_test[used], progress)
 
     tested = used[is_test[used]]
     truth = labels[is_test[used]].astype(np.int16)
     f1, confusion, boot = score_places(truth, predictions, clip[tested], len(index), resamples, level, seed)
+    if not scored:
+        maps = TrialMaps(f1.T[None], f1.T[None])
+    expected = expect(maps, trials, pooling or Pooling.none(len(f1)), level, seed)
     return UtilityMap(
         activities=split.tested,
         f1=f1,
@@ -196,6 +227,12 @@ def utility_map(
         rank_low=boot.rank_low,
         rank_high=boot.rank_high,
         mean_samples=boot.mean_samples,
+        expected_f1=expected.f1,
+        expected_mean=expected.mean,
+        expected_low=expected.low,
+        expected_high=expected.high,
+        as_good=expected.as_good,
+        can_rank=expected.can_rank,
         confusion=confusion,
         predictions=predictions,
         truth=truth,
@@ -205,6 +242,36 @@ def utility_map(
         protocol=split.protocol,
         left_out=split.left_out,
     )
+
+
+def _try_all(
+    model: Any,
+    source: PlaceBlocks,
+    labels: np.ndarray,
+    fold: np.ndarray,
+    is_test: np.ndarray,
+    trials: Plan,
+    progress: Callable[[float], None] | None,
+) -> tuple[np.ndarray, TrialMaps]:
+    """Names (W_test, N) given to the windows tested, and the maps of all trials."""
+    n_activities, n_places = int(labels.max()) + 1, source.shape[1]
+    predictions = np.empty((int(is_test.sum()), n_places), dtype=np.int16)
+    position = np.cumsum(is_test) - 1
+    soft = np.full((len(trials.trials), n_activities, n_places), np.nan)
+    raw = soft.copy()
+
+    def receive(place: int, scores: list[np.ndarray]) -> None:
+        for number, trial in enumerate(trials.trials):
+            of_models = np.concatenate([scores[split] for split in trial.splits], axis=1)
+            named, true = of_models[0].argmax(axis=1), labels[trial.windows]
+            soft[number, :, place] = np.mean([soft_f1(one, true, trial.weight) for one in of_models], axis=0)
+            raw[number, :, place] = window_f1(named, true, n_activities)
+            if number == 0:
+                predictions[position[trial.windows], place] = named
+
+    settings = model.settings(source, labels, fold, is_test, trials)
+    model.score_splits(source, labels, trials.block, trials.splits, settings, receive, progress)
+    return predictions, TrialMaps(soft, raw)
 
 
 def inputs_of(classifier: Any) -> str:

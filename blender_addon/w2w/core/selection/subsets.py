@@ -63,8 +63,10 @@ Requirement = int | Sequence[int]
 
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
-    """The allowed place with the highest macro F1; the first of equals."""
-    return int(np.where(_mask(allowed, len(utility.mean)), utility.mean, -np.inf).argmax())
+    """The allowed place with the highest expected macro F1; of equals the highest on these clips."""
+    open_places = np.flatnonzero(_mask(allowed, len(utility.mean)))
+    order = np.lexsort((-utility.mean[open_places], -utility.expected_mean[open_places]))
+    return int(open_places[order[0]])
 
 
 def marginal_gain(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:

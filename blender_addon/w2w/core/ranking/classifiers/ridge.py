@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,31 +12,34 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ...blas import solve_positive
+from ..halves import Plan, Split, plan
 from ..inputs import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
 
-ALPHAS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
+STEADY = (0.05,)
+"""Ridges that the map by which patches are chosen is averaged over beside the chosen one: which of several
+that do equally well is chosen moves a map as much as other clips do."""
 INNER_FOLDS = 4
 """Parts that a fold's training windows are dealt to, to choose its ridge."""
 LEAST_WITHIN = 1e-6
 """Smallest variance within classes, as a share of all, that rounding leaves meaningful."""
-NEVER_ACTIVE = 1e-12
-"""Variance of a random unit that was not active in any training window."""
+NEVER_VARIES = 1e-12
+"""Variance of a feature that is the same in every training window."""
 
 
 @dataclass(frozen=True)
 class Ridge:
-    """Linear discriminant analysis with a ridge and equal priors, on features and random ReLU units.
+    """Linear discriminant analysis with a ridge and equal priors.
 
     Least squares onto class indicators with a ridge finds the same directions, but naming
     the largest output masks classes that lie between others when there are many; the
     discriminant rule does not (Hastie, Tibshirani and Buja 1994,
     doi:10.1080/01621459.1994.10476866; Hastie, Buja and Tibshirani 1995,
-    doi:10.1214/aos/1176324456). The random units, drawn once for all sensors, let it bend
-    (Huang, Zhu and Siew 2006, doi:10.1016/j.neucom.2005.12.126).
+    doi:10.1214/aos/1176324456).
 
-    Every feature is scaled by its deviation within classes in the training windows of its
-    fold. Gram matrices and class sums are formed once a fold; those of any training set
+    Every feature is scaled by its deviation within classes in the training windows. Gram
+    matrices and class sums are formed once a block of windows; those of any training set
     are sums of them.
 
     Parameters
@@ -44,13 +47,12 @@ class Ridge:
     alphas : tuple of float
         Ridges to choose from, in units of a feature's variance within classes. Each fold
         chooses by cross-validation within its own training windows, one ridge for all
-        sensors, so that places differ by their signals alone.
-    hidden : int
-        Random units added to the features; 0 leaves the classifier linear.
+        sensors, so that patches differ by their signals alone: the largest within one standard
+        error of the best (Breiman et al. 1984).
     tuning_sensors : int
         Sensors, evenly taken, on which the choice rests.
     seed : int
-        Decides the random units.
+        Not used: nothing is drawn.
     workers : int
         Threads.
     block_bytes : int
@@ -58,7 +60,6 @@ class Ridge:
     """
 
     alphas: tuple[float, ...] = ALPHAS
-    hidden: int = 192
     tuning_sensors: int = 12
     seed: int = 0
     workers: int = 2
@@ -93,27 +94,69 @@ class Ridge:
         -------
         ndarray, shape (sum of is_test, N), int16
         """
+        work = plan(labels, np.arange(len(labels)), fold, is_test, halvings=0)
+        position = np.cumsum(is_test) - 1
+        predictions = np.empty((int(is_test.sum()), as_blocks(features).shape[1]), dtype=np.int16)
+
+        def name_windows(sensor: int, scores: list[np.ndarray]) -> None:
+            for split, (of_split,) in zip(work.splits, scores, strict=True):
+                predictions[position[split.tested], sensor] = of_split.argmax(axis=1)
+
+        alphas = self.choose_alphas(features, labels, fold, is_test)[:, None]
+        self.score_splits(features, labels, work.block, work.splits, alphas, name_windows, progress)
+        return predictions
+
+    def settings(
+        self,
+        features: np.ndarray | PlaceBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        trials: Plan,
+    ) -> np.ndarray:
+        """Ridges of each split of a plan, shape (splits, ridges): the one chosen, then `STEADY`."""
+        by_fold = self.choose_alphas(features, labels, fold, is_test)
+        chosen = np.full(len(trials.splits), np.median(by_fold))
+        chosen[list(trials.whole.splits)] = by_fold
+        return np.column_stack([chosen, *(np.full(len(chosen), ridge) for ridge in STEADY)])
+
+    def score_splits(
+        self,
+        features: np.ndarray | PlaceBlocks,
+        labels: np.ndarray,
+        block: np.ndarray,
+        splits: Sequence[Split],
+        alphas: np.ndarray,
+        receive: Callable[[int, list[np.ndarray]], None],
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        """Score the activities in the tested windows of each split.
+
+        Parameters
+        ----------
+        features, labels, progress
+            As for `predict_folds`.
+        block : ndarray of int, shape (W,)
+            From 0, as `halves.plan` gives them.
+        splits : sequence of Split
+        alphas : ndarray, shape (splits, ridges)
+        receive : callable
+            Given each sensor's number and its scores (ridges, windows tested, A) by split, in any
+            order and from several threads.
+        """
         places = as_blocks(features)
         n_sensors = places.shape[1]
-        folds = np.unique(fold[is_test])
-        alphas = self.choose_alphas(places, labels, fold, is_test)
-        splits = _Splits(labels, fold, is_test, [(f,) for f in folds], [(f,) for f in folds])
-        position = np.cumsum(is_test) - 1
-        predictions = np.empty((int(is_test.sum()), n_sensors), dtype=np.int16)
-        expand = self._layer(places.shape[2])
+        sums = _Splits(labels, block, splits)
 
-        def name_windows(sensor: int, inputs: np.ndarray) -> None:
-            named = splits.predict(expand(inputs), alphas[:, None])
-            for rows, by_alpha in zip(splits.tested, named, strict=True):
-                predictions[position[rows], sensor] = by_alpha[0]
+        def score(sensor: int, inputs: np.ndarray) -> None:
+            receive(sensor, list(sums.scores(inputs, alphas)))
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
             for first, last in spans(places, self.block_bytes):
-                block = places.places(first, last).swapaxes(0, 1)
-                for done, _ in enumerate(pool.map(name_windows, range(first, last), block), start=first + 1):
+                held = places.places(first, last).swapaxes(0, 1)
+                for done, _ in enumerate(pool.map(score, range(first, last), held), start=first + 1):
                     if progress is not None:
                         progress(done / n_sensors)
-        return predictions
 
     def choose_alphas(
         self, features: np.ndarray | PlaceBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
@@ -132,111 +175,99 @@ class Ridge:
         folds = np.unique(fold[is_test])
         if len(folds) < 3 or len(self.alphas) == 1:
             return np.full(len(folds), self.alphas[len(self.alphas) // 2])
+        names, block = np.unique(fold, return_inverse=True)
         pairs = [(f, part) for f in folds for part in _parts(folds[folds != f])]
-        splits = _Splits(
-            labels, fold, is_test, [(f, *part) for f, part in pairs], [part for _, part in pairs]
-        )
+        splits = [
+            Split(np.flatnonzero(~np.isin(names, [f, *part])), np.flatnonzero(is_test & np.isin(fold, part)))
+            for f, part in pairs
+        ]
+        sums = _Splits(labels, block, splits)
         alphas = np.tile(self.alphas, (len(pairs), 1))
         places = as_blocks(features)
         sensors = np.unique(np.linspace(0, places.shape[1] - 1, self.tuning_sensors).astype(int))
-        expand = self._layer(places.shape[2])
 
         def accuracies(sensor: int) -> np.ndarray:
-            named = splits.predict(expand(places.places(sensor, sensor + 1)[:, 0]), alphas)
+            scores = sums.scores(places.places(sensor, sensor + 1)[:, 0], alphas)
             return np.array(
                 [
-                    [_balanced_accuracy(labels[rows], one) for one in by_alpha]
-                    for rows, by_alpha in zip(splits.tested, named, strict=True)
+                    [_balanced_accuracy(labels[split.tested], one.argmax(axis=1)) for one in by_ridge]
+                    for split, by_ridge in zip(splits, scores, strict=True)
                 ]
             )
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
-            scores = sum(pool.map(accuracies, sensors))
+            scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
         outer = np.array([f for f, _ in pairs])
-        by_fold = np.stack([scores[outer == f].mean(axis=0) for f in folds])
-        return np.asarray(self.alphas)[by_fold.argmax(axis=1)]
+        return np.array([self._steadiest(scores[outer == f]) for f in folds])
 
-    def _layer(self, width: int) -> Callable[[np.ndarray], np.ndarray]:
-        """Features (W, D) -> features and random units (W, D + hidden), float32."""
-        rng = np.random.default_rng(self.seed)
-        slopes = (rng.normal(size=(width, self.hidden)) / np.sqrt(width)).astype(np.float32)
-        offsets = rng.uniform(-1, 1, size=self.hidden).astype(np.float32)
-
-        def expand(inputs: np.ndarray) -> np.ndarray:
-            expanded = np.empty((len(inputs), width + self.hidden), dtype=np.float32)
-            expanded[:, :width] = inputs
-            np.matmul(expanded[:, :width], slopes, out=expanded[:, width:])
-            np.maximum(expanded[:, width:] + offsets, 0, out=expanded[:, width:])
-            return expanded
-
-        return expand
+    def _steadiest(self, scores: np.ndarray) -> float:
+        """The largest ridge within one standard error of the best, of scores (parts, ridges)."""
+        mean = scores.mean(axis=0)
+        best = int(mean.argmax())
+        lag = scores[:, [best]] - scores
+        error = lag.std(axis=0, ddof=1) / np.sqrt(len(scores)) if len(scores) > 1 else np.zeros(len(mean))
+        good = np.flatnonzero(lag.mean(axis=0) <= error)
+        return self.alphas[int(good.max())]
 
 
 class _Splits:
-    """Training sets given by the folds they leave out, and the folds each is tested on."""
+    """Sums over blocks of windows, from which every split's training set is made."""
 
-    def __init__(
-        self,
-        labels: np.ndarray,
-        fold: np.ndarray,
-        is_test: np.ndarray,
-        left_out: Sequence[Sequence[int]],
-        tested: Sequence[Sequence[int]],
-    ) -> None:
-        folds = np.unique(fold)
+    def __init__(self, labels: np.ndarray, block: np.ndarray, splits: Sequence[Split]) -> None:
         self.n_classes = int(labels.max()) + 1
-        self.left_out = [np.flatnonzero(np.isin(folds, out)) for out in left_out]
-        self.tested = [np.flatnonzero(is_test & np.isin(fold, test)) for test in tested]
-        self.rows = [np.flatnonzero(fold == f) for f in folds]
+        self.rows = [np.flatnonzero(block == b) for b in range(int(block.max()) + 1)]
         self.indicators = [np.eye(self.n_classes)[labels[rows]] for rows in self.rows]
+        self.tested = [split.tested for split in splits]
+        self.trained = np.zeros((len(splits), len(self.rows)))
+        for member, split in zip(self.trained, splits, strict=True):
+            member[split.train] = 1.0
 
-    def predict(self, inputs: np.ndarray, alphas: np.ndarray) -> list[list[np.ndarray]]:
-        """Classes of the tested windows of each split, for each ridge of its row of `alphas`.
-
-        `inputs` are centred in place.
-        """
-        inputs -= inputs.mean(axis=0)
+    def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[np.ndarray]:
+        """Scores (ridges, windows tested, A) of each split, for each ridge of its row of `alphas`."""
+        inputs = inputs - inputs.mean(axis=0)
         width = inputs.shape[1]
         grams = np.empty((len(self.rows), width, width))
         sums = np.empty((len(self.rows), self.n_classes, width))
         for number, (rows, indicator) in enumerate(zip(self.rows, self.indicators, strict=True)):
-            part = inputs[rows].astype(np.float64)  # of one fold at a time, which bounds memory
+            part = inputs[rows].astype(np.float64)  # of one block at a time, which bounds memory
             np.matmul(part.T, part, out=grams[number])
             np.matmul(indicator.T, part, out=sums[number])
         windows = np.stack([one.sum(axis=0) for one in self.indicators])
-        everything = [of_fold.sum(axis=0) for of_fold in (grams, sums, windows)]
-        named = []
-        for left_out, rows, ridges in zip(self.left_out, self.tested, alphas, strict=True):
-            kept = (
-                total - of_fold[left_out].sum(axis=0)
-                for total, of_fold in zip(everything, (grams, sums, windows), strict=True)
-            )
-            named.append(_Discriminant(*kept).predict(inputs[rows], ridges))
-        return named
+        kept = [
+            (self.trained @ of_block.reshape(len(of_block), -1)).reshape(-1, *of_block.shape[1:])
+            for of_block in (grams, sums, windows)
+        ]
+        for *of_split, rows, ridges in zip(*kept, self.tested, alphas, strict=True):
+            yield _Discriminant(*of_split).scores(inputs[rows], ridges)
 
 
 class _Discriminant:
-    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,)."""
+    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,).
+
+    Of symmetric matrices only the upper triangle is made and read.
+    """
 
     def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray) -> None:
         self.seen = windows > 0
         means = sums / np.maximum(windows, 1)[:, None]
         within = (gram - sums.T @ means) / windows.sum()
         variance = np.maximum(np.diag(within), LEAST_WITHIN * np.diag(gram) / windows.sum())
-        self.scale = np.sqrt(np.where(variance > NEVER_ACTIVE, variance, np.inf))
-        self.means = means / self.scale
-        self.correlation = within / np.outer(self.scale, self.scale)
+        self.scale = np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf))
+        # a ridge keeps the matrix so well conditioned that single precision does
+        self.means = (means / self.scale).astype(np.float32)
+        self.correlation = (within / np.outer(self.scale, self.scale)).astype(np.float32)
 
-    def predict(self, inputs: np.ndarray, ridges: np.ndarray) -> list[np.ndarray]:
-        scaled = inputs / self.scale
-        named = []
-        for ridge in ridges:
+    def scores(self, inputs: np.ndarray, ridges: np.ndarray) -> np.ndarray:
+        scaled = (inputs / self.scale).astype(np.float32)
+        scores = np.empty((len(ridges), len(inputs), len(self.means)), dtype=np.float32)
+        for ridge, out in zip(ridges, scores, strict=True):
             matrix = self.correlation.copy()
-            matrix[np.diag_indices_from(matrix)] += ridge
+            matrix.flat[:: len(matrix) + 1] += np.float32(ridge)
             slopes = solve_positive(matrix, self.means)
             offset = np.where(self.seen, -0.5 * (self.means * slopes).sum(axis=1), -np.inf)
-            named.append((scaled @ slopes.T + offset).argmax(axis=1))
-        return named
+            np.matmul(scaled, slopes.T, out=out)
+            out += offset.astype(np.float32)
+        return scores
 
 
 def _parts(folds: np.ndarray) -> list[np.ndarray]:

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Does the advice hold for others? Disjoint halves of a library choose, and each other's scores judge.
+
+    python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 4] [--workers 2]
+
+Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity,
+HDM05 (performers choose and other performers judge) and Bandai-Namco (styles likewise). Printed for each,
+over all halvings and both ways: the promise of the chosen patch and what it delivers on the other half,
+the raw F1 of the best patch as a naive user would read it, the gain over an average patch, Spearman's
+rho of the two halves' expected maps (mean, and by activity), the share of patches whose interval holds
+the other half's value, and how many patches are said to be as good as the best. Then the same with
+labels shuffled between clips, where there is nothing to find.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import subprocess
+import sys
+import tarfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from w2w.core.body.body import Body
+from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_windows
+from w2w.core.patches.patches import PatchSet
+from w2w.core.patches.skin import SkinDistances
+from w2w.core.ranking.inputs import PlaceBlocks, SomeWindows
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.study import StudyConfig
+
+DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """A library that was run: its windows and where its patches lie."""
+
+    inputs: PlaceBlocks
+    labels: WindowLabels
+    files: np.ndarray
+    config: StudyConfig
+    pooling: Pooling
+
+    @classmethod
+    def open(cls, out: Path) -> Library:
+        """Read what a run left, but for its ranking."""
+        used = json.loads((out / "summary.json").read_text())["used"]
+        config = StudyConfig.from_dict(json.loads((out / "config.json").read_text())["parameters"])
+        name_of = {entry["file"]: entry["clip"] for entry in used}
+        clips = [
+            LabelledClip(
+                entry["clip"], entry["activity"], entry["subject"],
+                name_of[entry.get("same_motion_as", entry["file"])],
+            )
+            for entry in used
+        ]  # fmt: skip
+        windows = [ClipWindows.read(out, clip.name) for clip in clips]
+        inputs = ranking_inputs(out, [clip.name for clip in clips], windows, "ridge", config.windows)
+        files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in windows])
+        skin = SkinDistances.of(Body.load(out / WORK / "body.npz"), PatchSet.load(out / WORK / "patches.npz"))
+        return cls(inputs, WindowLabels.of(clips, windows), files, config, Pooling.over(skin))
+
+    def rank(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray | None = None) -> UtilityMap:
+        """Rank on some windows."""
+        labels = WindowLabels(
+            (self.labels.activity if activity is None else activity)[rows],
+            self.labels.motion[rows],
+            self.labels.subject[rows],
+            self.labels.is_test[rows],
+        )
+        config = replace(self.config, by_subject=by_subject)
+        return rank_windows(SomeWindows(self.inputs, rows), labels, config, pooling=self.pooling)
+
+
+def halves_of_clips(library: Library, number: int) -> np.ndarray:
+    """Half of each activity's motions."""
+    rng = np.random.default_rng(number)
+    half = np.zeros(len(library.files), dtype=bool)
+    for name in np.unique(library.labels.activity):
+        rows = library.labels.activity == name
+        motions = np.unique(library.labels.motion[rows])
+        rng.shuffle(motions)
+        half |= rows & np.isin(library.labels.motion, motions[: len(motions) // 2])
+    return half
+
+
+def halves_of_styles(library: Library, number: int) -> np.ndarray:
+    """Half of the styles that Bandai-Namco's file names tell."""
+    style = np.array([Path(file).stem.split("_")[-2] for file in library.files])
+    names = np.unique(style)
+    np.random.default_rng(number).shuffle(names)
+    return np.isin(style, names[: len(names) // 2])
+
+
+def halves_of_performers(library: Library, number: int) -> np.ndarray:
+    """Two of five performers against the other three."""
+    pairs = list(itertools.combinations(np.unique(library.labels.subject), 2))
+    np.random.default_rng(0).shuffle(pairs)
+    return np.isin(library.labels.subject, pairs[number % len(pairs)])
+
+
+@dataclass(frozen=True)
+class Case:
+    """A library, how it is made, and how it is halved."""
+
+    make: Callable[[Path], list[str]]
+    halve: Callable[[Library, int], np.ndarray]
+    by_subject: bool = False
+
+
+def demo(clips: int) -> Callable[[Path], list[str]]:
+    def make(folder: Path) -> list[str]:
+        w2w("demo-library", str(folder), "--clips", str(clips))
+        return []
+
+    return make
+
+
+def unpack(name: str, *options: str) -> Callable[[Path], list[str]]:
+    def make(folder: Path) -> list[str]:
+        with tarfile.open(DATA / f"{name}.tar.xz") as archive:
+            archive.extractall(folder, filter="data")
+        return [option.format(folder=folder) for option in options]
+
+    return make
+
+
+CASES = {
+    "demo12": Case(demo(12), halves_of_clips),
+    "demo24": Case(demo(24), halves_of_clips),
+    "hdm05": Case(unpack("hdm05", "--labels", "{folder}/labels.csv"), halves_of_performers, by_subject=True),
+    "bandai": Case(unpack("bandai_namco"), halves_of_styles),
+}
+
+
+def w2w(*arguments: str) -> None:
+    subprocess.run([sys.executable, "-m", "headless", *arguments], check=True, stdout=subprocess.DEVNULL)
+
+
+def prepared(name: str, scratch: Path, workers: int) -> Library:
+    """A case's library, run once."""
+    out = scratch / f"{name}_out"
+    if not (out / "summary.json").exists():
+        clips = scratch / name
+        options = CASES[name].make(clips)
+        w2w(
+            "run",
+            str(clips),
+            "--out",
+            str(out),
+            "--no-pictures",
+            "--no-report",
+            "--workers",
+            str(workers),
+            *options,
+        )
+    return Library.open(out)
+
+
+def judged(library: Library, case: Case, halvings: int, shuffle: bool) -> Iterator[dict[str, float]]:
+    """What each half promised and the other delivered."""
+    activity = library.labels.activity
+    for number in range(halvings):
+        if shuffle:
+            motions, first = np.unique(library.labels.motion, return_index=True)
+            mixed = np.random.default_rng(number).permutation(library.labels.activity[first])
+            activity = mixed[np.searchsorted(motions, library.labels.motion)]
+        half = case.halve(library, number)
+        maps = [library.rank(np.flatnonzero(rows), case.by_subject, activity) for rows in (half, ~half)]
+        for here, there in (maps, maps[::-1]):
+            yield compare(here, there)
+
+
+def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
+    best = int(here.expected_mean.argmax())
+    shared = [name for name in here.activities if name in there.activities]
+    columns = [(here.activities.index(name), there.activities.index(name)) for name in shared]
+    rho = [rank_correlation(here.expected_f1[:, a], there.expected_f1[:, b]) for a, b in columns]
+    return {
+        "promise": float(here.expected_mean[best]),
+        "delivery": float(there.mean[best]),
+        "naive": float(here.mean.max()),
+        "gain": float(there.mean[best] - there.mean.mean()),
+        "rho": rank_correlation(here.expected_mean, there.expected_mean),
+        "rho by activity": float(np.nanmean(rho)),
+        "raw rho": rank_correlation(here.mean, there.mean),
+        "holds": held(here, there.expected_mean),
+        "holds raw": held(here, there.mean),
+        "as good": float(here.as_good.mean()),
+        "ranks": float(here.can_rank),
+    }
+
+
+def rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
+    return float(spearmanr(one, other)[0]) if np.ptp(one) > 0 and np.ptp(other) > 0 else np.nan
+
+
+def held(here: UtilityMap, other: np.ndarray) -> float:
+    return float(((here.expected_low <= other) & (other <= here.expected_high)).mean())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("scratch", type=Path)
+    parser.add_argument("--only", nargs="*", choices=CASES, default=list(CASES))
+    parser.add_argument("--halvings", type=int, default=4)
+    parser.add_argument("--workers", type=int, default=2)
+    given = parser.parse_args()
+    given.scratch.mkdir(parents=True, exist_ok=True)
+    for name in given.only:
+        library = prepared(name, given.scratch, given.workers)
+        for shuffle in (False, True):
+            found = list(judged(library, CASES[name], given.halvings, shuffle))
+            mean = {key: np.nanmean([row[key] for row in found]) for key in found[0]}
+            words = "  ".join(f"{key} {value:.3f}" for key, value in mean.items())
+            difference = mean["promise"] - mean["delivery"]
+            print(f"{name}{', shuffled' if shuffle else ''}: {words}  off {difference:+.3f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far patches lie apart over the skin, and from each other's mirror images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from ..body.body import Body
+from .patches import PatchSet
+from .strip_graph import StripGraph
+
+FLIP = np.array([-1.0, 1.0, 1.0])
+"""Left and right lie along x."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinDistances:
+    """Geodesic distances between patches of a body at rest.
+
+    Attributes
+    ----------
+    between : ndarray, shape (N, N)
+        Metres; infinite between separate pieces of the mesh.
+    to_mirror_image : ndarray, shape (N, N)
+        From the mirror image of the row's patch to the column's patch.
+    """
+
+    between: np.ndarray
+    to_mirror_image: np.ndarray
+
+    @classmethod
+    def of(cls, body: Body, patches: PatchSet) -> SkinDistances:
+        """Measure them; a body without a mirror map is reflected in its middle plane."""
+        centres = np.asarray(patches.vertices)
+        if body.mirror is None:
+            images = KDTree(body.vertices).query(body.vertices[centres] * FLIP)[1]
+        else:
+            images = np.asarray(body.mirror)[centres]
+        graph = StripGraph.of(body.vertices, body.faces)
+        return cls(graph.distances(centres)[:, centres], graph.distances(images)[:, centres])

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a patch would score on other clips: its map pooled, shrunk to what repeats, with honest intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm, t
+
+from .halves import Plan, maps_of
+from .pooling import Pooling
+
+UNPROVEN = 0.5
+"""Share of a map's contrast that is believed where the clips cannot be halved."""
+
+STEEPEST = 20.0
+"""Most F1 by unit of soft F1, whose range is narrow."""
+
+DRAWS = 1000
+"""Maps of noise from which it is judged which patches are as good as the best."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """F1 as other clips, or other people, would show it.
+
+    Attributes
+    ----------
+    f1 : ndarray, shape (N, A)
+    mean, low, high : ndarray, shape (N,)
+        Macro F1 and its interval, in which the clips trained on vary too.
+    as_good : ndarray of bool, shape (N,)
+        Patches that cannot be told from the one of highest `mean`, the choice among all N accounted for.
+    can_rank : bool
+        Whether halves of the clips agree about the patches more than noise would have them.
+    """
+
+    f1: np.ndarray
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    as_good: np.ndarray
+    can_rank: bool
+
+
+@dataclass(frozen=True, eq=False)
+class TrialMaps:
+    """Maps of each trial of a plan.
+
+    Attributes
+    ----------
+    soft, raw : ndarray, shape (trials, A, N)
+        Soft F1, and F1 by window; NaN where an activity was not tested.
+    """
+
+    soft: np.ndarray
+    raw: np.ndarray
+
+
+def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: int) -> Expected:
+    """Expected scores of all patches from the maps of all clips and of disjoint halves of them.
+
+    What one half shows and the other shows again is signal; what it does not is noise. From that
+    follow how widely to pool, how far to shrink, and how sure the result is.
+
+    Parameters
+    ----------
+    maps : TrialMaps
+    plan : Plan
+    pooling : Pooling
+    level : float
+        Confidence of the intervals and of `as_good`.
+    seed : int
+        Of the draws of noise.
+    """
+    repeat = _Repeat.of(maps, plan, pooling)
+    raw = maps.raw[0]
+    pooled = pooling.apply(maps.soft[0], repeat.shares)
+    f1 = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * _centred(pooled)
+    mean = raw.mean() + repeat.slope * _centred(pooled.mean(axis=0))
+    # two or three subjects tell little of how far people differ
+    spread = norm if plan.disjoint else t(max(len(plan.whole.splits) - 1, 1))
+    reach = spread.ppf((1 + level) / 2) * np.sqrt(repeat.variance)
+    return Expected(
+        f1=np.clip(f1, 0, 1).T.astype(np.float32),
+        mean=mean.astype(np.float32),
+        low=np.maximum(mean - reach, 0).astype(np.float32),
+        high=np.minimum(mean + reach, 1).astype(np.float32),
+        as_good=_as_good(mean, repeat.noise_maps, level, seed),
+        can_rank=_agree(repeat, level),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Repeat:
+    """How far maps repeat.
+
+    Attributes
+    ----------
+    shares : ndarray, shape (parts, A)
+        For `Pooling.apply`.
+    slope, slope_by_activity : float
+        F1 by unit of the pooled map, about its mean.
+    variance : float
+        Of a patch's expected macro F1.
+    noise_maps : ndarray, shape (pairs, N)
+        What the expected map of all clips might be off by; none where the clips cannot be halved.
+    agreement : float
+        Mean product of what the two of a pair say of a patch's lead, in the units of `noise_maps`.
+    """
+
+    shares: np.ndarray
+    slope: float
+    slope_by_activity: float
+    variance: float
+    noise_maps: np.ndarray
+    agreement: float
+
+    @classmethod
+    def of(cls, maps: TrialMaps, plan: Plan, pooling: Pooling) -> _Repeat:
+        whole = maps.soft[0]
+        shown = [first.testable & second.testable for first, second in plan.pairs]
+        both = np.logical_and.reduce(shown) if shown else np.zeros(len(whole), dtype=bool)
+        if not both.any():
+            return cls._unproven(maps, pooling)
+        soft = [(a[both], b[both]) for a, b in maps_of(maps.soft, plan)]
+        raw = [(a[both], b[both]) for a, b in maps_of(maps.raw, plan)]
+        shares = pooling.learn(soft if plan.disjoint else [], int(both.sum()))
+        pooled = [(pooling.apply(a, shares), pooling.apply(b, shares)) for a, b in soft]
+        slope, by_activity = _slope(_means(pooled), _means(raw)), _slope(pooled, raw)
+        variance = _variance(_means(raw), slope, pooled, plan.shrink)
+        if plan.disjoint:
+            slope, by_activity = slope * _of_all(_means(pooled)), by_activity * _of_all(pooled)
+        every = np.repeat(shares.mean(axis=1, keepdims=True), len(whole), axis=1)
+        every[:, both] = shares
+        means = slope * _centred(np.array(_means(pooled)))
+        return cls(
+            shares=every,
+            slope=slope,
+            slope_by_activity=by_activity,
+            variance=variance,
+            noise_maps=(means[:, 0] - means[:, 1]) / np.sqrt(plan.shrink),
+            agreement=float((means[:, 0] * means[:, 1]).mean() * 2 / plan.shrink),
+        )
+
+    @classmethod
+    def _unproven(cls, maps: TrialMaps, pooling: Pooling) -> _Repeat:
+        soft, raw = maps.soft[0], maps.raw[0]
+        shares = pooling.learn([], len(soft))
+        pooled = pooling.apply(soft, shares)
+        slopes = [
+            UNPROVEN * _slope([(one, one)], [(other, other)])
+            for one, other in ((pooled.mean(axis=0), raw.mean(axis=0)), (pooled, raw))
+        ]
+        return cls(shares, *slopes, 1.0, np.empty((0, raw.shape[1])), 0.0)
+
+
+def _of_all(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
+    """How much steeper a slope is for twice the clips, whose noise is half (Spearman 1910, Brown 1910)."""
+    together = sum((_centred(a) * _centred(b)).sum() for a, b in pairs)
+    square = sum((_centred(a) ** 2).sum() + (_centred(b) ** 2).sum() for a, b in pairs) / 2
+    return float(2 / (1 + np.clip(together / square, 0, 1))) if square > 0 else 1.0
+
+
+def _slope(seen: list[tuple[np.ndarray, np.ndarray]], other: list[tuple[np.ndarray, np.ndarray]]) -> float:
+    """Least squares of the one half's F1 on the other half's pooled map, about means over patches."""
+    together = square = 0.0
+    for (a, b), (of_a, of_b) in zip(seen, other, strict=True):
+        together += (_centred(a) * _centred(of_b)).sum() + (_centred(b) * _centred(of_a)).sum()
+        square += (_centred(a) ** 2).sum() + (_centred(b) ** 2).sum()
+    return float(np.clip(together / square, 0, STEEPEST)) if square > 0 else 0.0
+
+
+def _variance(
+    raw: list[tuple[np.ndarray, np.ndarray]],
+    slope: float,
+    pooled: list[tuple[np.ndarray, np.ndarray]],
+    shrink: float,
+) -> float:
+    """Variance of the expected macro F1 of a patch about its true one.
+
+    The level that all patches share, and half of what one patch's F1 on other clips lies off its
+    expected F1 beyond that: what pooling left out, and the noise of that other F1.
+    """
+    of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) / shrink
+    of_noise = np.mean([np.var(a - b) for a, b in raw]) / shrink
+    signal = np.mean([(_centred(a) * _centred(b)).mean() for a, b in raw])
+    kept = slope**2 * np.mean([np.var(half.mean(axis=0)) for pair in pooled for half in pair])
+    return float(of_level + (max(signal - kept, 0.0) + of_noise) / 2)
+
+
+def _agree(repeat: _Repeat, level: float) -> bool:
+    """Whether pairs agree more than noise alone would in a share `level` of libraries.
+
+    How far two maps of noise agree by chance is told by how far the noise of one pair agrees with
+    that of another; of a single pair, by its square, which is more.
+    """
+    noise = repeat.noise_maps
+    if not len(noise):
+        return False
+    products = noise @ noise.T / noise.shape[1]
+    others = products[np.triu_indices(len(noise), 1)] if len(noise) > 1 else np.diag(products)
+    return bool(repeat.agreement > t.ppf(level, len(others)) * np.sqrt((others**2).mean()))
+
+
+def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) -> np.ndarray:
+    """Patches that noise alone would leave so far behind the best of all more often than 1 - level.
+
+    Each draw is a random sum of the noise maps (the multiplier bootstrap, van der Vaart and Wellner
+    1996), and the best of all is sought in each: the choice is part of what varies.
+    """
+    if not len(noise_maps):
+        return np.ones(len(mean), dtype=bool)
+    draws = np.random.default_rng([seed, 3]).normal(size=(DRAWS, len(noise_maps)))
+    noise = draws @ noise_maps / np.sqrt(len(noise_maps))
+    furthest = np.quantile(noise.max(axis=1, keepdims=True) - noise, level, axis=0)
+    return mean.max() - mean <= furthest + 1e-9
+
+
+def _means(pairs: list[tuple[np.ndarray, np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
+    return [(a.mean(axis=0), b.mean(axis=0)) for a, b in pairs]
+
+
+def _centred(values: np.ndarray) -> np.ndarray:
+    return values - values.mean(axis=-1, keepdims=True)

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Trainings and tests on all clips and, apart from each other, on disjoint halves of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from .folds import ALWAYS_TRAIN
+
+HALVINGS = 4
+"""Ways in which the clips are halved."""
+
+FEWEST_SUBJECTS = 4
+"""Subjects from which on each half has two, to train on one and test on the other."""
+
+
+class Split(NamedTuple):
+    """One training: the blocks that it sees and the windows that it is tested on."""
+
+    train: np.ndarray
+    tested: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A cross-validation on some of the clips.
+
+    Attributes
+    ----------
+    splits : tuple of int
+        Of the plan, one a fold.
+    windows : ndarray of int, shape (V,)
+        The windows tested, split by split.
+    testable : ndarray of bool, shape (A,)
+        Activities with clips in two folds, so that what is tested was trained.
+    weight : ndarray, shape (V,)
+        Of each window: those of a clip (a subject where subjects are left out) share one vote, and
+        the clips of an activity share one.
+    """
+
+    splits: tuple[int, ...]
+    windows: np.ndarray
+    testable: np.ndarray
+    weight: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is trained and tested.
+
+    Attributes
+    ----------
+    block : ndarray of int, shape (W,)
+        Windows that are always trained on or tested on together.
+    splits : tuple of Split
+    whole : Trial
+        The cross-validation on all clips.
+    pairs : tuple of two Trials
+        Whose maps are compared: disjoint halves of the clips, or single subjects of two or three.
+    disjoint : bool
+        Whether no clip that one of a pair is trained or tested on is trained on by the other.
+    shrink : float
+        The variance of the whole map is the mean square of a pair's difference over this.
+    """
+
+    block: np.ndarray
+    splits: tuple[Split, ...]
+    whole: Trial
+    pairs: tuple[tuple[Trial, Trial], ...]
+    disjoint: bool
+    shrink: float
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """All of them, the whole first."""
+        return (self.whole, *(trial for pair in self.pairs for trial in pair))
+
+
+def plan(
+    labels: np.ndarray,
+    clip: np.ndarray,
+    fold: np.ndarray,
+    is_test: np.ndarray,
+    by_subject: bool = False,
+    seed: int = 0,
+    halvings: int = HALVINGS,
+) -> Plan:
+    """Plan the trainings and tests of a ranking.
+
+    Parameters
+    ----------
+    labels : ndarray of int, shape (W,)
+        Activity of each window, 0 to A - 1.
+    clip : ndarray, shape (W,)
+        Motion of each window; never split between halves.
+    fold : ndarray of int, shape (W,)
+        Fold of each window; -1 for windows that every fold trains on.
+    is_test : ndarray of bool, shape (W,)
+    by_subject : bool
+        Folds are subjects: then they are halved, not the clips.
+    seed : int
+        Of the halving.
+    halvings : int
+        How often to halve; 0 for the whole alone.
+    """
+    sides = (
+        _halve_subjects(fold, seed, halvings) if by_subject else _halve_clips(labels, clip, seed, halvings)
+    )
+    cells = np.stack([fold, *sides], axis=1)
+    kinds, block = np.unique(cells, axis=0, return_inverse=True)
+    block = block.ravel()
+    tested = [f for f in np.unique(fold[is_test]) if f != ALWAYS_TRAIN]
+    vote = fold if by_subject else np.unique(clip, return_inverse=True)[1]
+    splits: list[Split] = []
+
+    def trial(of_side: np.ndarray, among: np.ndarray) -> Trial:
+        first = len(splits)
+        for f in tested:
+            test, train = among & (fold == f) & is_test, of_side & (kinds[:, 0] != f)
+            if test.any() and train.any():
+                splits.append(Split(np.flatnonzero(train), np.flatnonzero(test)))
+        windows = np.concatenate([np.empty(0, dtype=np.int64), *(split.tested for split in splits[first:])])
+        testable = _in_two_folds(labels, fold, among)
+        return Trial(tuple(range(first, len(splits))), windows, testable, _votes(labels, vote, windows))
+
+    everything = np.ones(len(kinds), dtype=bool)
+    whole = trial(everything, np.ones(len(fold), dtype=bool))
+    pairs = []
+    for number, side in enumerate(sides, start=1):
+        always = kinds[:, 0] == ALWAYS_TRAIN
+        pairs.append(tuple(trial(always | (kinds[:, number] == s), side == s) for s in (False, True)))
+    if pairs or not by_subject or not halvings:
+        usable = tuple(pair for pair in pairs if (pair[0].testable & pair[1].testable).any())
+        return Plan(block, tuple(splits), whole, usable, True, 4.0)
+    single = _single_folds(labels, vote, whole, splits)
+    return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested))
+
+
+def _single_folds(
+    labels: np.ndarray, vote: np.ndarray, whole: Trial, splits: Sequence[Split]
+) -> tuple[tuple[Trial, Trial], ...]:
+    """Pairs of the whole's folds, each a trial of its own."""
+    activities = np.arange(len(whole.testable))
+    alone = []
+    for number in whole.splits:
+        windows = splits[number].tested
+        shown = np.isin(activities, labels[windows]) & whole.testable
+        alone.append(Trial((number,), windows, shown, _votes(labels, vote, windows)))
+    return tuple(pair for pair in combinations(alone, 2) if (pair[0].testable & pair[1].testable).any())
+
+
+def _halve_clips(labels: np.ndarray, clip: np.ndarray, seed: int, halvings: int) -> list[np.ndarray]:
+    """Deal half of each activity's clips to one side, by as many draws."""
+    rng = np.random.default_rng([seed, 1])
+    sides = []
+    for _ in range(halvings):
+        side = np.zeros(len(clip), dtype=bool)
+        taken: set = set()
+        for label in range(labels.max() + 1):
+            clips = [name for name in np.unique(clip[labels == label]).tolist() if name not in taken]
+            taken.update(clips)
+            rng.shuffle(clips)
+            half = (len(clips) + int(rng.integers(2))) // 2
+            side |= np.isin(clip, clips[:half])
+        sides.append(side)
+    return sides
+
+
+def _halve_subjects(fold: np.ndarray, seed: int, halvings: int) -> list[np.ndarray]:
+    """Deal half of the subjects to one side, no two ways alike; none where each half would lack a second."""
+    subjects = np.unique(fold[fold != ALWAYS_TRAIN])
+    if len(subjects) < FEWEST_SUBJECTS:
+        return []
+    rng = np.random.default_rng([seed, 2])
+    chosen: list[frozenset] = []
+    for _ in range(10 * halvings):
+        half = frozenset(rng.permutation(subjects)[: len(subjects) // 2].tolist())
+        others = frozenset(subjects.tolist()) - half
+        if half not in chosen and others not in chosen and len(chosen) < halvings:
+            chosen.append(half)
+    return [np.isin(fold, list(half)) for half in chosen]
+
+
+def _in_two_folds(labels: np.ndarray, fold: np.ndarray, among: np.ndarray) -> np.ndarray:
+    return np.array(
+        [len(np.unique(fold[among & (labels == label)])) > 1 for label in range(labels.max() + 1)]
+    )
+
+
+def _votes(labels: np.ndarray, vote: np.ndarray, windows: np.ndarray) -> np.ndarray:
+    """Share of each window in its activity, whose clips or subjects have a vote each."""
+    pairs = np.stack([labels[windows], vote[windows]])
+    _, unit, size = np.unique(pairs, axis=1, return_inverse=True, return_counts=True)
+    unit = unit.ravel()
+    units_of = np.bincount(np.unique(pairs, axis=1)[0], minlength=labels.max() + 1)
+    return 1.0 / size[unit] / units_of[labels[windows]]
+
+
+def maps_of(values: np.ndarray, plan: Plan) -> Sequence[tuple[np.ndarray, np.ndarray]]:
+    """The maps (A, N) of each pair, from those of all trials (trials, A, N)."""
+    return [(values[1 + 2 * i], values[2 + 2 * i]) for i in range(len(plan.pairs))]

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Expected scores: equal patches stay equal, intervals hold what other clips give, a real lead is found."""
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.expected import TrialMaps, expect
+from w2w.core.ranking.halves import plan
+from w2w.core.ranking.pooling import Pooling
+
+N, A = 200, 5
+
+
+def clips(n=40):
+    clip = np.repeat(np.arange(A * n), 2)
+    return clip % A, clip, clip // A % 5, np.ones(len(clip), bool)
+
+
+def world(truth, level_noise, noise, seed):
+    """Maps of a plan's trials, whose noise halves with the number of clips, and another library's."""
+    rng = np.random.default_rng(seed)
+    work = plan(*clips(), seed=seed)
+    raw = []
+    for _ in work.pairs:
+        two = [
+            truth + level_noise * np.sqrt(2) * rng.normal() + noise * np.sqrt(2) * rng.normal(size=(A, N))
+            for _ in range(2)
+        ]
+        raw += two
+    whole = (raw[0] + raw[1]) / 2
+    other = truth + level_noise * rng.normal() + noise * rng.normal(size=(A, N))
+    maps = np.stack([whole, *raw])
+    return expect(TrialMaps(maps / 4, maps), work, Pooling.none(N), 0.95, seed), other
+
+
+def test_patches_that_are_all_equal_are_kept_as_good_and_said_not_to_be_ranked():
+    found = [world(np.full((A, N), 0.5), 0.01, 0.05, seed)[0] for seed in range(40)]
+    assert np.mean([one.as_good.mean() for one in found]) > 0.9
+    assert np.mean([one.can_rank for one in found]) < 0.2
+
+
+def test_a_real_lead_is_found_and_promised_as_it_is():
+    rng = np.random.default_rng(5)
+    promised, given, lead = [], [], []
+    for seed in range(30):
+        truth = np.repeat(0.5 + 0.1 * rng.normal(size=(1, N)), A, axis=0)
+        found, other = world(truth, 0.01, 0.1, seed)
+        best = found.mean.argmax()
+        assert found.can_rank
+        assert found.as_good.mean() < 0.7
+        promised.append(found.mean[best])
+        given.append(other.mean(axis=0)[best])
+        lead.append(truth[0, best] - 0.5)
+    assert np.mean(lead) > 0.15
+    assert np.mean(promised) == pytest.approx(np.mean(given), abs=0.03)
+
+
+def test_the_naive_promise_would_be_too_high():
+    found, other = zip(*(world(np.full((A, N), 0.5), 0.0, 0.1, seed) for seed in range(60)), strict=True)
+    delivered = np.mean([o.mean(axis=0)[f.mean.argmax()] for f, o in zip(found, other, strict=True)])
+    assert np.mean([f.mean.max() for f in found]) == pytest.approx(delivered, abs=0.02)
+
+
+def test_intervals_hold_other_clips_f1_about_as_often_as_two_samples_of_one_thing_should():
+    """An interval that holds the truth 95 times in 100 holds a second sample some 83 times."""
+    rng = np.random.default_rng(0)
+    held = []
+    for seed in range(60):
+        truth = np.repeat(0.5 + 0.05 * rng.normal(size=(1, N)), A, axis=0)
+        found, other = world(truth, 0.03, 0.05, seed)
+        mean = other.mean(axis=0)
+        held.append(((found.low <= mean) & (mean <= found.high)).mean())
+    assert 0.7 < np.mean(held) < 0.95
+
+
+def test_clips_that_cannot_be_halved_rank_nothing():
+    clip = np.repeat(np.arange(3 * A), 2)
+    work = plan(clip % A, clip, clip // A, np.ones(len(clip), bool))
+    raw = np.random.default_rng(0).uniform(size=(1, A, N))
+    found = expect(TrialMaps(raw, raw), work, Pooling.none(N), 0.95, 0)
+    assert not found.can_rank
+    assert found.as_good.all()
+    assert (found.low == 0).all()
+    assert (found.high == 1).all()
+    assert np.ptp(found.mean) < np.ptp(raw[0].mean(axis=0))

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Plans of trainings and tests: every window tested once by the whole, and halves that share nothing."""
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.halves import plan
+
+
+def library(n_clips=24, subjects=0):
+    clip = np.repeat(np.arange(n_clips), 3)
+    labels = clip % 3
+    fold = clip // 3 % subjects if subjects else clip // 3 % 4
+    return labels, clip, fold, np.arange(len(clip)) % 3 < 2
+
+
+def trained(work, trial):
+    """Windows that any model of a trial was trained on."""
+    blocks = np.concatenate([work.splits[split].train for split in trial.splits])
+    return np.flatnonzero(np.isin(work.block, blocks))
+
+
+@pytest.mark.parametrize("subjects", [0, 6])
+def test_the_whole_tests_every_window_once_and_never_on_what_it_trained(subjects):
+    labels, clip, fold, is_test = library(subjects=subjects)
+    work = plan(labels, clip, fold, is_test, by_subject=bool(subjects))
+    np.testing.assert_array_equal(np.sort(work.whole.windows), np.flatnonzero(is_test))
+    for trial in work.trials:
+        for split in (work.splits[number] for number in trial.splits):
+            seen = np.isin(work.block, split.train)
+            assert seen.any()
+            assert not np.isin(fold[split.tested], fold[seen]).any()
+
+
+@pytest.mark.parametrize("subjects", [0, 6])
+def test_halves_share_no_clip_and_no_subject(subjects):
+    labels, clip, fold, is_test = library(subjects=subjects)
+    work = plan(labels, clip, fold, is_test, by_subject=bool(subjects))
+    whose = fold if subjects else clip
+    assert len(work.pairs) == 4
+    for pair in work.pairs:
+        one, other = (np.r_[trained(work, trial), trial.windows] for trial in pair)
+        assert not np.isin(whose[one], whose[other]).any()
+        assert pair[0].testable.all()
+        assert pair[1].testable.all()
+
+
+def test_copies_of_a_clip_stay_on_its_side():
+    labels, clip, fold, is_test = library()
+    twice = [np.tile(values, 2) for values in (labels, clip, fold)]
+    work = plan(*twice, np.r_[is_test, np.zeros(len(clip), bool)])
+    np.testing.assert_array_equal(work.block[: len(clip)], work.block[len(clip) :])
+
+
+def test_two_or_three_subjects_are_compared_one_with_another():
+    labels, clip, fold, is_test = library(subjects=3)
+    work = plan(labels, clip, fold, is_test, by_subject=True)
+    assert not work.disjoint
+    assert len(work.pairs) == 3
+    assert work.shrink == 6
+    for first, second in work.pairs:
+        assert len(np.unique(fold[first.windows])) == 1
+        assert not np.isin(fold[first.windows], fold[second.windows]).any()
+
+
+def test_three_clips_an_activity_cannot_be_halved():
+    labels, clip, fold, is_test = library(n_clips=9)
+    work = plan(labels, clip, fold, is_test)
+    assert work.pairs == ()
+    np.testing.assert_array_equal(np.sort(work.whole.windows), np.flatnonzero(is_test))
+
+
+def test_clips_have_a_vote_each_however_long():
+    clip = np.repeat(np.arange(8), [1, 1, 5, 5, 2, 2, 9, 9])
+    labels = clip % 2
+    work = plan(labels, clip, clip // 2 % 2, np.ones(len(clip), bool), halvings=0)
+    weight = np.zeros(len(clip))
+    weight[work.whole.windows] = work.whole.weight
+    np.testing.assert_allclose(np.bincount(clip, weights=weight), 0.25)
+
+
+def test_windows_that_every_fold_trains_on_are_in_every_training():
+    labels, clip, fold, is_test = library()
+    fold = fold.copy()
+    fold[clip == 5] = -1
+    work = plan(labels, clip, fold, is_test & (clip != 5), halvings=0)
+    for split in work.splits:
+        assert np.isin(work.block[clip == 5], split.train).all()
