@@ -20,7 +20,8 @@ from .counts import interval_caution, interval_text, mean_caution
 from .joint import joint_content
 
 CANNOT_RANK = (
-    "These clips cannot rank placements: halves of them do not agree about the patches more than chance would"
+    "These clips cannot rank placements: disjoint halves of them do not agree more than by chance, "
+    "or could not be compared"
 )
 
 AT_MOST = 12

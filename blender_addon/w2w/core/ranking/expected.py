@@ -84,7 +84,7 @@ def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: in
     reach = spread.ppf((1 + level) / 2) * np.sqrt(repeat.variance)
     return Expected(
         f1=np.clip(f1, 0, 1).T.astype(np.float32),
-        mean=mean.astype(np.float32),
+        mean=np.clip(mean, 0, 1).astype(np.float32),
         low=np.maximum(mean - reach, 0).astype(np.float32),
         high=np.minimum(mean + reach, 1).astype(np.float32),
         as_good=_as_good(mean, repeat.noise_maps, level, seed),
