@@ -143,7 +143,7 @@ def test_another_activity_has_other_colours_and_its_own_scale(page, drawn_result
     patches = PatchSet.load(drawn_results / ".w2w" / "patches.npz")
     first = find(page, "#ranked tbody tr").text
     assert patches.names[int(scores.argmax())] in first
-    assert f"{scores.max():.2f}" in first
+    assert any(f"{scores.max() + nudge:.2f}" in first for nudge in (-1e-5, 1e-5))  # .875 is either
 
 
 def test_one_range_for_all_maps(page, drawn_results):
