@@ -27,14 +27,11 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_windows
-from w2w.core.patches.patches import PatchSet
-from w2w.core.patches.skin import SkinDistances
+from w2w.core.clip_ranking import WindowLabels, rank_windows
 from w2w.core.ranking.inputs import PlaceBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
 from w2w.core.study import StudyConfig
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
@@ -52,22 +49,12 @@ class Library:
 
     @classmethod
     def open(cls, out: Path) -> Library:
-        """Read what a run left, but for its ranking."""
+        """Read what a run left."""
+        study = StudyResults.load(out)
         used = json.loads((out / "summary.json").read_text())["used"]
-        config = StudyConfig.from_dict(json.loads((out / "config.json").read_text())["parameters"])
-        name_of = {entry["file"]: entry["clip"] for entry in used}
-        clips = [
-            LabelledClip(
-                entry["clip"], entry["activity"], entry["subject"],
-                name_of[entry.get("same_motion_as", entry["file"])],
-            )
-            for entry in used
-        ]  # fmt: skip
-        windows = [ClipWindows.read(out, clip.name) for clip in clips]
-        inputs = ranking_inputs(out, [clip.name for clip in clips], windows, "ridge", config.windows)
-        files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in windows])
-        skin = SkinDistances.of(Body.load(out / WORK / "body.npz"), PatchSet.load(out / WORK / "patches.npz"))
-        return cls(inputs, WindowLabels.of(clips, windows), files, config, Pooling.over(skin))
+        files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in study.windows])
+        pooling = Pooling.on(study.body(), study.patches)
+        return cls(study.inputs("ridge"), study.labels(), files, study.config(), pooling)
 
     def rank(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray | None = None) -> UtilityMap:
         """Rank on some windows."""

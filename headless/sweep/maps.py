@@ -9,7 +9,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +71,11 @@ class SweepMaps:
                 self.patches = place_patches(study.body(), replace(config, patches=places))
         (out / WORK / "features").mkdir(parents=True, exist_ok=True)
         self.patches.save(out / WORK / "patches.npz")
+
+    @cached_property
+    def pooling(self) -> Pooling:
+        """Over the skin of the study's body, whatever body a case is recorded on."""
+        return Pooling.on(self.study.body(), self.patches)
 
     def map_of(self, case: Case, told: Callable[[int], None]) -> UtilityMap:
         """The map of a case.
@@ -143,8 +148,7 @@ class SweepMaps:
         found = [ClipWindows.read(folder, name) for name in names]
         labels = WindowLabels.of(clips, found)
         inputs = ranking_inputs(folder, names, found, case.config.classifier, case.config.windows)
-        pooling = Pooling.on(self.study.body(), self.patches)
-        return rank_windows(inputs, labels, case.config, pooling=pooling)
+        return rank_windows(inputs, labels, case.config, pooling=self.pooling)
 
 
 def _bake_clip_for(parent: int, *call: Any) -> bool:

@@ -89,9 +89,9 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     ranked_as, config = rank_settings(study), config_of(study)
     used = [LabelledClip(clip.name, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)]
     keys = [study.clips[i].signals for i in clips]
-    pooling = Pooling.on(body_of(mesh), patches_of(mesh))
+    body, patches = body_of(mesh), patches_of(mesh)
     utility = yield from in_thread(
-        lambda told: _rank(used, keys, pooling, config, told),
+        lambda told: _rank(used, keys, Pooling.on(body, patches), config, told),
         "training at every patch",
         0.4 if lost else 0.0,
         0.95,

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import norm, t
 
 from .halves import Plan, maps_of
-from .pooling import Pooling
+from .pooling import Pooling, centred
 
 UNPROVEN = 0.5
 """Share of a map's contrast that is believed where the clips cannot be halved."""
@@ -77,8 +77,8 @@ def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: in
     repeat = _Repeat.of(maps, plan, pooling)
     raw = maps.raw[0]
     pooled = pooling.apply(maps.soft[0], repeat.shares)
-    f1 = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * _centred(pooled)
-    mean = raw.mean() + repeat.slope * _centred(pooled.mean(axis=0))
+    f1 = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * centred(pooled)
+    mean = raw.mean() + repeat.slope * centred(pooled.mean(axis=0))
     # two or three subjects tell little of how far people differ
     spread = norm if plan.disjoint else t(max(len(plan.whole.splits) - 1, 1))
     reach = spread.ppf((1 + level) / 2) * np.sqrt(repeat.variance)
@@ -134,7 +134,7 @@ class _Repeat:
             slope, by_activity = slope * _of_all(_means(pooled)), by_activity * _of_all(pooled)
         every = np.repeat(shares.mean(axis=1, keepdims=True), len(whole), axis=1)
         every[:, both] = shares
-        means = slope * _centred(np.array(_means(pooled)))
+        means = slope * centred(np.array(_means(pooled)))
         return cls(
             shares=every,
             slope=slope,
@@ -158,8 +158,8 @@ class _Repeat:
 
 def _of_all(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
     """How much steeper a slope is for twice the clips, whose noise is half (Spearman 1910, Brown 1910)."""
-    together = sum((_centred(a) * _centred(b)).sum() for a, b in pairs)
-    square = sum((_centred(a) ** 2).sum() + (_centred(b) ** 2).sum() for a, b in pairs) / 2
+    together = sum((centred(a) * centred(b)).sum() for a, b in pairs)
+    square = sum((centred(a) ** 2).sum() + (centred(b) ** 2).sum() for a, b in pairs) / 2
     return float(2 / (1 + np.clip(together / square, 0, 1))) if square > 0 else 1.0
 
 
@@ -167,8 +167,8 @@ def _slope(seen: list[tuple[np.ndarray, np.ndarray]], other: list[tuple[np.ndarr
     """Least squares of the one half's F1 on the other half's pooled map, about means over patches."""
     together = square = 0.0
     for (a, b), (of_a, of_b) in zip(seen, other, strict=True):
-        together += (_centred(a) * _centred(of_b)).sum() + (_centred(b) * _centred(of_a)).sum()
-        square += (_centred(a) ** 2).sum() + (_centred(b) ** 2).sum()
+        together += (centred(a) * centred(of_b)).sum() + (centred(b) * centred(of_a)).sum()
+        square += (centred(a) ** 2).sum() + (centred(b) ** 2).sum()
     return float(np.clip(together / square, 0, STEEPEST)) if square > 0 else 0.0
 
 
@@ -185,7 +185,7 @@ def _variance(
     """
     of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) / shrink
     of_noise = np.mean([np.var(a - b) for a, b in raw]) / shrink
-    signal = np.mean([(_centred(a) * _centred(b)).mean() for a, b in raw])
+    signal = np.mean([(centred(a) * centred(b)).mean() for a, b in raw])
     kept = slope**2 * np.mean([np.var(half.mean(axis=0)) for pair in pooled for half in pair])
     return float(of_level + (max(signal - kept, 0.0) + of_noise) / 2)
 
@@ -220,7 +220,3 @@ def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) 
 
 def _means(pairs: list[tuple[np.ndarray, np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(a.mean(axis=0), b.mean(axis=0)) for a, b in pairs]
-
-
-def _centred(values: np.ndarray) -> np.ndarray:
-    return values - values.mean(axis=-1, keepdims=True)

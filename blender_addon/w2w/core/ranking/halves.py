@@ -77,8 +77,8 @@ class Plan:
 
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """All of them, the whole first."""
-        return (self.whole, *(trial for pair in self.pairs for trial in pair))
+        """All of them, each once, the whole first."""
+        return (self.whole, *dict.fromkeys(trial for pair in self.pairs for trial in pair))
 
 
 def plan(
@@ -130,15 +130,14 @@ def plan(
 
     everything = np.ones(len(kinds), dtype=bool)
     whole = trial(everything, np.ones(len(fold), dtype=bool))
-    pairs = []
+    if by_subject and halvings and not sides:
+        single = _single_folds(labels, vote, whole, splits)
+        return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested))
+    pairs, always = [], kinds[:, 0] == ALWAYS_TRAIN
     for number, side in enumerate(sides, start=1):
-        always = kinds[:, 0] == ALWAYS_TRAIN
-        pairs.append(tuple(trial(always | (kinds[:, number] == s), side == s) for s in (False, True)))
-    if pairs or not by_subject or not halvings:
-        usable = tuple(pair for pair in pairs if (pair[0].testable & pair[1].testable).any())
-        return Plan(block, tuple(splits), whole, usable, True, 4.0)
-    single = _single_folds(labels, vote, whole, splits)
-    return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested))
+        if (_in_two_folds(labels, fold, side) & _in_two_folds(labels, fold, ~side)).any():
+            pairs.append(tuple(trial(always | (kinds[:, number] == s), side == s) for s in (False, True)))
+    return Plan(block, tuple(splits), whole, tuple(pairs), True, 4.0)
 
 
 def _single_folds(
@@ -203,4 +202,5 @@ def _votes(labels: np.ndarray, vote: np.ndarray, windows: np.ndarray) -> np.ndar
 
 def maps_of(values: np.ndarray, plan: Plan) -> Sequence[tuple[np.ndarray, np.ndarray]]:
     """The maps (A, N) of each pair, from those of all trials (trials, A, N)."""
-    return [(values[1 + 2 * i], values[2 + 2 * i]) for i in range(len(plan.pairs))]
+    of = dict(zip(plan.trials, values, strict=True))
+    return [(of[first], of[second]) for first, second in plan.pairs]

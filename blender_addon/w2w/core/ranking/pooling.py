@@ -63,9 +63,9 @@ class Pooling:
         -------
         ndarray, shape (parts, A, N)
         """
-        centred = maps - maps.mean(axis=1, keepdims=True)
-        reflected = centred @ self.mirror.T
-        halves = ((centred + reflected) / 2, (centred - reflected) / 2)
+        about = centred(maps)
+        reflected = about @ self.mirror.T
+        halves = ((about + reflected) / 2, (about - reflected) / 2)
         return np.stack([half @ kernel.T for half in halves for kernel in self.kernels])
 
     def learn(self, pairs: Sequence[tuple[np.ndarray, np.ndarray]], n_activities: int) -> np.ndarray:
@@ -88,7 +88,7 @@ class Pooling:
         """
         if not pairs:
             return np.tile(np.array(UNLEARNED)[:, None], (1, n_activities))
-        ways = [(self.parts(a), b - b.mean(axis=1, keepdims=True)) for a, b in _both_ways(pairs)]
+        ways = [(self.parts(a), centred(b)) for a, b in _both_ways(pairs)]
         seen = np.concatenate([parts.reshape(len(parts), -1) for parts, _ in ways], axis=1)
         wanted = np.concatenate([other.ravel() for _, other in ways])
         shares = np.tile(nnls(seen.T, wanted)[0][:, None], (1, n_activities))
@@ -102,6 +102,11 @@ class Pooling:
     def apply(self, maps: np.ndarray, shares: np.ndarray) -> np.ndarray:
         """Maps (A, N) as other clips would show them, by the shares `learn` gave."""
         return maps.mean(axis=1, keepdims=True) + np.einsum("pan,pa->an", self.parts(maps), shares)
+
+
+def centred(values: np.ndarray) -> np.ndarray:
+    """Values (..., N) about their mean over patches."""
+    return values - values.mean(axis=-1, keepdims=True)
 
 
 def _both_ways(

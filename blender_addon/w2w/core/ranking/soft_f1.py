@@ -33,13 +33,16 @@ def soft_f1(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.nd
     share /= (1.0 / np.arange(1, n_activities + 1)).sum()
     true = np.bincount(labels, weights=weight, minlength=n_activities)
     hit = np.bincount(labels, weights=share[np.arange(len(labels)), labels], minlength=n_activities)
-    with np.errstate(invalid="ignore"):
-        return np.where(true > 0, 2 * hit / (share.sum(axis=0) + true), np.nan)
+    return _f1(hit, share.sum(axis=0), true)
 
 
 def window_f1(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
     """F1 of each activity from the names given to windows, shape (A,); NaN for those without windows."""
     true = np.bincount(labels, minlength=n_activities)
     hit = np.bincount(labels[named == labels], minlength=n_activities)
+    return _f1(hit, np.bincount(named, minlength=n_activities), true)
+
+
+def _f1(hit: np.ndarray, named: np.ndarray, true: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
-        return np.where(true > 0, 2 * hit / (true + np.bincount(named, minlength=n_activities)), np.nan)
+        return np.where(true > 0, 2 * hit / (named + true), np.nan)

@@ -148,6 +148,7 @@ def utility_map(
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
     pooling: Pooling | None = None,
+    halvings: int = HALVINGS,
 ) -> UtilityMap:
     """Train and test a classifier at every place, never on the same clip.
 
@@ -184,6 +185,8 @@ def utility_map(
         call with the same inputs takes up.
     pooling : Pooling, optional
         Over the skin of the body that the places are on, for the expected scores.
+    halvings : int
+        Ways in which the clips are halved for them; 0 where they are not looked at.
 
     Returns
     -------
@@ -203,7 +206,7 @@ def utility_map(
     source = SomeWindows(as_blocks(inputs), used)
     scored = hasattr(model, "score_splits")
     trials = plan(
-        labels, clip[used], split.fold[used], is_test[used], subject is not None, seed, HALVINGS * scored
+        labels, clip[used], split.fold[used], is_test[used], subject is not None, seed, halvings * scored
     )
     if scored:
         predictions, maps = _try_all(model, source, labels, split.fold[used], is_test[used], trials, progress)

@@ -213,7 +213,8 @@ def multi_sensor_check(
     -------
     list of UtilityMap
         For the first sensor alone, the first two together, and so on; each of one
-        place, the sensors' inputs side by side along the last axis.
+        place, the sensors' inputs side by side along the last axis. Their clips are not halved:
+        Gram matrices of so many features by every half would take much memory.
     """
     source = as_blocks(inputs)
     alone = [source.places(place, place + 1)[:, 0] for place in order]
@@ -221,7 +222,7 @@ def multi_sensor_check(
     for size in range(1, len(order) + 1):
         worn = np.stack(alone[:size], axis=-2)
         together = worn.reshape(*worn.shape[:-2], -1)[:, None]
-        maps.append(utility_map(together, activity, **protocol))
+        maps.append(utility_map(together, activity, **protocol, halvings=0))
     return maps
 
 

@@ -242,10 +242,7 @@ class _Splits:
 
 
 class _Discriminant:
-    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,).
-
-    Of symmetric matrices only the upper triangle is made and read.
-    """
+    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,)."""
 
     def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray) -> None:
         self.seen = windows > 0
