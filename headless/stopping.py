@@ -118,7 +118,8 @@ def deaf_children() -> Iterator[None]:
 def _start_trackers() -> None:
     """Start the trackers of semaphores, loky's and Python's own, which free those of a killed run.
 
-    Without their warning of that, and before SIGINT is blocked: starting one ends by unblocking it.
+    Without their warning of that, deaf to a terminal that closes, and before SIGINT is blocked:
+    starting one ends by unblocking it.
     """
     from multiprocessing import resource_tracker as pythons
 
@@ -127,9 +128,15 @@ def _start_trackers() -> None:
     before = os.environ.get("PYTHONWARNINGS")
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker")))
     try:
-        resource_tracker.ensure_running()
-        if sys.platform != "win32":
+        if sys.platform == "win32":
+            resource_tracker.ensure_running()
+            return
+        heard = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])  # which a child inherits
+        try:
+            resource_tracker.ensure_running()
             pythons.ensure_running()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, heard)
     finally:
         if before is None:
             del os.environ["PYTHONWARNINGS"]
