@@ -148,7 +148,8 @@ def assert_no_child_hears_ctrl_c(process):
     assert len(children) >= 4  # two workers, two trackers of semaphores
     assert [arguments(child) for child in children if not deaf(child, signal.SIGINT)] == []
     trackers = [child for child in children if "resource_tracker" in str(arguments(child))]
-    assert len(trackers) == 2 and all(deaf(child, signal.SIGHUP) for child in trackers)
+    assert len(trackers) == 2
+    assert all(deaf(child, signal.SIGHUP) for child in trackers)
 
 
 def stages(out):
