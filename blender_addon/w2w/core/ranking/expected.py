@@ -14,8 +14,8 @@ from .pooling import Pooling, centred
 UNPROVEN = 0.5
 """Share of a map's contrast that is believed where the clips cannot be halved."""
 
-STEEPEST = 20.0
-"""Most F1 by unit of soft F1, whose range is narrow."""
+FLATTEST, STEEPEST = 0.02, 20.0
+"""Least F1 by unit of the map's score, so that patches keep their order, and most, as its range is narrow."""
 
 DRAWS = 1000
 """Maps of noise from which it is judged which patches are as good as the best."""
@@ -50,11 +50,12 @@ class TrialMaps:
 
     Attributes
     ----------
-    soft, raw : ndarray, shape (trials, A, N)
-        Soft F1, and F1 by window; NaN where an activity was not tested.
+    score, raw : ndarray, shape (trials, A, N)
+        What patches are compared by (`map_scores.rank_score`), and F1 by window; NaN where an activity
+        was not tested.
     """
 
-    soft: np.ndarray
+    score: np.ndarray
     raw: np.ndarray
 
 
@@ -76,7 +77,7 @@ def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: in
     """
     repeat = _Repeat.of(maps, plan, pooling)
     raw = maps.raw[0]
-    pooled = pooling.apply(maps.soft[0], repeat.shares)
+    pooled = pooling.apply(maps.score[0], repeat.shares)
     f1 = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * centred(pooled)
     mean = raw.mean() + repeat.slope * centred(pooled.mean(axis=0))
     # two or three subjects tell little of how far people differ
@@ -119,12 +120,12 @@ class _Repeat:
 
     @classmethod
     def of(cls, maps: TrialMaps, plan: Plan, pooling: Pooling) -> _Repeat:
-        whole = maps.soft[0]
+        whole = maps.score[0]
         shown = [first.testable & second.testable for first, second in plan.pairs]
         both = np.logical_and.reduce(shown) if shown else np.zeros(len(whole), dtype=bool)
         if not both.any():
             return cls._unproven(maps, pooling)
-        soft = [(a[both], b[both]) for a, b in maps_of(maps.soft, plan)]
+        soft = [(a[both], b[both]) for a, b in maps_of(maps.score, plan)]
         raw = [(a[both], b[both]) for a, b in maps_of(maps.raw, plan)]
         shares = pooling.learn(soft if plan.disjoint else [], int(both.sum()))
         pooled = [(pooling.apply(a, shares), pooling.apply(b, shares)) for a, b in soft]
@@ -146,7 +147,7 @@ class _Repeat:
 
     @classmethod
     def _unproven(cls, maps: TrialMaps, pooling: Pooling) -> _Repeat:
-        soft, raw = maps.soft[0], maps.raw[0]
+        soft, raw = maps.score[0], maps.raw[0]
         shares = pooling.learn([], len(soft))
         pooled = pooling.apply(soft, shares)
         slopes = [
@@ -169,7 +170,7 @@ def _slope(seen: list[tuple[np.ndarray, np.ndarray]], other: list[tuple[np.ndarr
     for (a, b), (of_a, of_b) in zip(seen, other, strict=True):
         together += (centred(a) * centred(of_b)).sum() + (centred(b) * centred(of_a)).sum()
         square += (centred(a) ** 2).sum() + (centred(b) ** 2).sum()
-    return float(np.clip(together / square, 0, STEEPEST)) if square > 0 else 0.0
+    return float(np.clip(together / square, FLATTEST, STEEPEST)) if square > 0 else 0.0
 
 
 def _variance(

@@ -13,15 +13,16 @@ from ..body.body import Body
 from ..patches.patches import PatchSet
 from ..patches.skin import SkinDistances
 
-WIDTHS_M = (0.12, 0.25)
-"""Standard deviations of the kernels over the skin whose mixture is learned."""
+WIDTH_M = 0.25
+"""Standard deviation of the kernel over the skin. A width learned from halves of as few clips as a
+library has comes out at 5 to 12 cm, and maps pooled by it repeat less."""
 
 MIRROR_M = 0.04
 """Width of the kernel that reads a map at mirror images, which lie between patches."""
 
-UNLEARNED = (0.0, 0.8, 0.0, 0.05)
-"""Shares where a library cannot be halved, each for symmetric then one-sided parts at `WIDTHS_M`:
-about what the libraries that can be halved give at 25 cm."""
+UNLEARNED = (0.8, 0.05)
+"""Shares of the symmetric and the one-sided part where a library cannot be halved: about what those give
+that can."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +31,13 @@ class Pooling:
 
     Parameters
     ----------
-    kernels : tuple of ndarray, shape (N, N)
+    kernel : ndarray, shape (N, N)
         Each row the weights of a mean over a patch's neighbours.
     mirror : ndarray, shape (N, N)
         Reads a map at each patch's mirror image.
     """
 
-    kernels: tuple[np.ndarray, ...]
+    kernel: np.ndarray
     mirror: np.ndarray
 
     @classmethod
@@ -47,26 +48,23 @@ class Pooling:
     @classmethod
     def over(cls, skin: SkinDistances) -> Pooling:
         """Pooling over skin whose distances are known."""
-        kernels = tuple(_kernel(skin.between, width) for width in WIDTHS_M)
-        return cls(kernels, _kernel(skin.to_mirror_image, MIRROR_M))
+        return cls(_kernel(skin.between, WIDTH_M), _kernel(skin.to_mirror_image, MIRROR_M))
 
     @classmethod
     def none(cls, n_patches: int) -> Pooling:
         """No pooling, for patches of which nothing is known."""
-        alone = np.eye(n_patches)
-        return cls((alone,) * len(WIDTHS_M), alone)
+        return cls(np.eye(n_patches), np.eye(n_patches))
 
     def parts(self, maps: np.ndarray) -> np.ndarray:
-        """Smoothed parts of maps (A, N) about their means: symmetric by width, then one-sided by width.
+        """Smoothed parts of maps (A, N) about their means: the symmetric one, then the one-sided one.
 
         Returns
         -------
-        ndarray, shape (parts, A, N)
+        ndarray, shape (2, A, N)
         """
         about = centred(maps)
         reflected = about @ self.mirror.T
-        halves = ((about + reflected) / 2, (about - reflected) / 2)
-        return np.stack([half @ kernel.T for half in halves for kernel in self.kernels])
+        return np.stack([(about + reflected) / 2, (about - reflected) / 2]) @ self.kernel.T
 
     def learn(self, pairs: Sequence[tuple[np.ndarray, np.ndarray]], n_activities: int) -> np.ndarray:
         """How much of each part of a map other clips show again.
@@ -84,7 +82,7 @@ class Pooling:
 
         Returns
         -------
-        ndarray, shape (parts, A)
+        ndarray, shape (2, A)
         """
         if not pairs:
             return np.tile(np.array(UNLEARNED)[:, None], (1, n_activities))
@@ -92,11 +90,10 @@ class Pooling:
         seen = np.concatenate([parts.reshape(len(parts), -1) for parts, _ in ways], axis=1)
         wanted = np.concatenate([other.ravel() for _, other in ways])
         shares = np.tile(nnls(seen.T, wanted)[0][:, None], (1, n_activities))
-        one_sided = slice(len(self.kernels), None)
         for activity in range(n_activities):
-            seen = np.concatenate([parts[one_sided, activity] for parts, _ in ways], axis=1)
+            seen = np.concatenate([parts[1:, activity] for parts, _ in ways], axis=1)
             wanted = np.concatenate([other[activity] for _, other in ways])
-            shares[one_sided, activity] = (shares[one_sided, activity] + nnls(seen.T, wanted)[0]) / 2
+            shares[1, activity] = (shares[1, activity] + nnls(seen.T, wanted)[0][0]) / 2
         return shares
 
     def apply(self, maps: np.ndarray, shares: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,11 +17,11 @@ from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
 from .expected import TrialMaps, expect
 from .f1 import score_places
-from .folds import ALWAYS_TRAIN, grouped_folds, subject_folds, untestable
-from .halves import HALVINGS, Plan, plan
+from .halves import HALVINGS
 from .inputs import PlaceBlocks, SomeWindows, as_blocks
+from .map_scores import rank_score, window_f1
+from .planned import Planned, planned
 from .pooling import Pooling
-from .soft_f1 import soft_f1, window_f1
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
@@ -198,29 +198,24 @@ def utility_map(
         If fewer than two activities can be tested; the message says why.
     """
     activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
-    split = _split(activity, clip, subject, activities, folds, seed)
-    index = {name: number for number, name in enumerate(split.tested)}
-    used = np.flatnonzero(np.isin(activity, split.tested))
-    labels = np.array([index[name] for name in activity[used].tolist()])
     model = _model(classifier, seed, work)
-    source = SomeWindows(as_blocks(inputs), used)
     scored = hasattr(model, "score_splits")
-    trials = plan(
-        labels, clip[used], split.fold[used], is_test[used], subject is not None, seed, halvings * scored
-    )
+    trial = planned(activity, clip, subject, is_test, activities, folds, seed, halvings * scored)
+    source = SomeWindows(as_blocks(inputs), trial.used)
     if scored:
-        predictions, maps = _try_all(model, source, labels, split.fold[used], is_test[used], trials, progress)
+        predictions, maps = _try_all(model, source, trial, progress)
     else:
-        predictions = model.predict_folds(source, labels, split.fold[used], is_test[used], progress)
+        predictions = model.predict_folds(source, trial.labels, trial.fold, trial.is_test, progress)
 
-    tested = used[is_test[used]]
-    truth = labels[is_test[used]].astype(np.int16)
-    f1, confusion, boot = score_places(truth, predictions, clip[tested], len(index), resamples, level, seed)
+    tested = trial.used[trial.is_test]
+    truth = trial.labels[trial.is_test].astype(np.int16)
+    n_activities = len(trial.activities)
+    f1, confusion, boot = score_places(truth, predictions, clip[tested], n_activities, resamples, level, seed)
     if not scored:
         maps = TrialMaps(f1.T[None], f1.T[None])
-    expected = expect(maps, trials, pooling or Pooling.none(len(f1)), level, seed)
+    expected = expect(maps, trial.plan, pooling or Pooling.none(len(f1)), level, seed)
     return UtilityMap(
-        activities=split.tested,
+        activities=trial.activities,
         f1=f1,
         f1_low=boot.f1_low,
         f1_high=boot.f1_high,
@@ -242,39 +237,36 @@ def utility_map(
         clip=clip[tested].astype(np.str_),
         level=level,
         classifier=model.name,
-        protocol=split.protocol,
-        left_out=split.left_out,
+        protocol=trial.protocol,
+        left_out=trial.left_out,
     )
 
 
 def _try_all(
-    model: Any,
-    source: PlaceBlocks,
-    labels: np.ndarray,
-    fold: np.ndarray,
-    is_test: np.ndarray,
-    trials: Plan,
-    progress: Callable[[float], None] | None,
+    model: Any, source: PlaceBlocks, trial: Planned, progress: Callable[[float], None] | None
 ) -> tuple[np.ndarray, TrialMaps]:
     """Names (W_test, N) given to the windows tested, and the maps of all trials."""
-    n_activities, n_places = int(labels.max()) + 1, source.shape[1]
+    labels, is_test, trials = trial.labels, trial.is_test, trial.plan
+    n_activities, n_places = len(trial.activities), source.shape[1]
     predictions = np.empty((int(is_test.sum()), n_places), dtype=np.int16)
     position = np.cumsum(is_test) - 1
-    soft = np.full((len(trials.trials), n_activities, n_places), np.nan)
-    raw = soft.copy()
+    compared = np.full((len(trials.trials), n_activities, n_places), np.nan)
+    raw = compared.copy()
 
     def receive(place: int, scores: list[np.ndarray]) -> None:
         for number, trial in enumerate(trials.trials):
             of_models = np.concatenate([scores[split] for split in trial.splits], axis=1)
             named, true = of_models[0].argmax(axis=1), labels[trial.windows]
-            soft[number, :, place] = np.mean([soft_f1(one, true, trial.weight) for one in of_models], axis=0)
+            compared[number, :, place] = np.mean(
+                [rank_score(one, true, trial.weight) for one in of_models], axis=0
+            )
             raw[number, :, place] = window_f1(named, true, n_activities)
             if number == 0:
                 predictions[position[trial.windows], place] = named
 
-    settings = model.settings(source, labels, fold, is_test, trials)
+    settings = model.settings(source, labels, trial.fold, is_test, trials)
     model.score_splits(source, labels, trials.block, trials.splits, settings, receive, progress)
-    return predictions, TrialMaps(soft, raw)
+    return predictions, TrialMaps(compared, raw)
 
 
 def inputs_of(classifier: Any) -> str:
@@ -299,39 +291,3 @@ def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Any:
     model = CLASSIFIERS[classifier](seed=seed)
     resumes = work is not None and hasattr(model, "checkpoints")
     return replace(model, checkpoints=work / model.name) if resumes else model
-
-
-class _Split(NamedTuple):
-    fold: np.ndarray
-    tested: tuple[str, ...]
-    left_out: dict[str, str]
-    protocol: str
-
-
-def _split(
-    activity: np.ndarray,
-    clip: np.ndarray,
-    subject: np.ndarray | None,
-    activities: Sequence[str],
-    folds: int,
-    seed: int,
-) -> _Split:
-    """Deal the windows of testable activities to folds; see `utility_map`."""
-    left_out = untestable(activity, clip, activities)
-    candidates = [name for name in activities if name not in left_out]
-    rows = np.flatnonzero(np.isin(activity, candidates))
-    if len(candidates) > 1:
-        fold = np.full(len(activity), ALWAYS_TRAIN)
-        if subject is not None:
-            subject = np.asarray(subject)[rows]
-            fold[rows] = subject_folds(subject, clip[rows])
-            protocol = f"leave one of {len(np.unique(subject))} subjects out"
-        else:
-            n_folds = min(folds, len(np.unique(clip[rows])))
-            fold[rows] = grouped_folds(activity[rows], clip[rows], n_folds, seed)
-            protocol = f"{n_folds}-fold cross-validation grouped by clip"
-        left_out |= untestable(activity, clip, candidates, fold)
-        tested = tuple(name for name in candidates if name not in left_out)
-        if len(tested) > 1:
-            return _Split(fold, tested, left_out, protocol)
-    raise ValueError(f"a utility map needs two activities that can be tested: {'; '.join(left_out.values())}")

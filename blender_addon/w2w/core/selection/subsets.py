@@ -121,7 +121,7 @@ def greedy_subset(
         If no place is allowed, a required place is not, or more are required than
         `max_size`.
     """
-    terms = _Terms.checked(f1, max_size, allowed, required, cost)
+    terms = Terms.checked(f1, max_size, allowed, required, cost)
     order: list[int] = []
     covered = np.zeros(terms.f1.shape[1])
 
@@ -174,7 +174,7 @@ def exact_subset(
     TimeoutError
         If the solver found no set in the time it had.
     """
-    terms = _Terms.checked(f1, max_size, allowed, required, cost)
+    terms = Terms.checked(f1, max_size, allowed, required, cost)
     goal = min(target, terms.best_reachable) - ROUNDING / 2
     few = _small_set(terms, goal)
     if few is not None:
@@ -227,7 +227,7 @@ def multi_sensor_check(
 
 
 @dataclass(frozen=True, eq=False)
-class _Terms:
+class Terms:
     """What may be chosen, checked."""
 
     f1: np.ndarray
@@ -244,7 +244,7 @@ class _Terms:
         allowed: np.ndarray | None,
         required: Sequence[Requirement],
         cost: np.ndarray | None,
-    ) -> _Terms:
+    ) -> Terms:
         f1 = np.asarray(f1, dtype=np.float64)
         n_places = len(f1)
         mask = _mask(allowed, n_places)
@@ -287,7 +287,7 @@ class _Terms:
         )
 
 
-def _small_set(terms: _Terms, goal: float) -> np.ndarray | None:
+def _small_set(terms: Terms, goal: float) -> np.ndarray | None:
     """The smallest set that reaches the goal, or the best of the size allowed; None where it is not small."""
     if np.ptp(terms.cost) > 0:
         return None

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scores of patches worn together equal discriminant analysis on their features side by side."""
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.joint_scores import JointScores, Training
+
+N, W, D, A = 6, 60, 5, 3
+RIDGE = 0.1
+
+
+@pytest.fixture
+def library():
+    rng = np.random.default_rng(0)
+    labels = np.arange(W) % A
+    features = rng.normal(size=(N, W, D)) + rng.normal(size=(N, A, D))[:, labels]
+    features -= features.mean(axis=1, keepdims=True)
+    trainings = [Training(np.arange(0, 40), np.arange(40, 60)), Training(np.arange(20, 60), np.arange(0, 20))]
+    return features.astype(np.float32), labels, trainings
+
+
+def side_by_side(features, labels, training, ridge):
+    """Ridge discriminant analysis by its definition, in double precision."""
+    trained = [inputs[training.trained].astype(float) for inputs in features]
+    true = labels[training.trained]
+    means = [np.array([rows[true == a].mean(axis=0) for a in range(A)]) for rows in trained]
+    scale = [
+        np.sqrt(((rows - mean[true]) ** 2).mean(axis=0)) for rows, mean in zip(trained, means, strict=True)
+    ]
+    within = np.hstack([(r - m[true]) / s for r, m, s in zip(trained, means, scale, strict=True)])
+    centres = np.hstack([m / s for m, s in zip(means, scale, strict=True)])
+    tested = np.hstack([f[training.tested] / s for f, s in zip(features, scale, strict=True)])
+    covariance = within.T @ within / len(true) + ridge * len(features) * np.eye(within.shape[1])
+    slopes = np.linalg.solve(covariance, centres.T)
+    return tested @ slopes - 0.5 * (centres.T * slopes).sum(axis=0)
+
+
+@pytest.mark.parametrize("worn", [(), (2,), (2, 5), (2, 5, 0, 3, 1)])  # the last is wider than its windows
+def test_each_patch_added_equals_the_definition(library, worn):
+    features, labels, trainings = library
+    joint = JointScores(features, labels, trainings, RIDGE)
+    for candidate, scores in joint.each_added(worn, [4, 1]):
+        sets = features[[*worn, candidate]]
+        wanted = np.concatenate([side_by_side(sets, labels, training, RIDGE) for training in trainings])
+        if candidate not in worn:
+            np.testing.assert_allclose(scores, wanted, rtol=1e-3, atol=2e-3 * np.abs(wanted).max())
+
+
+def test_the_first_and_the_first_two_are_what_adding_gives(library):
+    features, labels, trainings = library
+    joint = JointScores(features, labels, trainings, RIDGE)
+    order = [3, 0, 5]
+    for size, scores in enumerate(joint.each_first(order), start=1):
+        ((_, added),) = joint.each_added(order[: size - 1], [order[size - 1]])
+        np.testing.assert_allclose(scores, added, atol=2e-3 * np.abs(added).max())
+    np.testing.assert_array_equal(joint.windows, [*range(40, 60), *range(20)])
+
+
+def test_an_activity_without_training_is_never_named(library):
+    features, labels, _ = library
+    seen = np.flatnonzero(labels[:40] != 2)
+    joint = JointScores(features, labels, [Training(seen, np.arange(40, 60))], RIDGE)
+    for scores in joint.each_first([0, 1]):
+        assert (scores[:, 2] == -np.inf).all()
+        assert np.isfinite(scores[:, :2]).all()

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scores by ranks, areas under ROC curves and F1 by window, against counts by hand and scikit-learn."""
+
+import numpy as np
+import pytest
+from sklearn.metrics import f1_score, roc_auc_score
+
+from w2w.core.ranking.map_scores import class_auc, rank_score, window_f1
+
+
+def test_two_windows_by_hand():
+    """Three activities: shares of the places are 6/11, 3/11 and 2/11."""
+    scores = np.array([[3.0, 2.0, 1.0], [3.0, 2.0, 1.0]])
+    found = rank_score(scores, np.array([0, 1]), np.ones(2))
+    first, second = 6 / 11, 3 / 11
+    assert found[0] == pytest.approx((2 * first / (2 * first + 1) + 1) / 2)  # outscores both others
+    assert found[1] == pytest.approx((2 * second / (2 * second + 1) + 1 / 2) / 2)  # one of two
+    assert np.isnan(found[2])
+
+
+def test_a_near_miss_counts_more_than_a_far_one():
+    true = np.array([0, 0])
+    near, far = np.array([[2.0, 3.0, 1.0]] * 2), np.array([[1.0, 3.0, 2.0]] * 2)
+    assert rank_score(near, true, np.ones(2))[0] > rank_score(far, true, np.ones(2))[0]
+
+
+def test_a_weight_of_two_is_a_window_twice():
+    rng = np.random.default_rng(0)
+    scores, true = rng.normal(size=(30, 4)), np.arange(30) % 4
+    twice = np.r_[np.arange(30), 7]
+    weight = np.ones(30)
+    weight[7] = 2
+    np.testing.assert_allclose(
+        rank_score(scores, true, weight), rank_score(scores[twice], true[twice], np.ones(31))
+    )
+
+
+def test_f1_by_window_equals_scikit_learns():
+    rng = np.random.default_rng(1)
+    true, named = rng.integers(0, 5, 200), rng.integers(0, 5, 200)
+    np.testing.assert_allclose(window_f1(named, true, 5), f1_score(true, named, average=None))
+
+
+def test_the_area_of_each_activity_equals_scikit_learns():
+    rng = np.random.default_rng(2)
+    true = rng.integers(0, 4, 120)
+    scores = rng.normal(size=(120, 4)) + np.eye(4)[true]
+    about = scores - scores.mean(axis=1, keepdims=True)
+    wanted = [roc_auc_score(true == activity, about[:, activity]) for activity in range(4)]
+    np.testing.assert_allclose(class_auc(scores, true, np.ones(120)), wanted)
+
+
+def test_an_activity_that_was_never_trained_is_told_from_none():
+    scores = np.array([[2.0, 1.0, -np.inf], [1.0, 2.0, -np.inf], [1.0, 0.0, -np.inf]])
+    areas = class_auc(scores, np.array([0, 1, 2]), np.ones(3))
+    assert areas[2] == 0
+    assert np.isfinite(areas).all()

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sets chosen together: what complements is found, wishes are kept, the promise is what other clips give."""
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.selection import joint
+from w2w.core.selection.joint import SetTests, choose_together, grow
+from w2w.core.selection.subsets import Terms
+
+N, D, CLIPS = 12, 6, 12
+NAMES = ("crawl", "jump", "run", "sit")
+
+
+def library(seed=0, told=(0, 1), shuffled=False):
+    """Patches 0 to 3 tell crawl from jump alone, 4 to 7 run from sit, the others nothing."""
+    rng = np.random.default_rng(seed)
+    clip = np.repeat(np.arange(4 * CLIPS), 2)
+    activity = np.repeat(np.arange(4), 2 * CLIPS)
+    features = rng.normal(size=(len(clip), N, D)) + 0.7 * rng.normal(size=(4 * CLIPS, N, D))[clip]
+    side = np.where(activity % 2, 0.9, -0.9)
+    for group, patches in enumerate((slice(0, 4), slice(4, 8))):
+        if group in told:
+            features[:, patches, 0] += np.where(activity // 2 == group, side, 0)[:, None]
+            features[:, patches, 1] += 2.0 * (activity // 2 == group)[:, None]
+    names = np.array(NAMES)[activity]
+    if shuffled:
+        names = np.array(NAMES)[rng.permutation(np.repeat(np.arange(4), CLIPS))][clip]
+    return features.astype(np.float32), names, clip
+
+
+def prepare(features, names, clip, subject=None):
+    return SetTests.of(
+        features, names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, Pooling.none(N), workers=1
+    )
+
+
+def terms(size=None, **wishes):
+    allowed = wishes.get("allowed")
+    return Terms.checked(np.zeros((N, 4)), size, allowed, wishes.get("required", ()), wishes.get("cost"))
+
+
+def alone(found):
+    """About what the F1 of each patch on other clips would be: less than on the clips that chose it."""
+    return 0.8 * found.whole.alone[1].mean(axis=0)
+
+
+@pytest.fixture(scope="module")
+def tests():
+    return prepare(*library())
+
+
+def test_the_second_patch_tells_what_the_first_cannot(tests):
+    order = grow(tests.whole, terms(2), 2)
+    assert sorted(patch // 4 for patch in order) == [0, 1]
+
+
+def test_the_promise_never_falls_and_stops_where_it_rises_no_more(tests):
+    chosen = choose_together(tests, alone(tests), terms(), target=1.0)
+    assert (np.diff(chosen.promise.mean) > 0).all()
+    assert 2 <= len(chosen.order) <= joint.LARGEST_SET
+    assert not chosen.reached
+    assert (chosen.promise.low <= chosen.promise.mean).all()
+    assert (chosen.promise.mean <= chosen.promise.high).all()
+
+
+def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
+    chosen = choose_together(tests, alone(tests), terms(), target=0.3)
+    assert chosen.reached
+    assert len(chosen.order) == 1
+
+
+def test_every_activity_must_reach_what_is_asked_of_every_one(tests):
+    least = choose_together(tests, alone(tests), terms(), target=0.3, every_activity=0.5)
+    assert len(least.order) > 1
+    assert least.promise.f1[-1].min() >= 0.5 or not least.reached
+
+
+def test_wishes_are_kept(tests):
+    allowed = np.arange(N) != 5
+    wished = terms(3, allowed=allowed, required=[[10, 11], [4, 5]])
+    chosen = choose_together(tests, alone(tests), wished, target=0.3)
+    assert 5 not in chosen.order
+    assert np.isin(chosen.order, [10, 11]).any()
+    assert 4 in chosen.order
+    dear = np.ones(N)
+    dear[:4] = 1e6
+    assert grow(tests.whole, terms(1, cost=dear), 1)[0] >= 4
+
+
+def test_the_promise_is_what_another_library_of_the_kind_gives():
+    differences = []
+    for seed in range(4):
+        here, there = prepare(*library(2 * seed)), prepare(*library(2 * seed + 1))
+        order = grow(here.whole, terms(2), 2)
+        made = joint.promise(here, terms(2), order, grow, 0.3)
+        differences.append(made.mean[1] - there.whole.f1_of_first(order)[1].mean())
+        assert made.raw.shape == (2, 4)
+    assert abs(np.mean(differences)) < 0.05
+
+
+def test_where_labels_mean_nothing_nothing_is_promised():
+    promised = []
+    for seed in range(4):
+        found = prepare(*library(seed, shuffled=True))
+        order = grow(found.whole, terms(3), 3)
+        made = joint.promise(found, terms(3), order, grow, 0.25)
+        promised.append(made.f1[-1].mean())
+    assert np.mean(promised) < 0.32  # a quarter is chance
+
+
+def test_subjects_are_left_out_where_they_are_told():
+    features, names, clip = library()
+    subject = np.array(["a", "b", "c"])[clip % 3]
+    found = prepare(features, names, clip, subject)
+    assert not found.plan.disjoint
+    chosen = choose_together(found, alone(found), terms(), target=1.0)
+    assert len(chosen.order) >= 2
+
+
+def test_many_windows_are_thinned_evenly(monkeypatch):
+    monkeypatch.setattr(joint, "MOST_WINDOWS", 40)
+    features, names, clip = library()
+    found = prepare(features, names, clip)
+    assert len(found.whole.f1_of_first([0])) == 1
+    assert sum(len(split.tested) for split in found.plan.splits[:5]) == 40
+    chosen = choose_together(found, alone(found), terms(2), target=1.0)
+    assert sorted(patch // 4 for patch in chosen.order) == [0, 1]
+
+
+def test_the_same_seed_chooses_and_promises_the_same(tests):
+    again = prepare(*library())
+    one, two = (choose_together(found, alone(found), terms(3), 1.0) for found in (tests, again))
+    assert one.order == two.order
+    np.testing.assert_array_equal(one.promise.mean, two.promise.mean)
