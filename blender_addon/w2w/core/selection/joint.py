@@ -26,6 +26,12 @@ MOST_WINDOWS = 1000
 LARGEST_SET = 6
 """Sensors up to which sets are grown."""
 
+FIRST_SETS = 3
+"""Sensors up to which they are grown at first; more where more is wanted and may help."""
+
+OF_HALVES = 128
+"""Candidates that a half chooses among: the first of the patches, which lie as far apart as may be."""
+
 RANDOM_SETS = 16
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
 
@@ -168,7 +174,13 @@ def _evenly(activity: np.ndarray, clip: np.ndarray, is_test: np.ndarray, most: i
 
 
 def grow(
-    tests: Tests, terms: Terms, size: int, first: np.ndarray | None = None, worst: bool = False
+    tests: Tests,
+    terms: Terms,
+    size: int,
+    first: np.ndarray | None = None,
+    worst: bool = False,
+    among: int | None = None,
+    start: Sequence[int] = (),
 ) -> tuple[int, ...]:
     """Add the patch by which the classifier on all of them tells the activities apart best.
 
@@ -182,18 +194,23 @@ def grow(
         What the first patch is chosen by; `tests.single` by default.
     worst : bool
         Whether the activity told apart worst decides, not the mean.
+    among : int, optional
+        How many candidates are looked at; all by default.
+    start : sequence of int
+        Chosen already.
 
     Returns
     -------
     tuple of int
         In order of choice.
     """
-    order: list[int] = []
+    order = list(start)
     area = 0.0
     with threadpool_limits(1):
         while len(order) < min(size, terms.max_size):
             missing = [options for options in terms.required if not np.isin(order, options).any()]
             candidates = missing[0] if missing else np.setdiff1d(np.flatnonzero(terms.allowed), order)
+            candidates = candidates[:among]
             if not len(candidates):
                 break
             if order:
@@ -351,26 +368,29 @@ def choose_together(
     -------
     JointSet
     """
-    size, worst = min(LARGEST_SET, terms.max_size), every_activity > 0
+    worst, order = every_activity > 0, ()
 
     def choose(half: Tests, terms: Terms, size: int) -> tuple[int, ...]:
-        return grow(half, terms, size, worst=worst)
+        return grow(half, terms, size, worst=worst, among=OF_HALVES)
 
-    order = grow(tests.whole, terms, size, expected_mean, worst)
-    made = promise(tests, terms, order, choose, float(expected_mean[order[0]]))
-    fewest = _fewest(order, terms)
-    good = (made.mean >= target - ROUNDING) & (made.f1.min(axis=1) >= every_activity - ROUNDING)
-    good[: fewest - 1] = False
+    for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
+        order = grow(tests.whole, terms, size, expected_mean, worst, start=order)
+        made = promise(tests, terms, order, choose, float(expected_mean[order[0]]))
+        fewest = _fewest(order, terms)
+        good = (made.mean >= target - ROUNDING) & (made.f1.min(axis=1) >= every_activity - ROUNDING)
+        good[: fewest - 1] = False
+        if good.any() or (len(order) > fewest and made.mean[-1] <= made.mean[-2]):
+            break
     enough = int(good.argmax()) + 1 if good.any() else max(fewest, int(made.mean.argmax()) + 1)
-    kept = Promise(*(values[:enough] for values in vars(made).values()))
+    order = order[:enough]
     return JointSet(
-        order[:enough],
-        kept,
+        order,
+        Promise(*(values[:enough] for values in vars(made).values())),
         tests.activities,
         target,
         every_activity,
         bool(good.any()),
-        float(terms.cost[list(order[:enough])].sum()),
+        float(terms.cost[list(order)].sum()),
     )
 
 
