@@ -195,6 +195,74 @@ def test_training_goes_on_where_it_was_stopped(tmp_path, settings):
     assert len(set((tmp_path / "work").iterdir()) & set(finished)) == 0
 
 
+def cut_in_half(path, _):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def no_zip(path, _):
+    path.write_bytes(b"nothing at all")
+
+
+def with_shapes_of_another_network(path, arrays):
+    np.savez(path, **{name: value[..., :1] if value.ndim else value for name, value in arrays.items()})
+
+
+def without_one_array(path, arrays):
+    np.savez(path, **{name: arrays[name] for name in sorted(arrays)[:-1]})
+
+
+def with_numbers_of_another_kind(path, arrays):
+    np.savez(path, **{name: value.astype(np.float16) for name, value in arrays.items()})
+
+
+def with_a_pickle(path, arrays):
+    np.savez(path, **{name: np.array({}, dtype=object) for name in arrays})
+
+
+@pytest.fixture(scope="module", params=["finished", "in training"])
+def checkpoint(request, tmp_path_factory):
+    """A checkpoint's file and arrays, the settings and work that left it, and the outcome."""
+    pytest.importorskip("torch")
+    from w2w.core.ranking.classifiers.multi3net import group as multi3net_group
+
+    folder = tmp_path_factory.mktemp("work")
+    windows, labels, fold, _ = library(n_places=1)
+    work = (windows, labels, fold, fold == 0)
+    settings = replace(STOPPING, epochs=3, checkpoints=folder, checkpoint_epochs=1)
+    write_npz = multi3net_group.write_npz
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "in training":
+            patch.setattr(
+                multi3net_group,
+                "write_npz",
+                lambda path, arrays: None if "named" in arrays else write_npz(path, arrays),
+            )
+        outcome = settings.predict_folds(*work)
+    (path,) = folder.iterdir()
+    with np.load(path, allow_pickle=False) as saved:
+        arrays = dict(saved)
+    assert ("named" in arrays) == (request.param == "finished")
+    return path, arrays, settings, work, outcome
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        cut_in_half,
+        no_zip,
+        with_shapes_of_another_network,
+        without_one_array,
+        with_numbers_of_another_kind,
+        with_a_pickle,
+    ],
+)
+def test_a_damaged_checkpoint_is_trained_again(checkpoint, damage):
+    path, arrays, settings, work, outcome = checkpoint
+    np.savez(path, **arrays)
+    damage(path, arrays)
+    np.testing.assert_array_equal(settings.predict_folds(*work), outcome)
+
+
 @pytest.mark.parametrize(
     "changed", ["torch.__version__", "w2w.core.ranking.classifiers.multi3net.group.PROGRAM"]
 )

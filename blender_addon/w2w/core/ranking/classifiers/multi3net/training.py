@@ -18,6 +18,10 @@ from .settings import Settings
 DECAY, SQUARE_DECAY, FLOOR = 0.9, 0.999, 1e-8
 """Adam's constants (Kingma and Ba 2015)."""
 
+OF_TRAINING = ("places", "weights", "momentum", "square", "rate", "score", "since", "waited")
+OF_ALL = ("best", "epochs")
+"""What `State` keeps of the places still in training, and of all places."""
+
 
 @dataclass(eq=False)
 class State:
@@ -86,19 +90,27 @@ class State:
         }
 
     @classmethod
-    def restore(cls, arrays: dict[str, np.ndarray], device: str) -> State:
-        """From what `arrays` gave."""
-        counters = ("epoch", "step")
-        tensors = {
-            name: torch.as_tensor(arrays[name], device=device)
-            for name in (field.name for field in fields(cls))
-            if name not in counters
-        }
-        return cls(**tensors, **{name: int(arrays[name]) for name in counters})
+    def restore(
+        cls, arrays: dict[str, np.ndarray], device: str, n_places: int, n_weights: int
+    ) -> State | None:
+        """From what `arrays` gave; nothing if that is not of so many places and weights."""
+        fresh = cls.start(torch.zeros(n_weights), n_places, 0.0).arrays()
+        training = arrays["places"]
+        if (
+            any(arrays[name].dtype != value.dtype for name, value in fresh.items())
+            or any(arrays[name].shape[1:] != value.shape[1:] for name, value in fresh.items())
+            or any(arrays[name].shape[:1] != fresh[name].shape[:1] for name in ("epoch", "step", *OF_ALL))
+            or any(arrays[name].shape[:1] != training.shape[:1] for name in OF_TRAINING)
+            or not set(training.tolist()) <= set(range(n_places))
+        ):
+            return None
+        counters = {name: int(arrays[name]) for name in ("epoch", "step")}
+        tensors = {name: torch.as_tensor(arrays[name], device=device) for name in (*OF_ALL, *OF_TRAINING)}
+        return cls(**tensors, **counters)
 
     def keep(self, going: Tensor) -> None:
         """Go on with some of the places only."""
-        for name in ("places", "weights", "momentum", "square", "rate", "score", "since", "waited"):
+        for name in OF_TRAINING:
             setattr(self, name, getattr(self, name)[going])
 
 
