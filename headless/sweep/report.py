@@ -114,8 +114,7 @@ def write_sweep(folder: Path, swept: Sequence[SweptCase], patches: PatchSet) -> 
 
 def top_regions(utility: UtilityMap, patches: PatchSet, count: int = TOP) -> list[str]:
     """The regions of the best places, each once."""
-    order = np.argsort(-utility.mean, kind="stable")
-    return list(dict.fromkeys(patches.regions[place] for place in order.tolist()))[:count]
+    return [patches.regions[patch] for patch in patches.best_of_regions(utility.mean)[:count]]
 
 
 def _regions(places: np.ndarray, patches: PatchSet) -> str:

@@ -101,6 +101,13 @@ class PatchSet:
         low, high = (np.where(known, scores, end) for end in (np.inf, -np.inf))
         return np.clip(spread, low.min(axis=0), np.maximum(high.max(axis=0), low.min(axis=0)))
 
+    def best_of_regions(self, scores: np.ndarray) -> list[int]:
+        """The patch of the highest score in each region, best first; of equals that of the lower number."""
+        best: dict[str, int] = {}
+        for patch in np.argsort(-scores, kind="stable").tolist():
+            best.setdefault(self.regions[patch], patch)
+        return list(best.values())
+
     def save(self, path: str | Path) -> None:
         """Write the patches to an npz file, whole or not at all."""
         arrays = {

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .f1 import clip_resamples, count_by_clip, f1_scores
+from .f1 import resampled_f1
 from .utility import UtilityMap
 
 RESAMPLES = 1000
@@ -69,12 +69,9 @@ def compare_places(
     if not columns:
         raise ValueError(f"none of these activities was tested: {', '.join(activities)}")
     every = [*places, *others]
-    counts = count_by_clip(
-        utility.truth, utility.predictions[:, every], utility.clip, len(utility.activities)
-    )
-    drawn = clip_resamples(counts.activity, resamples, np.random.default_rng(seed))
-    mean = f1_scores(counts, np.ones((1, len(counts.size))))[0][:, columns].mean(axis=1)
-    samples = f1_scores(counts, drawn)[:, :, columns].mean(axis=2)
+    named = utility.predictions[:, every]
+    f1, drawn = resampled_f1(utility.truth, named, utility.clip, len(utility.activities), resamples, seed)
+    mean, samples = f1[:, columns].mean(axis=1), drawn[:, :, columns].mean(axis=2)
     first, second = samples[:, : len(places)], samples[:, len(places) :]
     tail = (1 - utility.level) / 2
     low, high = np.quantile(first[:, :, None] - second[:, None], [tail, 1 - tail], axis=0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .f1 import clip_resamples, count_by_clip, f1_scores
+from .f1 import resampled_f1
 from .utility import UtilityMap
 
 RESAMPLES = 1000
@@ -68,10 +68,8 @@ def score_table(
         There is no row of means for a group of one activity, or if there is one group.
     """
     n_activities = len(utility.activities)
-    counts = count_by_clip(utility.truth, utility.predictions[:, list(places)], utility.clip, n_activities)
-    drawn = clip_resamples(counts.activity, resamples, np.random.default_rng(seed))
-    f1 = f1_scores(counts, np.ones((1, len(counts.size))))[0]
-    samples = f1_scores(counts, drawn)
+    named = utility.predictions[:, list(places)]
+    f1, samples = resampled_f1(utility.truth, named, utility.clip, n_activities, resamples, seed)
     group_of = [groups.get(name, "") for name in utility.activities]
 
     def row(group: str, activity: str, columns: list[int]) -> ScoreRow:
