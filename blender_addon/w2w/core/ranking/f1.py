@@ -13,8 +13,8 @@ from scipy.stats import rankdata
 FEWEST_CLIPS = 5
 """Of fewer clips the bootstrap draws hardly anything but the same ones: its interval says nothing then."""
 
-PLACES_AT_ONCE = 64
-"""Places whose counts are held at a time: of 5,000 clips and 30 activities they take 40 MB."""
+PATCHES_AT_ONCE = 64
+"""Patches whose counts are held at a time: of 5,000 clips and 30 activities they take 40 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ def count_by_clip(
     return _count(predictions, _Units(truth, clip, n_activities))
 
 
-def score_places(
+def score_patches(
     truth: np.ndarray,
     predictions: np.ndarray,
     clip: np.ndarray,
@@ -86,14 +86,14 @@ def score_places(
     n_resamples: int,
     level: float,
     seed: int,
-    block: int = PLACES_AT_ONCE,
+    block: int = PATCHES_AT_ONCE,
 ) -> tuple[np.ndarray, np.ndarray, Bootstrap]:
-    """F1 and confusion of every place, and how sure they are; some places at a time.
+    """F1 and confusion of every patch, and how sure they are; some patches at a time.
 
     The intervals are those of a percentile bootstrap over clips, within activities (Efron and
     Tibshirani 1993, chapter 13). The models are not trained again: what varies is which clips
     are tested, so the intervals say how far the result depends on the clips at hand, not on the
-    draw of the folds. All places see the same resamples.
+    draw of the folds. All patches see the same resamples.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def score_places(
     seed : int
         Of the resamples.
     block : int
-        Places at a time, which bounds memory. Counts are whole numbers, so it changes no bit.
+        Patches at a time, which bounds memory. Counts are whole numbers, so it changes no bit.
 
     Returns
     -------
@@ -136,18 +136,18 @@ def resampled_f1(
     n_resamples: int,
     seed: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """F1 of a few places, and of every resample of the clips, for intervals of one's own.
+    """F1 of a few patches, and of every resample of the clips, for intervals of one's own.
 
     Parameters
     ----------
     truth, predictions, clip, n_activities, n_resamples, seed
-        As for `score_places`; with the same seed the same clips are drawn.
+        As for `score_patches`; with the same seed the same clips are drawn.
 
     Returns
     -------
     f1 : ndarray, shape (N, A), float32
     samples : ndarray, shape (n_resamples, N, A), float32
-        The same clips are drawn at all places: a difference of two has an interval of its own.
+        The same clips are drawn at all patches: a difference of two has an interval of its own.
     """
     counts = count_by_clip(truth, predictions, clip, n_activities)
     drawn = clip_resamples(counts.activity, n_resamples, np.random.default_rng(seed))
@@ -222,7 +222,7 @@ def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Genera
 
 
 def _bootstrap(blocks: Iterable[ClipCounts], weights: np.ndarray, level: float) -> Bootstrap:
-    """Intervals from resamples' weights, over blocks of places."""
+    """Intervals from resamples' weights, over blocks of patches."""
     tail = [(1 - level) / 2, (1 + level) / 2]
     f1_bounds, means = [], []
     for counts in blocks:

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from ..filtering import butterworth
 from ..imu.recording import ImuRecording
 from ..ranking.classifiers.ridge import Ridge
-from ..ranking.f1 import score_places
+from ..ranking.f1 import score_patches
 from ..ranking.features import window_features
 from ..ranking.folds import ALWAYS_TRAIN
 from ..ranking.windows import WindowSpec, cut_windows
@@ -141,7 +141,7 @@ def _scored(
     n_activities: int,
     seed: int,
 ) -> Transfer:
-    f1, confusion, boot = score_places(truth, named[:, None], clips, n_activities, RESAMPLES, 0.95, seed)
+    f1, confusion, boot = score_patches(truth, named[:, None], clips, n_activities, RESAMPLES, 0.95, seed)
     return Transfer(
         trained, tested, float(f1[0].mean()), float(boot.mean_low[0]), float(boot.mean_high[0]),
         float((truth == named).mean()), f1[0], confusion[0],

@@ -17,7 +17,7 @@ LEAST_SPREAD = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Examples:
-    """Windows of P places and what they show, ready for the network.
+    """Windows of P patches and what they show, ready for the network.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Examples:
         device: str,
         spectrum: int = 0,
     ) -> Examples:
-        """Scale windows by the mean and spread of each place's training windows.
+        """Scale windows by the mean and spread of each patch's training windows.
 
         Parameters
         ----------
@@ -66,9 +66,9 @@ class Examples:
             torch.as_tensor(check, device=device),
         )
 
-    def of(self, places: Tensor) -> Examples:
-        """The same windows of some of the places."""
-        return replace(self, windows=self.windows[places])
+    def of(self, patches: Tensor) -> Examples:
+        """The same windows of some of the patches."""
+        return replace(self, windows=self.windows[patches])
 
 
 def shape_of(signals: Tensor, spread: Tensor, frequencies: int) -> Tensor:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The work of `Multi3Net` that is trained and saved in one piece: some places and one fold."""
+"""The work of `Multi3Net` that is trained and saved in one piece: some patches and one fold."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PROGRAM = 3
 
 
 class Group:
-    """Some places and one fold: trained together, saved together."""
+    """Some patches and one fold: trained together, saved together."""
 
     def __init__(
         self,
@@ -39,7 +39,7 @@ class Group:
         self.file = None if folder is None else folder / f"{self._key()}.npz"
 
     def predict(self) -> np.ndarray:
-        """Classes (tested windows, places), by networks trained now or taken up."""
+        """Classes (tested windows, patches), by networks trained now or taken up."""
         saved = self._saved("named").get("named")
         if saved is not None and self._is_outcome(saved):
             return saved
@@ -84,7 +84,7 @@ class Group:
             return {}
 
     def _is_outcome(self, named: np.ndarray) -> bool:
-        """Whether these are classes of the tested windows at these places."""
+        """Whether these are classes of the tested windows at these patches."""
         if named.dtype != np.int16 or named.shape != (len(self.test), self.windows.shape[1]):
             return False
         return not named.size or (named.min() >= 0 and named.max() <= self.labels.max())

@@ -24,7 +24,7 @@ def name_windows(network: Network, weights: Tensor, windows: Tensor) -> Tensor:
 
 
 def check_score(network: Network, weights: Tensor, examples: Examples) -> Tensor:
-    """Macro F1 of each place on the checking windows, a lower loss deciding between equals; shape (Q,)."""
+    """Macro F1 of each patch on the checking windows, a lower loss deciding between equals; shape (Q,)."""
     labels = examples.labels[examples.check]
     with torch.inference_mode():
         parts = [

@@ -43,7 +43,7 @@ class Settings:
         Whether the windows of the next fold say when to stop and when the learning rate drops.
         If not, they are learnt from, and the rate falls along half a cosine.
     patience : int
-        Epochs without a better F1 after which a place stops.
+        Epochs without a better F1 after which a patch stops.
     plateau : int
         Epochs without a better F1 after which its learning rate drops.
     drop : float
@@ -51,13 +51,13 @@ class Settings:
     seed : int
         Every draw comes from it.
     group : int
-        Places trained together; changes nothing but memory and time.
+        Patches trained together; changes nothing but memory and time.
     device : str
         "cuda" or "cpu"; empty for a GPU where there is one.
     block_bytes : int
         Windows held at a time; changes nothing but memory.
     checkpoints : Path or None
-        Folder of its own to leave finished places and the state of those in training in, and
+        Folder of its own to leave finished patches and the state of those in training in, and
         to take them up from; made if missing. What other inputs or settings left there is
         removed at the end.
     checkpoint_epochs : int

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Train the networks of many places together, each with a learning rate and an end of its own."""
+"""Train the networks of many patches together, each with a learning rate and an end of its own."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .settings import Settings
 DECAY, SQUARE_DECAY, FLOOR = 0.9, 0.999, 1e-8
 """Adam's constants (Kingma and Ba 2015)."""
 
-OF_TRAINING = ("places", "weights", "momentum", "square", "rate", "score", "since", "waited")
+OF_TRAINING = ("patches", "weights", "momentum", "square", "rate", "score", "since", "waited")
 OF_ALL = ("best", "epochs")
-"""What `State` keeps of the places still in training, and of all places."""
+"""What `State` keeps of the patches still in training, and of all patches."""
 
 
 @dataclass(eq=False)
@@ -33,8 +33,8 @@ class State:
         Epochs done.
     step : int
         Steps done.
-    places : Tensor of int, shape (Q,)
-        Places still in training, as indices among the P of the group.
+    patches : Tensor of int, shape (Q,)
+        Patches still in training, as indices among the P of the group.
     weights, momentum, square : Tensor, shape (Q, n_weights)
     rate : Tensor, shape (Q, 1)
         Learning rate of each.
@@ -43,14 +43,14 @@ class State:
     since, waited : Tensor of int, shape (Q,)
         Epochs since then, and since then or the last drop of the learning rate.
     best : Tensor, shape (P, n_weights)
-        Weights at the highest score, of all places of the group.
+        Weights at the highest score, of all patches of the group.
     epochs : Tensor of int, shape (P,)
         Epoch of the highest score.
     """
 
     epoch: int
     step: int
-    places: Tensor
+    patches: Tensor
     weights: Tensor
     momentum: Tensor
     square: Tensor
@@ -62,23 +62,23 @@ class State:
     epochs: Tensor
 
     @classmethod
-    def start(cls, weights: Tensor, n_places: int, rate: float) -> State:
-        """Untrained: the same `weights` (n_weights,) at every place."""
-        stacked = weights.repeat(n_places, 1)
+    def start(cls, weights: Tensor, n_patches: int, rate: float) -> State:
+        """Untrained: the same `weights` (n_weights,) at every patch."""
+        stacked = weights.repeat(n_patches, 1)
         device = weights.device
         return cls(
             epoch=0,
             step=0,
-            places=torch.arange(n_places, device=device),
+            patches=torch.arange(n_patches, device=device),
             weights=stacked,
             momentum=torch.zeros_like(stacked),
             square=torch.zeros_like(stacked),
-            rate=torch.full((n_places, 1), rate, dtype=weights.dtype, device=device),
-            score=torch.full((n_places,), -torch.inf, dtype=weights.dtype, device=device),
-            since=torch.zeros(n_places, dtype=torch.int64, device=device),
-            waited=torch.zeros(n_places, dtype=torch.int64, device=device),
+            rate=torch.full((n_patches, 1), rate, dtype=weights.dtype, device=device),
+            score=torch.full((n_patches,), -torch.inf, dtype=weights.dtype, device=device),
+            since=torch.zeros(n_patches, dtype=torch.int64, device=device),
+            waited=torch.zeros(n_patches, dtype=torch.int64, device=device),
             best=stacked.clone(),
-            epochs=torch.zeros(n_places, dtype=torch.int64, device=device),
+            epochs=torch.zeros(n_patches, dtype=torch.int64, device=device),
         )
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -91,17 +91,17 @@ class State:
 
     @classmethod
     def restore(
-        cls, arrays: dict[str, np.ndarray], device: str, n_places: int, n_weights: int
+        cls, arrays: dict[str, np.ndarray], device: str, n_patches: int, n_weights: int
     ) -> State | None:
-        """From what `arrays` gave; nothing if that is not of so many places and weights."""
-        fresh = cls.start(torch.zeros(n_weights), n_places, 0.0).arrays()
-        training = arrays["places"]
+        """From what `arrays` gave; nothing if that is not of so many patches and weights."""
+        fresh = cls.start(torch.zeros(n_weights), n_patches, 0.0).arrays()
+        training = arrays["patches"]
         if (
             any(arrays[name].dtype != value.dtype for name, value in fresh.items())
             or any(arrays[name].shape[1:] != value.shape[1:] for name, value in fresh.items())
             or any(arrays[name].shape[:1] != fresh[name].shape[:1] for name in ("epoch", "step", *OF_ALL))
             or any(arrays[name].shape[:1] != training.shape[:1] for name in OF_TRAINING)
-            or not set(training.tolist()) <= set(range(n_places))
+            or not set(training.tolist()) <= set(range(n_patches))
         ):
             return None
         counters = {name: int(arrays[name]) for name in ("epoch", "step")}
@@ -109,7 +109,7 @@ class State:
         return cls(**tensors, **counters)
 
     def keep(self, going: Tensor) -> None:
-        """Go on with some of the places only."""
+        """Go on with some of the patches only."""
         for name in OF_TRAINING:
             setattr(self, name, getattr(self, name)[going])
 
@@ -122,9 +122,9 @@ def train(
     state: State | None = None,
     after_epoch: Callable[[State], None] | None = None,
 ) -> State:
-    """Train until every place has stopped; `State.best` then holds the weights to use.
+    """Train until every patch has stopped; `State.best` then holds the weights to use.
 
-    All places start from the same weights and meet the same order of windows and the same
+    All patches start from the same weights and meet the same order of windows and the same
     dropout, so that they differ by their signals alone, and each is trained as it would be
     alone. One that has stopped improving leaves the batch.
 
@@ -147,8 +147,8 @@ def train(
     )
     wanted = targets(examples.labels[examples.train], network.classes, settings.smoothing)
     steps = settings.epochs * _n_batches(len(examples.train), settings.batch)
-    active = examples.of(state.places)
-    while len(state.places) and state.epoch < settings.epochs:
+    active = examples.of(state.patches)
+    while len(state.patches) and state.epoch < settings.epochs:
         draws = generator(state.epoch + 1)
         losses = []
         for rows in _batches(len(examples.train), settings.batch, draws):
@@ -164,7 +164,7 @@ def train(
         else:
             score = check_score(network, state.weights, active) if len(examples.check) else -sum(losses)
             if _judge(state, score, settings):
-                active = examples.of(state.places)
+                active = examples.of(state.patches)
         if after_epoch is not None:
             after_epoch(state)
     return state
@@ -179,7 +179,7 @@ def _step(
     settings: Settings,
     steps: int,
 ) -> Tensor:
-    """One of all steps of Adam; the loss of each place before it."""
+    """One of all steps of Adam; the loss of each patch before it."""
     weights = state.weights.requires_grad_()
     losses = mean_loss(network.forward(weights, windows, masks), wanted)
     (slope,) = torch.autograd.grad(losses.sum(), weights)
@@ -197,8 +197,8 @@ def _step(
 def _judge(state: State, score: Tensor, settings: Settings) -> bool:
     """Keep the weights that improved, slow down or stop the others; whether any stopped."""
     better = score > state.score
-    state.best[state.places[better]] = state.weights[better]
-    state.epochs[state.places[better]] = state.epoch
+    state.best[state.patches[better]] = state.weights[better]
+    state.epochs[state.patches[better]] = state.epoch
     state.score = torch.where(better, score, state.score)
     state.since = torch.where(better, 0, state.since + 1)
     state.waited = torch.where(better, 0, state.waited + 1)
@@ -223,7 +223,7 @@ def _n_batches(windows: int, batch: int) -> int:
 
 
 def _mixed(windows: Tensor, wanted: Tensor, mixing: float, draws: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Each window and what it shall say, blended with another's (mixup); the same pairs at all places."""
+    """Each window and what it shall say, blended with another's (mixup); the same pairs at all patches."""
     seed = int(torch.randint(2**62, (), generator=draws))
     share = float(np.random.default_rng(seed).beta(mixing, mixing))
     others = torch.randperm(windows.shape[-1], generator=draws).to(windows.device)
