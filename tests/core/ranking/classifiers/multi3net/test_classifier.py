@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net, rows_to_learn
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net, split_windows
 from w2w.core.ranking.utility import utility_map
 
-SMALL = Multi3Net(width=8, hidden=16, embedding=8, spectrum=6, batch=16, epochs=12, patience=12, rate=0.005)
-STOPPING = replace(SMALL, stopping=True)
+SMALL = Multi3Net(
+    width=8, hidden=16, embedding=8, spectrum=6, batch_size=16, epochs=12, patience=12, learning_rate=0.005
+)
+STOPPING = replace(SMALL, early_stopping=True)
 WAYS = pytest.mark.parametrize("settings", [SMALL, STOPPING], ids=["all epochs", "stopping"])
 
 
@@ -37,8 +39,8 @@ def parts(torch, places, settings=SMALL, dtype=None):
 
     windows, labels, fold, _ = library()
     windows = windows[:, places].astype(dtype or np.float32)
-    learn, check = rows_to_learn(labels, fold, 0, settings.stopping)
-    examples = Examples.prepare(windows, labels, learn, check, "cpu", settings.spectrum)
+    learn, validation = split_windows(labels, fold, 0, settings.early_stopping)
+    examples = Examples.prepare(windows, labels, learn, validation, "cpu", settings.spectrum)
     sizes = (examples.windows.shape[1], 6, 3, settings.width, settings.hidden, settings.embedding)
     return Network(*sizes), examples, settings, generator(torch)
 
@@ -59,7 +61,7 @@ def test_learns_what_it_can_and_finds_noise_harder(settings):
 
 @pytest.mark.parametrize(
     "settings",
-    [SMALL, replace(STOPPING, plateau=1), replace(STOPPING, plateau=1, patience=2)],
+    [SMALL, replace(STOPPING, lr_patience=1), replace(STOPPING, lr_patience=1, patience=2)],
     ids=["all epochs", "slowing down", "stopping"],
 )
 def test_a_place_among_others_is_trained_as_alone(torch, settings):
@@ -124,8 +126,8 @@ def test_what_is_tested_has_no_say_in_training(torch, settings):
     windows, labels, fold, _ = library()
     windows[fold == 0] = 1e3
     labels = np.where(fold == 0, 0, labels)
-    learn, check = rows_to_learn(labels, fold, 0, settings.stopping)
-    other = Examples.prepare(windows[:, [0, 1]], labels, learn, check, "cpu", settings.spectrum)
+    learn, validation = split_windows(labels, fold, 0, settings.early_stopping)
+    other = Examples.prepare(windows[:, [0, 1]], labels, learn, validation, "cpu", settings.spectrum)
     assert torch.equal(train(network, other, schedule, draws).best, first.best)
 
 
@@ -135,18 +137,18 @@ def test_checking_windows_are_whole_clips_of_another_fold_and_no_class_goes_unta
     labels = rng.integers(6, size=40)[clip]
     fold = rng.integers(-1, 4, size=40)[clip]
     for tested in range(4):
-        learn, check = rows_to_learn(labels, fold, tested)
-        assert len(np.intersect1d(clip[learn], clip[check])) == 0
-        assert not np.isin(fold[np.concatenate([learn, check])], tested).any()
-        assert len(learn) + len(check) == (fold != tested).sum()
+        learn, validation = split_windows(labels, fold, tested)
+        assert len(np.intersect1d(clip[learn], clip[validation])) == 0
+        assert not np.isin(fold[np.concatenate([learn, validation])], tested).any()
+        assert len(learn) + len(validation) == (fold != tested).sum()
         assert set(labels[learn]) == set(labels[fold != tested])
-        assert (fold[check] >= 0).all()
-        everything, none = rows_to_learn(labels, fold, tested, stopping=False)
+        assert (fold[validation] >= 0).all()
+        everything, none = split_windows(labels, fold, tested, early_stopping=False)
         np.testing.assert_array_equal(everything, np.flatnonzero(fold != tested))
         assert len(none) == 0
-    learn, check = rows_to_learn(np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1]), 0)
+    learn, validation = split_windows(np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1]), 0)
     assert learn.tolist() == [2, 3]
-    assert check.tolist() == []
+    assert validation.tolist() == []
 
 
 @pytest.mark.slow
@@ -300,5 +302,5 @@ def test_refuses_what_is_no_window_and_sizes_that_heads_do_not_divide():
         Multi3Net(width=12)
     with pytest.raises(ValueError, match="patience must be at least 1"):
         Multi3Net(patience=0)
-    with pytest.raises(ValueError, match="mixing must be at least 0"):
-        Multi3Net(mixing=-0.1)
+    with pytest.raises(ValueError, match="mixup must be at least 0"):
+        Multi3Net(mixup=-0.1)

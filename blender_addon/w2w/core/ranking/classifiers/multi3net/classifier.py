@@ -34,11 +34,11 @@ class Multi3Net(Settings):
     the same. `Multi3Net.full()` has their sizes and schedule. The default is smaller, so that
     512 patches are mapped in the time that `docs/utility.md` states, and is made for a few
     clips an activity: its embedding reads a window's spectrum beside its samples, windows are
-    blended in pairs, and none is spent on saying when to stop.
+    mixed in pairs (mixup), and none is set aside for validation.
 
-    Where windows do say when to stop, they are those of the next fold, never of the tested
-    one; of an activity that no other fold could teach, they are learnt from instead. All
-    patches of a fold start from the same weights and meet the same batches, blends and dropout:
+    With early stopping, the validation split is the next fold, never the tested one; windows of
+    an activity that no other fold holds are trained on instead. All
+    patches of a fold start from the same weights and meet the same batches, mixup and dropout:
     they differ by their signals alone, and a patch comes out alone as it does among others.
 
     Parameters are those of `Settings`.
@@ -55,15 +55,15 @@ class Multi3Net(Settings):
             "hidden": 1536,
             "embedding": 256,
             "spectrum": 0,
-            "rate": 1e-3,
-            "batch": 32,
+            "learning_rate": 1e-3,
+            "batch_size": 32,
             "epochs": 300,
-            "decay": 0.0,
-            "smoothing": 0.0,
-            "mixing": 0.0,
-            "stopping": True,
+            "weight_decay": 0.0,
+            "label_smoothing": 0.0,
+            "mixup": 0.0,
+            "early_stopping": True,
             "patience": 30,
-            "plateau": 10,
+            "lr_patience": 10,
             "group": 4,
         }
         return cls(**(published | changes))
@@ -119,9 +119,9 @@ class Multi3Net(Settings):
                 stop = min(start + self.group, last)
                 group = np.ascontiguousarray(block[:, start - first : stop - first])
                 for done, f in enumerate(folds, start=1):
-                    train, check = rows_to_learn(labels, fold, f, self.stopping)
+                    train, validation = split_windows(labels, fold, f, self.early_stopping)
                     test = np.flatnonzero(is_test & (fold == f))
-                    work = Group(self, group, labels, train, check, test, int(f))
+                    work = Group(self, group, labels, train, validation, test, int(f))
                     predictions[position[test], start:stop] = work.predict()
                     used.add(work.file)
                     if progress is not None:
@@ -132,31 +132,31 @@ class Multi3Net(Settings):
         return predictions
 
 
-def rows_to_learn(
-    labels: np.ndarray, fold: np.ndarray, tested: int, stopping: bool = True
+def split_windows(
+    labels: np.ndarray, fold: np.ndarray, tested: int, early_stopping: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Windows to learn from and windows that say when to stop, none of the tested fold.
+    """Training and validation split of the windows outside the tested fold.
 
-    The checking windows are those of the next fold. Of a class that stands in no third fold
-    they are learnt from, since it could not be named otherwise.
+    The validation windows are those of the next fold. Those of a class that is in no third fold
+    are trained on, since it could not be named otherwise.
 
     Parameters
     ----------
     labels, fold : ndarray of int, shape (W,)
     tested : int
         Fold left out.
-    stopping : bool
-        Whether windows are to say when to stop; else all are learnt from.
+    early_stopping : bool
+        Whether there is to be a validation split; else all are trained on.
 
     Returns
     -------
-    train, check : ndarray of int
-        Indices of windows; `check` is empty where there are only two folds.
+    train, validation : ndarray of int
+        Indices of windows; `validation` is empty where there are only two folds.
     """
-    if not stopping:
+    if not early_stopping:
         return np.flatnonzero(fold != tested), np.empty(0, dtype=np.int64)
     folds = np.unique(fold[fold >= 0])
     following = folds[(np.searchsorted(folds, tested) + 1) % len(folds)]
     elsewhere = np.unique(labels[(fold != tested) & (fold != following)])
-    check = (fold == following) & np.isin(labels, elsewhere)
-    return np.flatnonzero((fold != tested) & ~check), np.flatnonzero(check)
+    is_validation = (fold == following) & np.isin(labels, elsewhere)
+    return np.flatnonzero((fold != tested) & ~is_validation), np.flatnonzero(is_validation)

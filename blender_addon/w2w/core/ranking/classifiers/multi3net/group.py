@@ -17,7 +17,7 @@ from .settings import Settings
 from .training import State, train
 
 PROGRAM = 3
-"""Number of the network and of its training; what another one left in checkpoints is not taken up."""
+"""Number of the network and of its training; checkpoints of another one are not resumed."""
 
 
 class Group:
@@ -29,24 +29,24 @@ class Group:
         windows: np.ndarray,
         labels: np.ndarray,
         train: np.ndarray,
-        check: np.ndarray,
+        validation: np.ndarray,
         test: np.ndarray,
         fold: int,
     ) -> None:
         self.settings, self.windows, self.labels = settings, windows, labels
-        self.train, self.check, self.test, self.fold = train, check, test, fold
+        self.train, self.validation, self.test, self.fold = train, validation, test, fold
         folder = settings.checkpoints
         self.file = None if folder is None else folder / f"{self._key()}.npz"
 
     def predict(self) -> np.ndarray:
-        """Classes (tested windows, patches), by networks trained now or taken up."""
+        """Classes (tested windows, patches), by networks trained now or resumed from a checkpoint."""
         saved = self._saved("named").get("named")
         if saved is not None and self._is_outcome(saved):
             return saved
         settings = self.settings
         device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
         examples = Examples.prepare(
-            self.windows, self.labels, self.train, self.check, device, settings.spectrum
+            self.windows, self.labels, self.train, self.validation, device, settings.spectrum
         )
         network = Network(
             samples=examples.windows.shape[1],
@@ -98,7 +98,7 @@ class Group:
         }
         told = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
         digest = hashlib.sha256(repr(told).encode())
-        for rows in (self.labels, self.train, self.check, self.test):
+        for rows in (self.labels, self.train, self.validation, self.test):
             digest.update(np.ascontiguousarray(rows, dtype=np.int64).tobytes())
         digest.update(np.ascontiguousarray(self.windows, dtype=np.float32).tobytes())
         return digest.hexdigest()[:32]
