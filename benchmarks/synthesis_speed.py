@@ -68,7 +68,7 @@ EVERY_PART = SensorModel(
     drop_duration_s=0.03,
     mounting_turn_deg=5.0,
     mounting_shift_m=0.01,
-    wobble_hz=12.0,
+    soft_tissue_hz=12.0,
 )
 
 

@@ -10,7 +10,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core": "filtering results_folder study threads",
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
-    "tests/core/datasets": "broad dsads gait gait_sites npz_archive",
+    "tests/core/datasets": "broad dsads gait gait_sites",
     "tests/core/imu": "errors formats gaps presets text_tables vendor_formats",
     "tests/core/keypoints": "joint_sets limbs paths smoothing",
     "tests/core/motion": "activity_groups repair source",

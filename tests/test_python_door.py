@@ -18,6 +18,7 @@ from sklearn.neighbors import KNeighborsClassifier
 import w2w
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
+from w2w.core.patches.naming import region_centre
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = (16, 18)
@@ -108,6 +109,21 @@ def test_what_moves_recognises(ranking):
     kicking = ranking.activities.index("kicking")
     right_foot = ranking.at("right foot")
     assert ranking.f1[arms, kicking].max() > ranking.f1[right_foot, kicking].min()
+
+
+@pytest.mark.parametrize("n_placements", [1, 3])
+def test_own_placements_are_ranked_by_their_names(library, tmp_path, n_placements):
+    body = w2w.Body.bundled()
+    wrist, ankle, ear = (region_centre(body, name) for name in ("left wrist", "left ankle", "left ear"))
+    placements = {"strap pod": wrist, "shoe clip": body.vertices[ankle], "hearing aid": int(ear)}
+    own = w2w.patches_at(body, dict(list(placements.items())[:n_placements]))
+    ranking = w2w.rank(w2w.synthesize(w2w.load(library), own))
+    assert ranking.names[ranking.best] == "strap pod"
+    assert ranking.mean[ranking.best] > 0.6
+    assert ranking.at("strap pod", ranking.names[-1]) == [0, n_placements - 1]
+    assert ranking.together([0])[0].mean[0] > 0.6
+    ranking.heatmap(tmp_path / "own.png")
+    assert [row["name"] for row in ranking.table()] == list(own.names)
 
 
 def test_labels_without_meaning_are_not_recognised(library, few):
@@ -258,7 +274,7 @@ def test_the_documents_examples_run(library, monkeypatch):
     )  # fmt: skip
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 8
+    assert len(blocks) == 9
     names: dict = {}
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)

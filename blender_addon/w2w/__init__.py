@@ -39,6 +39,7 @@ _HOMES = {
     "load": "api",
     "load_body": "api",
     "open_results": "api",
+    "patches_at": "core.patches.own_placements",
     "preset": "core.imu.presets",
     "rank": "api",
     "rank_agreement": "core.ranking.agreement",

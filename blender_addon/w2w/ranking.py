@@ -132,7 +132,7 @@ class Ranking:
         Returns
         -------
         tuple of UtilityMap
-            Each of one place, by the folds and the classifier of the ranking; the last is of all.
+            Each of one row, by the folds and the classifier of the ranking; the last is of all.
         """
         return rank_together(patches, self.inputs, self.labels, self.config, self.classifier)
 

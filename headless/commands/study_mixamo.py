@@ -19,7 +19,7 @@ from w2w.core.files import write_text
 from w2w.core.motion.activity_groups import PER_GROUP, choose_activities
 from w2w.core.motion.library import Library, read_library
 from w2w.core.patches.naming import PLACEMENTS, placement_patches
-from w2w.core.ranking.comparison import PlaceDifference, compare_places
+from w2w.core.ranking.comparison import PatchDifference, compare_patches
 from w2w.core.ranking.score_table import score_table
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import StudyConfig
@@ -110,7 +110,7 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
         group: [name for name in study.utility.activities if group_of.get(name) == group] for group in tested
     }
     compared = {
-        group: compare_places(
+        group: compare_patches(
             study.utility, [places[name] for name in unusual], [places[name] for name in common], names
         )
         for group, names in {**members, "": list(study.utility.activities)}.items()
@@ -122,7 +122,7 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
 
 
 def _show_comparison(
-    compared: Mapping[str, PlaceDifference], unusual: list[str], common: list[str], console: Console
+    compared: Mapping[str, PatchDifference], unusual: list[str], common: list[str], console: Console
 ) -> None:
     table = Table(title="Unusual placements against the common ones", title_justify="left")
     for name in ("activities", "unusual placement"):
@@ -151,7 +151,7 @@ def _show_comparison(
     )
 
 
-def _as_csv(compared: Mapping[str, PlaceDifference], unusual: list[str], common: list[str]) -> str:
+def _as_csv(compared: Mapping[str, PatchDifference], unusual: list[str], common: list[str]) -> str:
     lines = [["group", "unusual", "f1", "common", "common_f1", "difference", "low", "high", "verdict"]]
     for group, found in compared.items():
         verdicts = found.verdicts()

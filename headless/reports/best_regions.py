@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 
@@ -16,9 +14,6 @@ AT_MOST = 10
 
 def best_regions(utility: UtilityMap, patches: PatchSet, count: int = AT_MOST) -> list[dict[str, Any]]:
     """The best place of each region by mean F1 with its intervals, best region first."""
-    best: dict[str, int] = {}
-    for patch in np.argsort(-utility.mean, kind="stable").tolist():
-        best.setdefault(patches.regions[patch], patch)
     return [
         {
             "patch": patch,
@@ -28,5 +23,5 @@ def best_regions(utility: UtilityMap, patches: PatchSet, count: int = AT_MOST) -
             "high": float(utility.mean_high[patch]),
             "rank": (int(utility.rank_low[patch]), int(utility.rank_high[patch])),
         }
-        for patch in list(best.values())[:count]
+        for patch in patches.best_of_regions(utility.mean)[:count]
     ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read one motion file through Blender, silently, and carry it to a body."""
+"""Read one motion file through Blender, silently, and retarget it to a body."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..needs_blender import needs_blender
 def load_clip(
     clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()
 ) -> tuple[SourceMotion | Motion, Motion, dict[str, Any]]:
-    """Read a clip's file and carry it to the body, under the clip's labels.
+    """Read a clip's file and retarget it to the body, under the clip's labels.
 
     Returns
     -------

@@ -49,7 +49,7 @@ def sweep_figure(path: str | Path, swept: Sequence[SweptCase], patches: PatchSet
     figure.text(
         0.02,
         1 - 0.72 / page[1],
-        f"Macro F1 at {len(patches)} places; {usual.utility.protocol}, {usual.utility.classifier}",
+        f"Macro F1 at {len(patches)} patches; {usual.utility.protocol}, {usual.utility.classifier}",
         fontsize=9.5,
         color=FAINT,
     )
@@ -80,7 +80,7 @@ def _draw_agreement(axes: Axes, swept: Sequence[SweptCase]) -> None:
 
 def _draw_parts(axes: Axes, swept: Sequence[SweptCase], patches: PatchSet) -> None:
     """Mean F1 of each part; the colour is its distance from the mean over the body in the same case."""
-    parts = {name: places for name in BODY_PARTS if len(places := _places(name, patches))}
+    parts = {name: found for name in BODY_PARTS if len(found := _patches_of(name, patches))}
     scores = np.array([[one.utility.mean[p].mean() for p in parts.values()] for one in swept])
     apart = scores - np.array([one.utility.mean.mean() for one in swept])[:, None]
     reach = max(np.abs(apart).max(), 1e-3)
@@ -95,13 +95,13 @@ def _draw_parts(axes: Axes, swept: Sequence[SweptCase], patches: PatchSet) -> No
     axes.set_yticks([])
     axes.xaxis.tick_top()
     axes.tick_params(length=0, labelsize=8.5, labelcolor=INK)
-    axes.set_title("Mean F1 of a part's places", fontsize=10, color=INK, loc="left", pad=10)
+    axes.set_title("Mean F1 of a part's patches", fontsize=10, color=INK, loc="left", pad=10)
     axes.set_xlabel("orange above, violet below the body's mean in that case", fontsize=8.5, color=FAINT)
     for spine in axes.spines.values():
         spine.set_visible(False)
 
 
-def _places(part: str, patches: PatchSet) -> np.ndarray:
+def _patches_of(part: str, patches: PatchSet) -> np.ndarray:
     found = find_places(patches.regions, patches.names, part)
     side, _, limb = part.rpartition(" ")
     end = {"arm": "hand", "leg": "foot"}.get(limb)

@@ -46,8 +46,8 @@ class SweepMaps:
     study : StudyResults
     out : Path
         Folder of the sweep.
-    places : int
-        Places compared; they are the first ones of the study's own order, which cover the
+    n_patches : int
+        Patches compared; they are the first ones of the study's own order, which cover the
         body evenly.
     workers : int
 
@@ -57,7 +57,7 @@ class SweepMaps:
         If the study's classifier takes windows instead of features.
     """
 
-    def __init__(self, study: StudyResults, out: Path, places: int, workers: int) -> None:
+    def __init__(self, study: StudyResults, out: Path, n_patches: int, workers: int) -> None:
         self.study, self.out, self.workers = study, out, workers
         config = study.config()
         if inputs_of(config.classifier) != "features":
@@ -65,10 +65,10 @@ class SweepMaps:
                 f"a sweep ranks by features; the study's classifier, {config.classifier}, does not"
             )
         self.patches = study.patches
-        if places < len(study.patches):
-            self.patches = place_patches(Body.bundled(), replace(config, patches=places))
-            if not np.array_equal(self.patches.vertices, study.patches.vertices[:places]):
-                self.patches = place_patches(study.body(), replace(config, patches=places))
+        if n_patches < len(study.patches):
+            self.patches = place_patches(Body.bundled(), replace(config, patches=n_patches))
+            if not np.array_equal(self.patches.vertices, study.patches.vertices[:n_patches]):
+                self.patches = place_patches(study.body(), replace(config, patches=n_patches))
         (out / WORK / "features").mkdir(parents=True, exist_ok=True)
         self.patches.save(out / WORK / "patches.npz")
 
@@ -166,16 +166,16 @@ def _bake_clip(
     usual_height: float,
 ) -> bool:
     """Write the features of a clip under a case; False where it is too short for its windows."""
-    body, places = _load(folder / WORK / "body.npz", patches)
+    body, placed = _load(folder / WORK / "body.npz", patches)
     motion = case.motion(Motion.load(study / "motions" / f"{clip.name}.npz"))
     motion = replace(motion, pelvis=motion.pelvis * (body.height / usual_height))
     with threadpool_limits(1):
         try:
-            features, is_test = describe(record(body, places, motion, case.config), case.config)
+            features, is_test = describe(record(body, placed, motion, case.config), case.config)
         except TooShortError:
             return False
         parts = [features]
-        for copy in copies_of(body, places, motion, case.config):
+        for copy in copies_of(body, placed, motion, case.config):
             try:
                 parts.append(describe(copy, case.config)[0])
             except TooShortError:

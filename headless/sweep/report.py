@@ -35,13 +35,13 @@ class SweptCase:
 
 
 def show_sweep(swept: Sequence[SweptCase], patches: PatchSet, console: Console) -> None:
-    """Print a line a case, then the places whose rank changed for sure."""
-    table = Table(title=f"Macro F1 at {len(patches)} places, against the study as run", title_justify="left")
+    """Print a line a case, then the patches whose rank changed for sure."""
+    table = Table(title=f"Macro F1 at {len(patches)} patches, against the study as run", title_justify="left")
     table.add_column("case")
     table.add_column("Spearman's rho", justify="right")
     table.add_column("mean F1", justify="right")
     table.add_column("change", justify="right")
-    table.add_column("best place", overflow="fold")
+    table.add_column("best patch", overflow="fold")
     table.add_column("usual best\nstill best", justify="center")
     table.add_column("flipped", justify="right")
     table.add_column("best regions", overflow="fold")
@@ -65,18 +65,18 @@ def show_sweep(swept: Sequence[SweptCase], patches: PatchSet, console: Console) 
     low, high = other_clips(swept[0].utility)
     console.print(
         f"Two draws of clips from this library agree by a rho of {low:.2f} to {high:.2f} with nothing "
-        "changed. 'still best': cannot be told from the case's best place. 'flipped': places whose 95 % "
+        "changed. 'still best': cannot be told from the case's best patch. 'flipped': patches whose 95 % "
         "intervals of the rank do not overlap.",
         style="dim",
     )
     for one in swept:
-        for word, places in (("rise", one.shift.risen), ("fall", one.shift.fallen)):
-            if len(places):
-                console.print(f"{one.case.title}: {_regions(places, patches)} {word}.")
+        for word, flipped in (("rise", one.shift.risen), ("fall", one.shift.fallen)):
+            if len(flipped):
+                console.print(f"{one.case.title}: {_regions(flipped, patches)} {word}.")
 
 
 def write_sweep(folder: Path, swept: Sequence[SweptCase], patches: PatchSet) -> None:
-    """Write `sweep.csv`, a line a case, and `places.csv`, a line a place and case."""
+    """Write `sweep.csv`, a line a case, and `places.csv`, a line a patch and case."""
     rows = [
         [
             *("factor", "case", "rho", "rho_low", "rho_high", "mean_f1", "gain", "gain_low", "gain_high"),
@@ -93,33 +93,32 @@ def write_sweep(folder: Path, swept: Sequence[SweptCase], patches: PatchSet) -> 
             [
                 *(one.case.factor, one.case.name, *map(_number, scores)),
                 *(patches.names[best], *map(_number, scores_best), "yes" if shift.best_holds else "no"),
-                "; ".join(patches.names[place] for place in shift.risen),
-                "; ".join(patches.names[place] for place in shift.fallen),
+                "; ".join(patches.names[patch] for patch in shift.risen),
+                "; ".join(patches.names[patch] for patch in shift.fallen),
             ]
         )
     write_text(folder / "sweep.csv", csv_text(rows))
     lines = [["factor", "case", "place", "region", "mean", "low", "high", "rank_low", "rank_high"]]
     for one in swept:
         u = one.utility
-        for place, name in enumerate(patches.names):
-            scores = map(_number, (u.mean[place], u.mean_low[place], u.mean_high[place]))
+        for patch, name in enumerate(patches.names):
+            scores = map(_number, (u.mean[patch], u.mean_low[patch], u.mean_high[patch]))
             lines.append(
                 [
-                    *(one.case.factor, one.case.name, name, patches.regions[place], *scores),
-                    *(int(u.rank_low[place]), int(u.rank_high[place])),
+                    *(one.case.factor, one.case.name, name, patches.regions[patch], *scores),
+                    *(int(u.rank_low[patch]), int(u.rank_high[patch])),
                 ]
             )
     write_text(folder / "places.csv", csv_text(lines))
 
 
 def top_regions(utility: UtilityMap, patches: PatchSet, count: int = TOP) -> list[str]:
-    """The regions of the best places, each once."""
-    order = np.argsort(-utility.mean, kind="stable")
-    return list(dict.fromkeys(patches.regions[place] for place in order.tolist()))[:count]
+    """The regions of the best patches, each once."""
+    return [patches.regions[patch] for patch in patches.best_of_regions(utility.mean)[:count]]
 
 
-def _regions(places: np.ndarray, patches: PatchSet) -> str:
-    counts = Counter(patches.regions[place] for place in places.tolist())
+def _regions(chosen: np.ndarray, patches: PatchSet) -> str:
+    counts = Counter(patches.regions[patch] for patch in chosen.tolist())
     return ", ".join(f"{name} ({n})" if n > 1 else name for name, n in counts.most_common())
 
 

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files are written whole or not at all, and the same content gives the same bytes."""
 
+import io
 import json
 import time
 
 import numpy as np
 import pytest
 
-from w2w.core.files import atomic_write, write_json, write_npz
+from w2w.core.files import atomic_write, read_npy, write_json, write_npz
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -47,3 +48,28 @@ def test_json_refuses_nan(tmp_path):
         write_json(tmp_path / "bad.json", {"a": float("nan")})
     write_json(tmp_path / "good.json", {"ü": 1})
     assert json.loads((tmp_path / "good.json").read_text(encoding="utf-8")) == {"ü": 1}
+
+
+def test_an_npy_file_comes_back(tmp_path):
+    np.save(tmp_path / "a.npy", np.arange(6).reshape(2, 3))
+    np.testing.assert_array_equal(read_npy(tmp_path / "a.npy"), [[0, 1, 2], [3, 4, 5]])
+
+
+def claiming_more_than_it_holds():
+    stream = io.BytesIO()
+    header = {"descr": "<f8", "fortran_order": False, "shape": (2**40,)}
+    np.lib.format.write_array_header_1_0(stream, header)
+    return stream.getvalue() + bytes(80)
+
+
+def pickled():
+    stream = io.BytesIO()
+    np.save(stream, np.array([{}], dtype=object), allow_pickle=True)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("content", [b"", b"nothing", claiming_more_than_it_holds(), pickled()])
+def test_a_damaged_npy_file_is_said_by_name(tmp_path, content):
+    (tmp_path / "a.npy").write_bytes(content)
+    with pytest.raises(ValueError, match=r"a\.npy is damaged or no npy file of numbers or text"):
+        read_npy(tmp_path / "a.npy")

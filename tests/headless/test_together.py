@@ -57,7 +57,7 @@ def study(tmp_path):
 def test_one_network_reads_the_windows_of_all_sensors(study, monkeypatch):
     pytest.importorskip("torch")
     monkeypatch.setattr(Spied, "channels", [], raising=False)
-    small = partial(Spied, width=8, hidden=16, embedding=8, batch=16, epochs=40)
+    small = partial(Spied, width=8, hidden=16, embedding=8, batch_size=16, epochs=40)
     monkeypatch.setitem(utility.CLASSIFIERS, "multi3net", small)
     alone, together = sensors_together(study, [1, 0])
     assert (alone.classifier, together.classifier) == ("multi3net", "multi3net")

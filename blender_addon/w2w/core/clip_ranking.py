@@ -159,7 +159,7 @@ def rank_together(
     Returns
     -------
     tuple of UtilityMap
-        Each of one place: the sensors side by side, by the folds and the classifier of the ranking.
+        Each of one row: the sensors side by side, by the folds and the classifier of the ranking.
     """
     protocol = labels.protocol(config, classifier)
     return tuple(multi_sensor_check(order, inputs, labels.activity, **protocol))

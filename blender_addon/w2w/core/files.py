@@ -12,7 +12,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tokenize import TokenError
@@ -225,16 +225,37 @@ def load_arrays(
     return arrays
 
 
+def read_npy(path: str | Path) -> np.ndarray:
+    """Read an npy file of numbers or text.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is none, or is damaged; the message names the file.
+    """
+    path = Path(path)
+    try:
+        return _read_values(lambda: path.open("rb"), path.stat().st_size)
+    except (ValueError, *DAMAGED) as error:  # numpy's own words quote bytes
+        raise ValueError(f"{path} is damaged or no npy file of numbers or text") from error
+
+
 def _read_member(archive: ZipFile, member: str) -> np.ndarray:
-    with archive.open(member) as stream:
+    return _read_values(lambda: archive.open(member), archive.getinfo(member).file_size)
+
+
+def _read_values(start: Callable[[], BinaryIO], held: int) -> np.ndarray:
+    """The array of an npy stream that holds so many bytes, whatever its header claims."""
+    with start() as stream:
         shape, _, dtype = read_header(stream)
-    held = archive.getinfo(member).file_size
     if dtype.kind not in PLAIN or math.prod(shape) * dtype.itemsize > held:
-        raise ValueError(member)
-    with archive.open(member) as stream:
+        raise ValueError("it claims more than it holds, or other things than numbers and text")
+    with start() as stream:
         array = npy.read_array(stream, allow_pickle=False)
     if dtype.kind == "U" and not _is_text(array):
-        raise ValueError(member)
+        raise ValueError("it holds characters that do not exist")
     return array
 
 

@@ -66,7 +66,7 @@ class StudyResults:
         except (OSError, KeyError, ValueError) as error:
             raise ValueError(f"{out} cannot be read as a results folder: {error}") from error
         if len(patches) != len(utility.mean):
-            raise ValueError(f"{out} holds a ranking of other places than its own: run the study again")
+            raise ValueError(f"{out} holds a ranking of other patches than its own: run the study again")
         return cls(out, utility, patches, clips, config["parameters"])
 
     def config(self) -> StudyConfig:
@@ -83,7 +83,7 @@ class StudyResults:
         return tuple(ClipWindows.read(self.out, clip.name) for clip in self.clips)
 
     def inputs(self, classifier: str) -> PlaceBlocks:
-        """What a classifier takes of the run: all windows of all places and copies, served from disk."""
+        """What a classifier takes of the run: all windows of all patches and copies, served from disk."""
         return ranking_inputs(
             self.out,
             [clip.name for clip in self.clips],
@@ -121,12 +121,12 @@ def sensors_together(study: StudyResults, order: Sequence[int]) -> tuple[Utility
     ----------
     study : StudyResults
     order : sequence of int
-        Places as chosen.
+        Patches as chosen.
 
     Returns
     -------
     tuple of UtilityMap
-        Each of one place: the sensors side by side, by the folds of the run and its classifier. Of
+        Each of one row: the sensors side by side, by the folds of the run and its classifier. Of
         one that takes windows, that is a network of 6 channels a sensor.
     """
     config = study.config()

@@ -52,7 +52,7 @@ def read_motion(path: Path) -> SourceMotion | Motion:
 
 
 def carry(source: SourceMotion | Motion, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
-    """Carry what a file holds to a body.
+    """Retarget what a file holds to a body.
 
     Parameters
     ----------

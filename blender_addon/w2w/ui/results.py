@@ -131,17 +131,10 @@ def list_regions(body: bpy.types.Object) -> None:
         return
     mean = mean_scores(study, utility)
     whole = ticked(study).all()
-    seen: set[str] = set()
-    for patch in np.argsort(-mean, kind="stable").tolist():
-        region = patches.regions[patch]
-        if region in seen:
-            continue
-        seen.add(region)
+    for patch in patches.best_of_regions(mean)[:TABLE_ROWS]:
         row = study.regions.add()
-        row.patch, row.label, row.f1 = patch, region, mean[patch]
+        row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
         row.low, row.high = (utility.mean_low[patch], utility.mean_high[patch]) if whole else (0.0, 0.0)
-        if len(seen) == TABLE_ROWS:
-            return
 
 
 def choose(body: bpy.types.Object) -> None:

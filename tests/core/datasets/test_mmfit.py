@@ -104,7 +104,7 @@ def test_every_workout_has_its_participant():
         (lambda w: (w / "w03_labels.csv").write_text("20,10,3,squats\n"), "no stretch of time"),
         (lambda w: np.save(w / "w03_sw_l_acc.npy", np.ones((20, 3))), "rows of frame, timestamp"),
         (lambda w: np.save(w / "w03_sw_l_acc.npy", np.ones((20, 5))), "do not advance"),
-        (lambda w: (w / "w03_sw_l_acc.npy").write_bytes(b"nothing"), "no npy file of numbers"),
+        (lambda w: (w / "w03_sw_l_acc.npy").write_bytes(b"nothing"), "w03_sw_l_acc.npy is damaged or no npy"),
         (lambda w: np.save(w / "w03_pose_3d.npy", np.ones((3, 5, 4))), r"must have the shape \(3, frames"),
         (lambda w: np.save(w / "w03_pose_3d.npy", np.ones((3, 5, 18))), "do not rise"),
     ],

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from w2w.core.datasets.dsads import read_dsads
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 
 
@@ -56,3 +57,14 @@ def test_wrong_files_are_refused_with_a_sentence(folder, tmp_path):
     savemat(path, {"d_iner": np.ones((5, 4))})
     with pytest.raises(ValueError, match="must hold"):
         read_utd_mhad(folder)
+
+
+@pytest.mark.parametrize("read", [read_utd_mhad, read_dsads])
+def test_a_damaged_archive_is_said_by_name(tmp_path, read):
+    path = tmp_path / "all.npz"
+    np.savez(path, a1_s1_t1_imu=np.zeros((9, 6)), x=np.zeros((1, 125, 5, 6)))
+    with pytest.raises(ValueError, match=r"all\.npz is no .* archive: it lacks .*(a1_s1_t1_skel|segment)"):
+        read(path)
+    path.write_bytes(path.read_bytes()[:300])
+    with pytest.raises(ValueError, match=r"all\.npz is no .* archive: it cannot be read as an npz file"):
+        read(path)

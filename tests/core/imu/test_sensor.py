@@ -65,7 +65,7 @@ FULL = SensorModel(
     drop_duration_s=0.05,
     mounting_turn_deg=5.0,
     mounting_shift_m=0.01,
-    wobble_hz=12.0,
+    soft_tissue_hz=12.0,
 )
 
 
@@ -231,7 +231,7 @@ def test_the_filter_has_its_bandwidth_and_its_delay(zero_phase, order):
 
 
 def test_filters_start_at_rest_where_the_signal_does():
-    model = SensorModel(accelerometer=Triad(lowpass_hz=5.0), wobble_hz=8.0)
+    model = SensorModel(accelerometer=Triad(lowpass_hz=5.0), soft_tissue_hz=8.0)
     np.testing.assert_allclose(model.apply(at_rest(100), 0).acc[:, 0, 2], G, rtol=1e-5)
 
 
@@ -287,13 +287,13 @@ def test_soft_tissue_rings_at_its_frequency_and_keeps_gravity():
     thud = np.zeros((2000, 1, 3), np.float32)
     thud[..., 2] = G
     thud[1000, 0, 0] = 100
-    read = SensorModel(wobble_hz=10.0, wobble_damping=0.1).apply(
+    read = SensorModel(soft_tissue_hz=10.0, soft_tissue_damping=0.1).apply(
         ImuRecording(acc=thud, gyr=0 * thud, rate=rate), 0
     )
     np.testing.assert_allclose(read.acc[:, 0, 2], G, rtol=1e-4)
     spectrum = np.abs(np.fft.rfft(read.acc[1000:, 0, 0]))
     assert np.fft.rfftfreq(1000, 1 / rate)[spectrum.argmax()] == pytest.approx(10, abs=0.4)
-    half = SensorModel(wobble_hz=10.0, wobble_damping=0.1, wobble_gain=0.5).apply(
+    half = SensorModel(soft_tissue_hz=10.0, soft_tissue_damping=0.1, soft_tissue_gain=0.5).apply(
         ImuRecording(acc=thud, gyr=0 * thud, rate=rate), 0
     )
     np.testing.assert_allclose(half.acc, (read.acc + thud) / 2, atol=1e-4)
@@ -378,7 +378,7 @@ def test_triads_are_checked_at_the_door(name):
     ("change", "named"),
     [
         ({"drop_fraction": 1.0}, "drop_fraction"),
-        ({"wobble_gain": 1.5}, "wobble_gain"),
+        ({"soft_tissue_gain": 1.5}, "soft_tissue_gain"),
         ({"dropped": "zero"}, "dropped"),
         ({"jitter_s": -0.1}, "jitter_s"),
         ({"rate_hz": 0.0}, "rate_hz"),

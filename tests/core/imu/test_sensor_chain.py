@@ -179,7 +179,7 @@ def test_soft_tissue_passes_what_a_spring_and_damper_do(frequency):
     """|2 z w s + w^2| / |s^2 + 2 z w s + w^2|, both triads alike; w and f where the transform bends them."""
     wave = sines((frequency,) * 3)
     natural, damping = 10.0, 0.2
-    read = SensorModel(wobble_hz=natural, wobble_damping=damping).apply(recorded(wave, 2 * wave), 0)
+    read = SensorModel(soft_tissue_hz=natural, soft_tissue_damping=damping).apply(recorded(wave, 2 * wave), 0)
     s = 1j * np.tan(np.pi * frequency / RATE) / np.tan(np.pi * natural / RATE)
     expected = abs((2 * damping * s + 1) / (s**2 + 2 * damping * s + 1))
     assert amplitude(read.acc[2000:3000, 0, 0].astype(float), frequency) == pytest.approx(expected, rel=2e-3)
@@ -189,7 +189,7 @@ def test_soft_tissue_passes_what_a_spring_and_damper_do(frequency):
 def test_tissue_counts_as_stiff_from_half_the_rate_only():
     wave = sines((20.0, 30.0, 40.0))
     for natural, moved in ((99.0, True), (100.0, False)):
-        read = SensorModel(wobble_hz=natural).apply(recorded(wave), 0)
+        read = SensorModel(soft_tissue_hz=natural).apply(recorded(wave), 0)
         assert bool((read.acc != wave).any()) is moved
 
 

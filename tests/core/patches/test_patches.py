@@ -208,3 +208,13 @@ def test_nothing_bleeds_across_a_gap() -> None:
 def test_scores_that_do_not_fit_are_refused(patches, scores, message) -> None:
     with pytest.raises(ValueError, match=message):
         patches.to_vertices(scores)
+
+
+def test_each_region_stands_once_by_its_best_patch(patches) -> None:
+    scores = np.random.default_rng(2).integers(0, 20, len(patches)) / 20  # with many ties
+    best = patches.best_of_regions(scores)
+    assert sorted(patches.regions[patch] for patch in best) == sorted(set(patches.regions))
+    assert (np.diff(scores[best]) <= 0).all()
+    for patch in best:
+        members = [n for n, region in enumerate(patches.regions) if region == patches.regions[patch]]
+        assert patch == members[int(scores[members].argmax())]

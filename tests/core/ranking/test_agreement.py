@@ -72,5 +72,5 @@ def test_constant_scores_agree_with_nothing():
 def test_what_cannot_be_ranked_is_refused():
     with pytest.raises(ValueError, match="three are needed"):
         rank_agreement([1, 2], [2, 1])
-    with pytest.raises(ValueError, match="same places"):
+    with pytest.raises(ValueError, match="same patches or sites"):
         rank_agreement([1, 2, 3], [2, 1])

@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.motion.activity_groups import PAPER_GROUPS, choose_activities
 from w2w.core.motion.library import Clip, Library
-from w2w.core.ranking.comparison import compare_places
+from w2w.core.ranking.comparison import compare_patches
 from w2w.core.ranking.utility import utility_map
 
 GOOD, SAME, BAD = 0, 1, 2
@@ -25,9 +25,9 @@ def utility():
 
 
 def test_a_better_place_is_told_from_a_worse_one_and_not_from_its_equal(utility):
-    found = compare_places(utility, [GOOD], [SAME, BAD])
+    found = compare_patches(utility, [GOOD], [SAME, BAD])
     np.testing.assert_array_equal(found.verdicts(), [[0, 1]])
-    np.testing.assert_array_equal(compare_places(utility, [BAD], [GOOD]).verdicts(), [[-1]])
+    np.testing.assert_array_equal(compare_patches(utility, [BAD], [GOOD]).verdicts(), [[-1]])
     np.testing.assert_allclose(found.f1, utility.mean[[GOOD]], atol=1e-6)
     np.testing.assert_allclose(found.other_f1, utility.mean[[SAME, BAD]], atol=1e-6)
     assert (found.low <= found.difference).all()
@@ -35,21 +35,21 @@ def test_a_better_place_is_told_from_a_worse_one_and_not_from_its_equal(utility)
 
 
 def test_a_place_does_not_differ_from_itself(utility):
-    found = compare_places(utility, [SAME], [SAME])
+    found = compare_patches(utility, [SAME], [SAME])
     assert found.low == found.high == found.difference == 0
 
 
 def test_the_interval_turns_round_with_the_question(utility):
-    one, other = compare_places(utility, [GOOD], [SAME]), compare_places(utility, [SAME], [GOOD])
+    one, other = compare_patches(utility, [GOOD], [SAME]), compare_patches(utility, [SAME], [GOOD])
     np.testing.assert_allclose(one.low, -other.high, atol=1e-6)
     np.testing.assert_allclose(one.difference, -other.difference, atol=1e-6)
 
 
 def test_some_activities_alone(utility):
-    found = compare_places(utility, [GOOD], [BAD], ["sit"])
+    found = compare_patches(utility, [GOOD], [BAD], ["sit"])
     assert found.f1[0] == pytest.approx(utility.f1[GOOD, 1], abs=1e-6)
     with pytest.raises(ValueError, match="none of these activities was tested: fly"):
-        compare_places(utility, [GOOD], [BAD], ["fly"])
+        compare_patches(utility, [GOOD], [BAD], ["fly"])
 
 
 def clips(**motions):

@@ -4,7 +4,7 @@
 import numpy as np
 from sklearn.metrics import confusion_matrix, f1_score
 
-from w2w.core.ranking.f1 import bootstrap_f1, clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores, resampled_f1, score_patches
 
 
 def simulate(rng, n_clips=30, n_activities=3, n_sensors=1, right=0.7, clip_spread=0.2):
@@ -65,9 +65,8 @@ def test_interval_covers_the_true_macro_f1():
     counts = count_by_clip(truth, predictions, clip, 3)
     true_f1 = f1_scores(counts, np.ones((1, len(counts.size)))).mean()
     covered = 0
-    for _ in range(200):
-        counts = count_by_clip(*simulate(rng), 3)
-        boot = bootstrap_f1(counts, 200, 0.95, rng)
+    for seed in range(200):
+        _, _, boot = score_patches(*simulate(rng), 3, 200, 0.95, seed)
         covered += boot.mean_low[0] <= true_f1 <= boot.mean_high[0]
     assert 170 <= covered < 200
 
@@ -76,7 +75,7 @@ def test_ranks_of_clearly_different_sensors_are_certain_and_of_equal_ones_are_no
     rng = np.random.default_rng(4)
     truth, weak, clip = simulate(rng, n_clips=60, n_sensors=4, right=0.4)
     strong = np.where(rng.random((len(truth), 1)) < 0.95, truth[:, None], (truth[:, None] + 1) % 3)
-    boot = bootstrap_f1(count_by_clip(truth, np.hstack([weak, strong]), clip, 3), 300, 0.95, rng)
+    _, _, boot = score_patches(truth, np.hstack([weak, strong]), clip, 3, 300, 0.95, 4)
     assert (boot.rank_low[4], boot.rank_high[4]) == (1, 1)
     assert (boot.rank_low[:4] >= 2).all()
     assert (boot.rank_high[:4] - boot.rank_low[:4] >= 1).all()
@@ -84,10 +83,20 @@ def test_ranks_of_clearly_different_sensors_are_certain_and_of_equal_ones_are_no
 
 def test_blocks_of_sensors_change_nothing():
     truth, predictions, clip = simulate(np.random.default_rng(5), n_sensors=7)
-    counts = count_by_clip(truth, predictions, clip, 3)
-    whole, parts = (bootstrap_f1(counts, 50, 0.9, np.random.default_rng(0), block) for block in (512, 3))
-    for a, b in zip(whole, parts, strict=True):
+    whole, parts = (score_patches(truth, predictions, clip, 3, 50, 0.9, 0, block) for block in (512, 3))
+    for a, b in zip((*whole[:2], *whole[2]), (*parts[:2], *parts[2]), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-6)
+
+
+def test_the_same_seed_draws_the_same_clips_for_a_map_and_for_a_few_of_its_places():
+    truth, predictions, clip = simulate(np.random.default_rng(6), n_sensors=7)
+    f1, _, boot = score_patches(truth, predictions, clip, 3, 50, 0.9, 1)
+    few, samples = resampled_f1(truth, predictions[:, [5, 2]], clip, 3, 50, 1)
+    np.testing.assert_array_equal(few, f1[[5, 2]])
+    np.testing.assert_array_equal(samples.mean(axis=2), boot.mean_samples[:, [5, 2]])
+    low, high = np.quantile(samples, [0.05, 0.95], axis=0)
+    np.testing.assert_allclose(low, boot.f1_low[[5, 2]], rtol=1e-6)
+    np.testing.assert_allclose(high, boot.f1_high[[5, 2]], rtol=1e-6)
 
 
 def test_a_clip_under_two_activities_counts_as_two():

@@ -44,9 +44,9 @@ def test_statistics_equal_scipy():
         for statistic, expected in {
             "mean": np.arcsinh(signal.mean(axis=2) / unit),
             "lowest": np.arcsinh((signal.min(axis=2) - signal.mean(axis=2)) / unit),
-            "spread": np.log(signal.std(axis=2) / unit) / 1.5,
+            "std": np.log(signal.std(axis=2) / unit) / 1.5,
             "skewness": np.arcsinh(skew(signal, axis=2)),
-            "tails": 2 * np.log1p(kurtosis(signal, axis=2, fisher=False)) - 3,
+            "kurtosis": 2 * np.log1p(kurtosis(signal, axis=2, fisher=False)) - 3,
         }.items():
             found = features[..., column(f"{name} {statistic}")]
             np.testing.assert_allclose(found, expected, rtol=2e-3, atol=2e-3)

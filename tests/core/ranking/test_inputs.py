@@ -12,7 +12,7 @@ from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.duplicates import SIZE
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.f1 import score_places
+from w2w.core.ranking.f1 import score_patches
 from w2w.core.ranking.inputs import (
     ArrayBlocks,
     FeatureFiles,
@@ -84,8 +84,8 @@ def test_intervals_are_the_same_bytes_whatever_the_block():
     rng = np.random.default_rng(1)
     truth, clip = np.arange(300) % 3, np.arange(300) // 3
     predictions = rng.integers(0, 3, size=(300, 11))
-    whole = score_places(truth, predictions, clip, 3, 40, 0.95, 7, block=11)
-    parts = score_places(truth, predictions, clip, 3, 40, 0.95, 7, block=2)
+    whole = score_patches(truth, predictions, clip, 3, 40, 0.95, 7, block=11)
+    parts = score_patches(truth, predictions, clip, 3, 40, 0.95, 7, block=2)
     for a, b in zip([*whole[:2], *whole[2]], [*parts[:2], *parts[2]], strict=True):
         assert a.tobytes() == b.tobytes()
 

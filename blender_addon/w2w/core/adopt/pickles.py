@@ -11,9 +11,13 @@ import pickle
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, BinaryIO
+from zipfile import ZipFile
 
 import numpy as np
 from scipy import sparse
+
+from ..files import DAMAGED, MOST_BYTES, read_header
+from ..files import read_arrays as read_plain_arrays
 
 
 class RefusedPickleError(ValueError):
@@ -94,8 +98,6 @@ class _NumpyArray:
     """Stands for `numpy.ndarray` and `object` where a pickle only names them."""
 
 
-HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-
 FOUND: dict[tuple[str, str], Callable | type] = {
     ("copy_reg", "_reconstructor"): _reconstructed,
     ("copyreg", "_reconstructor"): _reconstructed,
@@ -167,14 +169,14 @@ def read_npz_member(path: str | Path, name: str) -> np.ndarray:
     RefusedPickleError
         If the array is a pickle that names anything but arrays.
     """
-    with np.load(path, allow_pickle=False) as data:
-        try:
-            return data[name]
-        except ValueError:
-            with data.zip.open(f"{name}.npy") as stream:
-                read_header = HEADERS[np.lib.format.read_magic(stream)]
-                read_header(stream)
-                content = _load(stream)
+    try:
+        with ZipFile(path) as archive, archive.open(f"{name}.npy") as stream:
+            _, _, dtype = read_header(stream)
+            content = _load(stream) if dtype.hasobject else None
+    except DAMAGED:
+        content = None  # the plain reader says what is wrong
+    if content is None:
+        return read_plain_arrays(path, (name,), MOST_BYTES)[name]
     if isinstance(content, np.ndarray) and content.size == 1:
         content = content.item()
     return _plain(content)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..body.body import TEMPLATES
+from ..files import load_arrays
 
 N_VERTICES, N_TRIANGLES = 6890, 13776
 N_QUADS, N_LONE_TRIANGLES = 6876, 24
@@ -87,14 +88,17 @@ def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
         faces = _cut(walk)
         walk = canonical_walk(faces, N_VERTICES)
     order, number = np.empty(N_VERTICES, dtype=np.intp), np.empty(N_VERTICES, dtype=np.int32)
-    with np.load(NUMBERING) as numbering:
-        order[numbering["smpl_vertex"]] = walk.vertices
+    order[_numbering("smpl_vertex")] = walk.vertices
     number[order] = np.arange(N_VERTICES)
     # seen from inside, left and right change places: the same walk meets each vertex's mirror image
     reflected = canonical_walk([face[::-1] for face in faces], N_VERTICES)
     mirror = np.empty(N_VERTICES, dtype=np.int32)
     mirror[number[walk.vertices]] = number[reflected.vertices]
     return SmplMesh(order, number[np.array(faces)], mirror)
+
+
+def _numbering(name: str) -> np.ndarray:
+    return load_arrays(NUMBERING, (name,), "does not hold SMPL's vertex numbers")[name]
 
 
 def _signed_volume(polygons: np.ndarray, vertices: np.ndarray) -> float:
@@ -171,8 +175,7 @@ def describe_topology(triangles: np.ndarray, quads: np.ndarray) -> tuple[dict[st
 
 def _cut(walk: Walk) -> list[tuple[int, ...]]:
     """Triangles of a mesh of quads, each cut the way SMPL has it."""
-    with np.load(NUMBERING) as numbering:
-        from_first = iter(np.unpackbits(numbering["cut"], count=N_QUADS).tolist())
+    from_first = iter(np.unpackbits(_numbering("cut"), count=N_QUADS).tolist())
     triangles = []
     for face in walk.corners:
         if len(face) == 3:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..files import load_arrays
 from ..imu.recording import ImuRecording
-from .npz_archive import open_archive
 
 DSADS_RATE = 25.0
 DSADS_SEGMENT = (125, 45)
@@ -63,11 +63,9 @@ def read_dsads(path: str | Path) -> tuple[ImuRecording, ...]:
 
 
 def _dsads_npz(path: Path) -> tuple[np.ndarray, ...]:
-    with open_archive(path) as data:
-        missing = {"x", "activity", "subject", "segment"} - set(data.files)
-        if missing:
-            raise ValueError(f"{path} is no DSADS archive: it lacks {', '.join(sorted(missing))}")
-        arrays = tuple(data[name] for name in ("x", "activity", "subject", "segment"))
+    names = ("x", "activity", "subject", "segment")
+    data = load_arrays(path, names, "is no DSADS archive")
+    arrays = tuple(data[name] for name in names)
     x = arrays[0]
     if x.ndim != 4 or x.shape[2:] != (len(DSADS_SITES), 6) or len(x) != len(arrays[1]):
         raise ValueError(f"{path}: x must have shape (W, samples, 5, 6), not {x.shape}")

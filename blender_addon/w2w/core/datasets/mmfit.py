@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..files import read_npy
 from ..filtering import butterworth
 from ..imu.gaps import runs
 from ..imu.recording import ImuRecording
@@ -180,11 +181,8 @@ def guessed_unit(values: np.ndarray, kind: str, path: str | Path = "") -> str:
 
 
 def _array(path: Path) -> np.ndarray:
-    try:
-        values = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
-        raise ValueError(f"{path} is no npy file of numbers: {error}") from error
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
+    values = read_npy(path)
+    if values.dtype.kind not in "fiu":
         raise ValueError(f"{path} is no npy file of numbers")
     return values.astype(np.float64)
 

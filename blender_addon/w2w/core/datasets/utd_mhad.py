@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.io import loadmat
 
+from ..files import array_names, load_arrays
 from ..imu.recording import ImuRecording
 from ..imu.text_tables import ACC_UNITS, GYR_UNITS
-from .npz_archive import open_archive
 
 UTD_IMU_RATE = 50.0
 UTD_FIRST_THIGH_ACTION = 22
@@ -99,12 +99,17 @@ def _utd_trial(name: str, imu: np.ndarray, skeleton: np.ndarray) -> UtdTrial:
 
 
 def _utd_npz(path: Path) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    with open_archive(path) as data:
-        names = [name.removesuffix("_imu") for name in data.files if name.endswith("_imu")]
-        if not names or not {f"{name}_skel" for name in names} <= set(data.files):
-            raise ValueError(f"{path} is no UTD-MHAD archive: it lacks pairs a<n>_s<n>_t<n>_imu and _skel")
-        for name in names:
-            yield name, data[f"{name}_imu"], data[f"{name}_skel"]
+    wrong = "is no UTD-MHAD archive"
+    try:
+        held = array_names(path)
+    except ValueError as error:
+        raise ValueError(f"{path} {wrong}: {error}") from error
+    names = [name.removesuffix("_imu") for name in held if name.endswith("_imu")]
+    if not names:
+        raise ValueError(f"{path} {wrong}: it lacks pairs a<n>_s<n>_t<n>_imu and _skel")
+    data = load_arrays(path, [f"{name}_{part}" for name in names for part in ("imu", "skel")], wrong)
+    for name in names:
+        yield name, data[f"{name}_imu"], data[f"{name}_skel"]
 
 
 def _utd_folder(folder: Path) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:

@@ -145,8 +145,10 @@ def mount(
     return back @ acc, back @ gyr
 
 
-def wobble(values: np.ndarray, rate: float, frequency_hz: float, damping: float, gain: float) -> np.ndarray:
-    """Let a sensor ride on a spring and damper: base excitation of a second-order system.
+def soft_tissue_artefact(
+    values: np.ndarray, rate: float, frequency_hz: float, damping: float, gain: float
+) -> np.ndarray:
+    """Soft-tissue artefact: a sensor rides on a spring and damper, a second-order system moved at its base.
 
     The transmissibility (2 z w s + w^2) / (s^2 + 2 z w s + w^2) is mixed in with weight `gain`.
     """

@@ -276,9 +276,9 @@ WATCH = SensorModel(
     drop_duration_s=0.05,
     mounting_turn_deg=8.0,
     mounting_shift_m=0.005,
-    wobble_hz=15.0,
-    wobble_damping=0.4,
-    wobble_gain=0.5,
+    soft_tissue_hz=15.0,
+    soft_tissue_damping=0.4,
+    soft_tissue_gain=0.5,
 )
 
 PRESETS: dict[str, SensorModel] = {

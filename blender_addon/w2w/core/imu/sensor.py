@@ -122,12 +122,12 @@ class SensorModel:
         Turn of the sensor on the skin, degrees about each axis.
     mounting_shift_m : float
         Shift of the sensor on the skin along each axis, m.
-    wobble_hz : float or None
+    soft_tissue_hz : float or None
         Natural frequency of the soft tissue under the sensor, Hz; at or above half the sample rate the
         tissue counts as stiff.
-    wobble_damping : float
+    soft_tissue_damping : float
         Its damping ratio.
-    wobble_gain : float
+    soft_tissue_gain : float
         Part of the sensor's motion that goes through the tissue, 0 to 1.
     """
 
@@ -143,20 +143,20 @@ class SensorModel:
     dropped: str = "hold"
     mounting_turn_deg: float = 0.0
     mounting_shift_m: float = 0.0
-    wobble_hz: float | None = None
-    wobble_damping: float = 0.3
-    wobble_gain: float = 1.0
+    soft_tissue_hz: float | None = None
+    soft_tissue_damping: float = 0.3
+    soft_tissue_gain: float = 1.0
 
     def __post_init__(self) -> None:
         for name in (
             "g_sensitivity", "jitter_s", "drop_fraction", "drop_duration_s", "mounting_turn_deg",
-            "mounting_shift_m", "wobble_damping", "wobble_gain",
+            "mounting_shift_m", "soft_tissue_damping", "soft_tissue_gain",
         ):  # fmt: skip
             _check_not_negative(name, getattr(self, name))
         _check_positive("rate_hz", self.rate_hz)
-        _check_positive("wobble_hz", self.wobble_hz)
-        if self.drop_fraction >= 1 or self.wobble_gain > 1:
-            raise ValueError("drop_fraction must be below 1 and wobble_gain at most 1")
+        _check_positive("soft_tissue_hz", self.soft_tissue_hz)
+        if self.drop_fraction >= 1 or self.soft_tissue_gain > 1:
+            raise ValueError("drop_fraction must be below 1 and soft_tissue_gain at most 1")
         if self.dropped not in ("hold", "nan"):
             raise ValueError(f'dropped must be "hold" or "nan", not {self.dropped!r}')
 
@@ -230,9 +230,11 @@ class SensorModel:
             numbers = streams.constants("mounting", 2, 3)
             turns = np.radians(self.mounting_turn_deg) * numbers[:, 0]
             acc, gyr = errors.mount(acc, gyr, rate, turns, self.mounting_shift_m * numbers[:, 1])
-        if self.wobble_hz is not None and self.wobble_hz < rate / 2:
+        if self.soft_tissue_hz is not None and self.soft_tissue_hz < rate / 2:
             acc, gyr = (
-                errors.wobble(values, rate, self.wobble_hz, self.wobble_damping, self.wobble_gain)
+                errors.soft_tissue_artefact(
+                    values, rate, self.soft_tissue_hz, self.soft_tissue_damping, self.soft_tissue_gain
+                )
                 for values in (acc, gyr)
             )
         return acc, gyr

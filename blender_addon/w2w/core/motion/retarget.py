@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Carry any named skeleton's motion to the 24 joints, through world-space rotations.
+"""Retarget any named skeleton's motion to the 24 joints, through world-space rotations.
 
 Each joint takes over its bone's world rotation relative to the rest pose, so bone roll and
 local axes never matter. What the two rest poses differ by is made up for once: the torso by
@@ -79,7 +79,7 @@ class Retargeting:
 
 
 def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> Retargeting:
-    """Carry a source motion to a body.
+    """Retarget a source motion to a body.
 
     Parameters
     ----------

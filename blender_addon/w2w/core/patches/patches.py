@@ -43,6 +43,8 @@ class PatchSet:
         Seed of the random first pick.
     interpolation : csr_matrix, shape (V, N), float32
         Share of each patch in the value at each vertex; rows sum to 1.
+    own_names : tuple of str
+        Where they were given, as by `patches_at`; else patches are named by region.
     """
 
     vertices: np.ndarray
@@ -51,13 +53,16 @@ class PatchSet:
     regions: tuple[str, ...]
     seed: int
     interpolation: csr_matrix
+    own_names: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.vertices)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """A unique name of each patch: its region, numbered in picking order where it has several."""
+        """A unique name of each patch: its own, else its region, numbered where that has several."""
+        if self.own_names:
+            return self.own_names
         total: dict[str, int] = {}
         for region in self.regions:
             total[region] = total.get(region, 0) + 1
@@ -101,6 +106,13 @@ class PatchSet:
         low, high = (np.where(known, scores, end) for end in (np.inf, -np.inf))
         return np.clip(spread, low.min(axis=0), np.maximum(high.max(axis=0), low.min(axis=0)))
 
+    def best_of_regions(self, scores: np.ndarray) -> list[int]:
+        """The patch of the highest score in each region, best first; of equals that of the lower number."""
+        best: dict[str, int] = {}
+        for patch in np.argsort(-scores, kind="stable").tolist():
+            best.setdefault(self.regions[patch], patch)
+        return list(best.values())
+
     def save(self, path: str | Path) -> None:
         """Write the patches to an npz file, whole or not at all."""
         arrays = {
@@ -113,6 +125,8 @@ class PatchSet:
             "interpolation_indices": self.interpolation.indices,
             "interpolation_indptr": self.interpolation.indptr,
         }
+        if self.own_names:
+            arrays["own_names"] = np.array(self.own_names)
         write_npz(path, arrays)
 
     @classmethod
@@ -126,7 +140,7 @@ class PatchSet:
         """
         sparse_parts = [f"interpolation_{part}" for part in ("data", "indices", "indptr")]
         needed = ("vertices", "triangles", "labels", "regions", "seed", *sparse_parts)
-        data = load_arrays(path, needed, "does not hold W2W patches")
+        data = load_arrays(path, needed, "does not hold W2W patches", ("own_names",))
         shape = (len(data["labels"]), len(data["vertices"]))
         return cls(
             vertices=data["vertices"],
@@ -135,6 +149,7 @@ class PatchSet:
             regions=tuple(str(region) for region in data["regions"]),
             seed=int(data["seed"]),
             interpolation=csr_matrix(tuple(data[part] for part in sparse_parts), shape=shape),
+            own_names=tuple(str(name) for name in data.get("own_names", ())),
         )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Do two rankings of the same places agree: rank correlation, its interval and its chance."""
+"""Do two rankings of the same patches or sites agree: rank correlation, its interval and its chance."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from .utility import UtilityMap
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far two scores put the same places in the same order.
+    """How far two scores put the same patches, or sites, in the same order.
 
     Attributes
     ----------
     spearman, kendall : float
-        Spearman's rho and Kendall's tau-b; NaN where all places score the same.
+        Spearman's rho and Kendall's tau-b; NaN where all score the same.
     low, high : float
         Bootstrap interval of rho.
     p_value : float
-        Chance of a rho this high or higher if the order of the places said nothing. It
-        takes places as exchangeable; neighbouring patches of a body are not, so over
+        Chance of a rho this high or higher if their order said nothing. It
+        takes them as exchangeable; neighbouring patches of a body are not, so over
         many patches it is far too small, and the interval is what to read.
-    n_places : int
+    n_ranked : int
     """
 
     spearman: float
@@ -33,12 +33,12 @@ class Agreement:
     low: float
     high: float
     p_value: float
-    n_places: int
+    n_ranked: int
 
     @property
     def step(self) -> float:
         """What one swap of neighbours in the order costs rho: 12 / (n (n^2 - 1))."""
-        return 12.0 / (self.n_places * (self.n_places**2 - 1))
+        return 12.0 / (self.n_ranked * (self.n_ranked**2 - 1))
 
 
 def rank_agreement(
@@ -50,19 +50,19 @@ def rank_agreement(
     level: float = 0.95,
     seed: int = 0,
 ) -> Agreement:
-    """Compare two scores of the same places.
+    """Compare two scores of the same patches or sites.
 
     Parameters
     ----------
     first, second : array_like, shape (N,)
-        Scores, such as F1 of one activity at each place, N >= 3.
+        Scores, such as F1 of one activity at each patch, N >= 3.
     first_samples, second_samples : ndarray, shape (B, N), optional
         Bootstrap resamples of the scores, such as `UtilityMap.mean_samples`. With either
         of them the interval says how rho varies with the clips tested; with neither the
-        places themselves are resampled, which says how it varies with the places compared.
+        patches themselves are resampled, which says how it varies with those compared.
     resamples : int
-        Resamples of the places, and random pairings for the p-value where not all
-        pairings are tried (up to 7 places they are).
+        Resamples of the patches, and random pairings for the p-value where not all
+        pairings are tried (up to 7 patches they are).
     level : float
         Confidence of the interval.
     seed : int
@@ -74,20 +74,24 @@ def rank_agreement(
     Raises
     ------
     ValueError
-        If the scores are not two lists of the same places, or of fewer than three.
+        If the scores are not two lists of equal length, or of fewer than three.
     """
     first, second = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if first.ndim != 1 or first.shape != second.shape:
-        raise ValueError(f"the two scores must be of the same places, not {first.shape} and {second.shape}")
+        raise ValueError(
+            f"the two scores must be of the same patches or sites, not {first.shape} and {second.shape}"
+        )
     if len(first) < 3:
-        raise ValueError(f"a ranking of {len(first)} places cannot agree or disagree; three are needed")
+        raise ValueError(
+            f"a ranking of {len(first)} patches or sites cannot agree or disagree; three are needed"
+        )
     rng = np.random.default_rng(seed)
     rho = float(spearman_rows(first, second))
     if np.isnan(rho):
         return Agreement(np.nan, np.nan, np.nan, np.nan, np.nan, len(first))
     if first_samples is None and second_samples is None:
-        places = rng.integers(len(first), size=(resamples, len(first)))
-        spread = spearman_rows(first[places], second[places])
+        drawn = rng.integers(len(first), size=(resamples, len(first)))
+        spread = spearman_rows(first[drawn], second[drawn])
     else:
         spread = spearman_rows(
             *np.broadcast_arrays(
@@ -130,20 +134,20 @@ def spearman_rows(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """How a map differs from the usual one over the same places.
+    """How a map differs from the usual one over the same patches.
 
     Attributes
     ----------
     rho, low, high : float
-        Spearman's rho of macro F1 over the places, and its bootstrap interval over clips, the
+        Spearman's rho of macro F1 over the patches, and its bootstrap interval over clips, the
         same clips resampled in both maps where they were tested on the same.
     gain, gain_low, gain_high : float
-        Difference of macro F1, the mean over places, and its interval with the same clips
+        Difference of macro F1, the mean over patches, and its interval with the same clips
         resampled in both; NaN where the two maps were not tested on the same clips.
     best_holds : bool
-        Whether the usual best place cannot be told from the best one now.
+        Whether the usual best patch cannot be told from the best one now.
     risen, fallen : ndarray of int
-        Places whose rank is better or worse for sure: the intervals of the rank do not overlap.
+        Patches whose rank is better or worse for sure: the intervals of the rank do not overlap.
     """
 
     rho: float
@@ -163,13 +167,13 @@ def compare_maps(usual: UtilityMap, other: UtilityMap, seed: int = 0) -> Shift:
     Parameters
     ----------
     usual, other : UtilityMap
-        Of the same places; made with the same seed, their bootstraps drew the same clips.
+        Of the same patches; made with the same seed, their bootstraps drew the same clips.
     seed : int
 
     Raises
     ------
     ValueError
-        If the maps are not of the same places, or of fewer than three.
+        If the maps are not of the same patches, or of fewer than three.
     """
     agreement = rank_agreement(
         usual.mean, other.mean, usual.mean_samples, other.mean_samples, resamples=100, seed=seed

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Is one place better than another? Differences of F1 with intervals, both seeing the same clips."""
+"""Is one patch better than another? Differences of F1 with intervals, both seeing the same clips."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .f1 import clip_resamples, count_by_clip, f1_scores
+from .f1 import resampled_f1
 from .utility import UtilityMap
 
 RESAMPLES = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class PlaceDifference:
-    """How much better some places are than others at some activities.
+class PatchDifference:
+    """How much better some patches are than others at some activities.
 
     Attributes
     ----------
     f1 : ndarray, shape (P,)
-        Mean F1 over the activities at each of the places.
+        Mean F1 over the activities at each of the patches.
     other_f1 : ndarray, shape (Q,)
     difference, low, high : ndarray, shape (P, Q)
-        Mean F1 of a place less that of another, and its interval.
+        Mean F1 of a patch less that of another, and its interval.
     """
 
     f1: np.ndarray
@@ -34,29 +34,29 @@ class PlaceDifference:
     high: np.ndarray
 
     def verdicts(self) -> np.ndarray:
-        """1 where a place is better, -1 where it is worse, 0 where they cannot be told apart; (P, Q)."""
+        """1 where a patch is better, -1 where it is worse, 0 where they cannot be told apart; (P, Q)."""
         return (self.low > 0).astype(int) - (self.high < 0).astype(int)
 
 
-def compare_places(
+def compare_patches(
     utility: UtilityMap,
-    places: Sequence[int],
+    patches: Sequence[int],
     others: Sequence[int],
     activities: Sequence[str] = (),
     resamples: int = RESAMPLES,
     seed: int = 0,
-) -> PlaceDifference:
-    """Compare every place of one list with every place of another.
+) -> PatchDifference:
+    """Compare every patch of one list with every patch of another.
 
     Parameters
     ----------
     utility : UtilityMap
-    places, others : sequence of int
-        P and Q places.
+    patches, others : sequence of int
+        P and Q patches.
     activities : sequence of str
         Activities to average over, of those tested; all of them by default.
     resamples : int
-        Bootstrap resamples of the clips, the same for all places: a difference of two places
+        Bootstrap resamples of the clips, the same for all patches: a difference of two patches
         has an interval of its own, narrower than theirs.
     seed : int
 
@@ -68,15 +68,12 @@ def compare_places(
     columns = [n for n, name in enumerate(utility.activities) if not activities or name in activities]
     if not columns:
         raise ValueError(f"none of these activities was tested: {', '.join(activities)}")
-    every = [*places, *others]
-    counts = count_by_clip(
-        utility.truth, utility.predictions[:, every], utility.clip, len(utility.activities)
-    )
-    drawn = clip_resamples(counts.activity, resamples, np.random.default_rng(seed))
-    mean = f1_scores(counts, np.ones((1, len(counts.size))))[0][:, columns].mean(axis=1)
-    samples = f1_scores(counts, drawn)[:, :, columns].mean(axis=2)
-    first, second = samples[:, : len(places)], samples[:, len(places) :]
+    every = [*patches, *others]
+    named = utility.predictions[:, every]
+    f1, drawn = resampled_f1(utility.truth, named, utility.clip, len(utility.activities), resamples, seed)
+    mean, samples = f1[:, columns].mean(axis=1), drawn[:, :, columns].mean(axis=2)
+    first, second = samples[:, : len(patches)], samples[:, len(patches) :]
     tail = (1 - utility.level) / 2
     low, high = np.quantile(first[:, :, None] - second[:, None], [tail, 1 - tail], axis=0)
-    f1, other = mean[: len(places)], mean[len(places) :]
-    return PlaceDifference(f1, other, f1[:, None] - other, low, high)
+    f1, other = mean[: len(patches)], mean[len(patches) :]
+    return PatchDifference(f1, other, f1[:, None] - other, low, high)

@@ -13,8 +13,8 @@ from scipy.stats import rankdata
 FEWEST_CLIPS = 5
 """Of fewer clips the bootstrap draws hardly anything but the same ones: its interval says nothing then."""
 
-PLACES_AT_ONCE = 64
-"""Places whose counts are held at a time: of 5,000 clips and 30 activities they take 40 MB."""
+PATCHES_AT_ONCE = 64
+"""Patches whose counts are held at a time: of 5,000 clips and 30 activities they take 40 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ def count_by_clip(
     return _count(predictions, _Units(truth, clip, n_activities))
 
 
-def score_places(
+def score_patches(
     truth: np.ndarray,
     predictions: np.ndarray,
     clip: np.ndarray,
@@ -86,20 +86,26 @@ def score_places(
     n_resamples: int,
     level: float,
     seed: int,
-    block: int = PLACES_AT_ONCE,
+    block: int = PATCHES_AT_ONCE,
 ) -> tuple[np.ndarray, np.ndarray, Bootstrap]:
-    """F1 and confusion of every place, and how sure they are; some places at a time.
+    """F1 and confusion of every patch, and how sure they are; some patches at a time.
+
+    The intervals are those of a percentile bootstrap over clips, within activities (Efron and
+    Tibshirani 1993, chapter 13). The models are not trained again: what varies is which clips
+    are tested, so the intervals say how far the result depends on the clips at hand, not on the
+    draw of the folds. All patches see the same resamples.
 
     Parameters
     ----------
     truth, predictions, clip, n_activities
         As for `count_by_clip`.
-    n_resamples, level
-        As for `bootstrap_f1`.
+    n_resamples : int
+    level : float
+        Confidence, between 0 and 1.
     seed : int
         Of the resamples.
     block : int
-        Places at a time, which bounds memory. Counts are whole numbers, so it changes no bit.
+        Patches at a time, which bounds memory. Counts are whole numbers, so it changes no bit.
 
     Returns
     -------
@@ -120,6 +126,32 @@ def score_places(
 
     bootstrap = _bootstrap(counted(), weights, level)
     return np.concatenate(f1), np.concatenate(confusion), bootstrap
+
+
+def resampled_f1(
+    truth: np.ndarray,
+    predictions: np.ndarray,
+    clip: np.ndarray,
+    n_activities: int,
+    n_resamples: int,
+    seed: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """F1 of a few patches, and of every resample of the clips, for intervals of one's own.
+
+    Parameters
+    ----------
+    truth, predictions, clip, n_activities, n_resamples, seed
+        As for `score_patches`; with the same seed the same clips are drawn.
+
+    Returns
+    -------
+    f1 : ndarray, shape (N, A), float32
+    samples : ndarray, shape (n_resamples, N, A), float32
+        The same clips are drawn at all patches: a difference of two has an interval of its own.
+    """
+    counts = count_by_clip(truth, predictions, clip, n_activities)
+    drawn = clip_resamples(counts.activity, n_resamples, np.random.default_rng(seed))
+    return f1_scores(counts, np.ones((1, len(counts.size))))[0], f1_scores(counts, drawn)
 
 
 class _Units:
@@ -189,39 +221,8 @@ def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Genera
     return weights
 
 
-def bootstrap_f1(
-    counts: ClipCounts, n_resamples: int, level: float, rng: np.random.Generator, block: int = PLACES_AT_ONCE
-) -> Bootstrap:
-    """Percentile bootstrap over clips, within activities (Efron and Tibshirani 1993, chapter 13).
-
-    The models are not trained again: what varies is which clips are tested, so the
-    intervals say how far the result depends on the clips at hand, not on the draw of
-    the folds. All sensors see the same resamples.
-
-    Parameters
-    ----------
-    counts : ClipCounts
-    n_resamples : int
-    level : float
-        Confidence, between 0 and 1.
-    rng : numpy.random.Generator
-    block : int
-        Sensors at a time, which bounds memory.
-
-    Returns
-    -------
-    Bootstrap
-    """
-    weights = clip_resamples(counts.activity, n_resamples, rng)
-    parts = (slice(first, first + block) for first in range(0, counts.hit.shape[1], block))
-    blocks = (
-        ClipCounts(counts.hit[:, part], counts.named[:, part], counts.size, counts.activity) for part in parts
-    )
-    return _bootstrap(blocks, weights, level)
-
-
 def _bootstrap(blocks: Iterable[ClipCounts], weights: np.ndarray, level: float) -> Bootstrap:
-    """Intervals from resamples' weights, over blocks of places."""
+    """Intervals from resamples' weights, over blocks of patches."""
     tail = [(1 - level) / 2, (1 + level) / 2]
     f1_bounds, means = [], []
     for counts in blocks:

@@ -19,7 +19,7 @@ FLOOR = np.float32(0.0025)
 CHANNELS = ("acc x", "acc y", "acc z", "gyr x", "gyr y", "gyr z", "|acc|", "|gyr|")
 
 
-STATISTICS = ("mean", "spread", "lowest", "highest", "skewness", "tails", "slope", "crossings")
+STATISTICS = ("mean", "std", "lowest", "highest", "skewness", "kurtosis", "slope", "crossings")
 
 
 def feature_names(samples: int, rate: float) -> list[str]:
@@ -58,8 +58,8 @@ def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
     -------
     ndarray, shape (W, N, D), float32
         For the six channels and the two magnitudes, in UNIT: mean and extremes about it
-        (inverse hyperbolic sine), spread (logarithm of the standard deviation), skewness,
-        tails (logarithm of the kurtosis), slope (logarithm of the mean absolute
+        (inverse hyperbolic sine), std (logarithm of the standard deviation), skewness,
+        kurtosis (its logarithm), slope (logarithm of the mean absolute
         derivative, per 0.1 s), crossings of the mean (logarithm of their rate), log power
         by band; then the correlations between channels. Constants make all of order one,
         so that no statistic of the library is needed to scale them.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Features or windows of a whole library, read from its clips' files some places at a time."""
+"""Features or windows of a whole library, read from its clips' files some patches at a time."""
 
 from __future__ import annotations
 
@@ -78,21 +78,21 @@ class StoredArray:
 
 
 BLOCK_BYTES = 256 * 2**20
-"""Memory for the places held at a time."""
+"""Memory for the patches held at a time."""
 
 ITEM_BYTES = np.dtype(np.float32).itemsize
 
 
 @runtime_checkable
 class PlaceBlocks(Protocol):
-    """What classifiers train on: W windows of N places, in single precision."""
+    """What classifiers train on: W windows of N patches, in single precision."""
 
     @property
     def shape(self) -> tuple[int, ...]:
         """(W, N, D) for features, (W, N, samples, 6) for windows."""
 
     def places(self, first: int, last: int) -> np.ndarray:
-        """All windows of the places from `first` to before `last`, shape (W, last - first, ...)."""
+        """All windows of the patches from `first` to before `last`, shape (W, last - first, ...)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ class ArrayBlocks:
         return self.array.shape
 
     def places(self, first: int, last: int) -> np.ndarray:
-        """A view of some places."""
+        """A view of some patches."""
         return self.array[:, first:last]
 
 
@@ -136,7 +136,7 @@ class SomeWindows:
         return (len(self.rows), *self.source.shape[1:])
 
     def places(self, first: int, last: int) -> np.ndarray:
-        """The wanted windows of some places; no second copy where the source has made one."""
+        """The wanted windows of some patches; no second copy where the source has made one."""
         block = self.source.places(first, last)
         if np.array_equal(self.rows, np.arange(len(block))):
             return block
@@ -153,11 +153,11 @@ def as_blocks(inputs: np.ndarray | PlaceBlocks) -> PlaceBlocks:
 
 
 def spans(source: PlaceBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int, int]]:
-    """First and last place, exclusive, of blocks that keep to a budget of bytes, if one place does."""
-    n_windows, n_places, *rest = source.shape
+    """First and last patch, exclusive, of blocks that keep to a budget of bytes, if one patch does."""
+    n_windows, n_patches, *rest = source.shape
     size = max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES))
-    for first in range(0, n_places, size):
-        yield first, min(first + size, n_places)
+    for first in range(0, n_patches, size):
+        yield first, min(first + size, n_patches)
 
 
 def clip_inputs(
@@ -194,7 +194,7 @@ class FeatureFiles:
     OSError
         If a file is not there.
     ValueError
-        If one does not hold features, or of other places than the first.
+        If one does not hold features, or of other patches than the first.
     """
 
     fresh: ClassVar[bool] = True
@@ -215,7 +215,7 @@ class FeatureFiles:
         return (int(self._starts[-1]), *self._parts[0].shape[1:])
 
     def places(self, first: int, last: int) -> np.ndarray:
-        """Features of some places, shape (W, last - first, D)."""
+        """Features of some patches, shape (W, last - first, D)."""
         block = np.empty((len(self), last - first, *self.shape[2:]), dtype=np.float32)
         for part, start in zip(self._parts, self._starts, strict=False):
             block[start : start + part.shape[0]] = part.columns(first, last)
@@ -263,7 +263,7 @@ class WindowFiles:
         return (int(self._ends[-1]), acc.shape[1], self._spec.samples(rate), 6)
 
     def places(self, first: int, last: int) -> np.ndarray:
-        """Windows of some places, shape (W, last - first, samples, 6)."""
+        """Windows of some patches, shape (W, last - first, samples, 6)."""
         shape = self.shape
         block = np.empty((shape[0], last - first, *shape[2:]), dtype=np.float32)
         for clip, (count, end) in enumerate(zip(self._counts, self._ends, strict=True)):

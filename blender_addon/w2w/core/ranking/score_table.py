@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of F1 by activity and place, in groups of activities, every cell with its interval."""
+"""Tables of F1 by activity and patch, in groups of activities, every cell with its interval."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .f1 import clip_resamples, count_by_clip, f1_scores
+from .f1 import resampled_f1
 from .utility import UtilityMap
 
 RESAMPLES = 1000
@@ -16,7 +16,7 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True, eq=False)
 class ScoreRow:
-    """An activity, or the mean over a group of them, at every place of the table.
+    """An activity, or the mean over a group of them, at every patch of the table.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class ScoreRow:
         Empty in a mean.
     f1, low, high : ndarray, shape (n,)
     best : ndarray of bool, shape (n,)
-        Places that cannot be told from the best of the row.
+        Patches that cannot be told from the best of the row.
     clips, windows : int
         Distinct motions and windows tested.
     """
@@ -43,7 +43,7 @@ class ScoreRow:
 
 def score_table(
     utility: UtilityMap,
-    places: Sequence[int],
+    patches: Sequence[int],
     groups: Mapping[str, str],
     resamples: int = RESAMPLES,
     seed: int = 0,
@@ -53,13 +53,13 @@ def score_table(
     Parameters
     ----------
     utility : UtilityMap
-    places : sequence of int
-        Places of the table's columns.
+    patches : sequence of int
+        Patches of the table's columns.
     groups : mapping of str to str
         Group of each activity; those without stand in the last group, "".
     resamples : int
-        Bootstrap resamples of the clips, the same for all places and rows, so that the
-        difference of two places has an interval of its own.
+        Bootstrap resamples of the clips, the same for all patches and rows, so that the
+        difference of two patches has an interval of its own.
     seed : int
 
     Returns
@@ -68,10 +68,8 @@ def score_table(
         There is no row of means for a group of one activity, or if there is one group.
     """
     n_activities = len(utility.activities)
-    counts = count_by_clip(utility.truth, utility.predictions[:, list(places)], utility.clip, n_activities)
-    drawn = clip_resamples(counts.activity, resamples, np.random.default_rng(seed))
-    f1 = f1_scores(counts, np.ones((1, len(counts.size))))[0]
-    samples = f1_scores(counts, drawn)
+    named = utility.predictions[:, list(patches)]
+    f1, samples = resampled_f1(utility.truth, named, utility.clip, n_activities, resamples, seed)
     group_of = [groups.get(name, "") for name in utility.activities]
 
     def row(group: str, activity: str, columns: list[int]) -> ScoreRow:

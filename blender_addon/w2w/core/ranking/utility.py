@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The utility map: cross-validated F1 of every sensor place and activity, and how sure it is."""
+"""The utility map: cross-validated F1 of every patch and activity, and how sure it is."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .classifiers.extra_trees import ExtraTrees
 from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
 from .expected import TrialMaps, expect
-from .f1 import score_places
+from .f1 import score_patches
 from .halves import HALVINGS
 from .inputs import PlaceBlocks, SomeWindows, as_blocks
 from .map_scores import rank_score, window_f1
@@ -29,7 +29,7 @@ CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTree
 
 @dataclass(frozen=True, eq=False)
 class UtilityMap:
-    """F1 by place and activity, cross-validated without sharing a clip.
+    """F1 by patch and activity, cross-validated without sharing a clip.
 
     Attributes
     ----------
@@ -40,21 +40,21 @@ class UtilityMap:
     mean, mean_low, mean_high : ndarray, shape (N,), float32
         Macro F1: the mean over activities.
     rank_low, rank_high : ndarray, shape (N,), int
-        Interval of the place's rank by mean F1 among all places; 1 is the best.
+        Interval of the patch's rank by mean F1 among all patches; 1 is the best.
     mean_samples : ndarray, shape (B, N), float32
-        Macro F1 of each bootstrap resample of the clips, for comparing places pairwise.
+        Macro F1 of each bootstrap resample of the clips, for comparing patches pairwise.
     expected_f1 : ndarray, shape (N, A), float32
         F1 that other clips would show (`expected.expect`).
     expected_mean, expected_low, expected_high : ndarray, shape (N,), float32
         Macro F1 that other clips would show, and its interval.
     as_good : ndarray of bool, shape (N,)
-        Places that cannot be told from the one of highest `expected_mean`.
+        Patches that cannot be told from the one of highest `expected_mean`.
     can_rank : bool
-        Whether disjoint halves of the clips agree about the places more than by chance.
+        Whether disjoint halves of the clips agree about the patches more than by chance.
     confusion : ndarray, shape (N, A, A), int32
         Windows by true activity (rows) and named activity (columns).
     predictions : ndarray, shape (W_test, N), int16
-        Activity each place named for each test window.
+        Activity each patch named for each test window.
     truth : ndarray, shape (W_test,), int16
     clip : ndarray of str, shape (W_test,)
     level : float
@@ -91,12 +91,12 @@ class UtilityMap:
     left_out: dict[str, str]
 
     def same_as(self, place: int) -> np.ndarray:
-        """Places whose macro F1 cannot be told from that of `place`.
+        """Patches whose macro F1 cannot be told from that of `place`.
 
         Returns
         -------
         ndarray of bool, shape (N,)
-            True where the bootstrap interval of the difference, both places seeing the
+            True where the bootstrap interval of the difference, both patches seeing the
             same resampled clips, holds zero.
         """
         difference = self.mean_samples - self.mean_samples[:, place : place + 1]
@@ -150,13 +150,13 @@ def utility_map(
     pooling: Pooling | None = None,
     halvings: int = HALVINGS,
 ) -> UtilityMap:
-    """Train and test a classifier at every place, never on the same clip.
+    """Train and test a classifier at every patch, never on the same clip.
 
     Parameters
     ----------
     inputs : ndarray or PlaceBlocks, shape (W, N, ...)
         What the classifier takes (`inputs_of`): features (W, N, D), or windows (W, N, samples, 6);
-        in memory, or served some places at a time.
+        in memory, or served some patches at a time.
     activity : array_like of str, shape (W,)
     clip : array_like, shape (W,)
         Clip of each window. Clips that are one motion, and augmented copies of a clip,
@@ -184,7 +184,7 @@ def utility_map(
         Folder in which a classifier given by name that takes long leaves what a later
         call with the same inputs takes up.
     pooling : Pooling, optional
-        Over the skin of the body that the places are on, for the expected scores.
+        Over the skin of the body that the patches are on, for the expected scores.
     halvings : int
         Ways in which the clips are halved for them; 0 where they are not looked at.
 
@@ -210,7 +210,9 @@ def utility_map(
     tested = trial.used[trial.is_test]
     truth = trial.labels[trial.is_test].astype(np.int16)
     n_activities = len(trial.activities)
-    f1, confusion, boot = score_places(truth, predictions, clip[tested], n_activities, resamples, level, seed)
+    f1, confusion, boot = score_patches(
+        truth, predictions, clip[tested], n_activities, resamples, level, seed
+    )
     if not scored:
         maps = TrialMaps(f1.T[None], f1.T[None])
     expected = expect(maps, trial.plan, pooling or Pooling.none(len(f1)), level, seed)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..imu.recording import ImuRecording
 from ..ranking.agreement import Agreement, rank_agreement, spearman_rows
-from ..ranking.f1 import clip_resamples, count_by_clip, f1_scores
+from ..ranking.f1 import count_by_clip, f1_scores, resampled_f1
 from ..ranking.features import window_features
 from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.windows import TooShortError, WindowSpec, cut_windows
@@ -205,8 +205,8 @@ def _maps(
 
 def _resampled(found: UtilityMap, seed: int) -> np.ndarray:
     """F1 of bootstrap resamples of the clips, shape (B, N, A)."""
-    counts = count_by_clip(found.truth, found.predictions, found.clip, len(found.activities))
-    return f1_scores(counts, clip_resamples(counts.activity, RESAMPLES, np.random.default_rng(seed)))
+    n_activities = len(found.activities)
+    return resampled_f1(found.truth, found.predictions, found.clip, n_activities, RESAMPLES, seed)[1]
 
 
 def _mean_rho(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from ..filtering import butterworth
 from ..imu.recording import ImuRecording
 from ..ranking.classifiers.ridge import Ridge
-from ..ranking.f1 import bootstrap_f1, count_by_clip, f1_scores
+from ..ranking.f1 import score_patches
 from ..ranking.features import window_features
 from ..ranking.folds import ALWAYS_TRAIN
 from ..ranking.windows import WindowSpec, cut_windows
@@ -141,10 +141,8 @@ def _scored(
     n_activities: int,
     seed: int,
 ) -> Transfer:
-    counts = count_by_clip(truth, named[:, None], clips, n_activities)
-    f1 = f1_scores(counts, np.ones((1, len(counts.size))))[0, 0]
-    boot = bootstrap_f1(counts, RESAMPLES, 0.95, np.random.default_rng(seed))
+    f1, confusion, boot = score_patches(truth, named[:, None], clips, n_activities, RESAMPLES, 0.95, seed)
     return Transfer(
-        trained, tested, float(f1.mean()), float(boot.mean_low[0]), float(boot.mean_high[0]),
-        float((truth == named).mean()), f1, counts.confusion()[0],
+        trained, tested, float(f1[0].mean()), float(boot.mean_low[0]), float(boot.mean_high[0]),
+        float((truth == named).mean()), f1[0], confusion[0],
     )  # fmt: skip

@@ -69,25 +69,25 @@ class EstimatorClassifier:
 
         Parameters and what is returned are those of `Ridge.predict_folds`.
         """
-        places = as_blocks(inputs)
-        n_places = places.shape[1]
+        source = as_blocks(inputs)
+        n_patches = source.shape[1]
         folds = np.unique(fold[is_test])
         splits = [(np.flatnonzero(fold != f), np.flatnonzero(is_test & (fold == f))) for f in folds]
         position = np.cumsum(is_test) - 1
-        predictions = np.empty((int(is_test.sum()), n_places), dtype=np.int16)
+        predictions = np.empty((int(is_test.sum()), n_patches), dtype=np.int16)
 
-        def predict(place: int, given: np.ndarray) -> None:
+        def predict(patch: int, given: np.ndarray) -> None:
             for train, test in splits:
                 fitted = self._fresh()
                 fitted.fit(given[train], labels[train])
-                predictions[position[test], place] = fitted.predict(given[test])
+                predictions[position[test], patch] = fitted.predict(given[test])
 
         with ThreadPoolExecutor(self.workers or n_threads()) as pool:
-            for first, last in spans(places, self.block_bytes):
-                block = places.places(first, last).swapaxes(0, 1)
+            for first, last in spans(source, self.block_bytes):
+                block = source.places(first, last).swapaxes(0, 1)
                 for done, _ in enumerate(pool.map(predict, range(first, last), block), start=first + 1):
                     if progress is not None:
-                        progress(done / n_places)
+                        progress(done / n_patches)
         return predictions
 
     def _fresh(self) -> Any:

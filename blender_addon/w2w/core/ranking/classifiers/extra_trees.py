@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Extremely randomised trees, place by place: scikit-learn's strong baseline, for reference."""
+"""Extremely randomised trees, patch by patch: scikit-learn's strong baseline, for reference."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .estimator import EstimatorClassifier
 
 @dataclass(frozen=True)
 class ExtraTrees:
-    """One forest a place and fold (Geurts, Ernst and Wehenkel 2006, doi:10.1007/s10994-006-6226-1).
+    """One forest a patch and fold (Geurts, Ernst and Wehenkel 2006, doi:10.1007/s10994-006-6226-1).
 
-    Nothing is shared between places, so it is slow: use it to check `Ridge`, not to map.
+    Nothing is shared between patches, so it is slow: use it to check `Ridge`, not to map.
 
     Parameters
     ----------
     trees : int
         Trees in a forest; the rest is as scikit-learn sets it.
     seed : int
-        Decides every draw; all places and folds have the same.
+        Decides every draw; all patches and folds have the same.
     workers : int or None
         Threads; None for as many as the process may use.
     block_bytes : int

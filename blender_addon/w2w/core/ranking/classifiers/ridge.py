@@ -144,16 +144,16 @@ class Ridge:
             Given each sensor's number and its scores (ridges, windows tested, A) by split, in any
             order and from several threads.
         """
-        places = as_blocks(features)
-        n_sensors = places.shape[1]
+        source = as_blocks(features)
+        n_sensors = source.shape[1]
         sums = _Splits(labels, block, splits)
 
         def score(sensor: int, inputs: np.ndarray) -> None:
             receive(sensor, list(sums.scores(inputs, alphas)))
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
-            for first, last in spans(places, self.block_bytes):
-                held = places.places(first, last).swapaxes(0, 1)
+            for first, last in spans(source, self.block_bytes):
+                held = source.places(first, last).swapaxes(0, 1)
                 for done, _ in enumerate(pool.map(score, range(first, last), held), start=first + 1):
                     if progress is not None:
                         progress(done / n_sensors)
@@ -183,11 +183,11 @@ class Ridge:
         ]
         sums = _Splits(labels, block, splits)
         alphas = np.tile(self.alphas, (len(pairs), 1))
-        places = as_blocks(features)
-        sensors = np.unique(np.linspace(0, places.shape[1] - 1, self.tuning_sensors).astype(int))
+        source = as_blocks(features)
+        sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
 
         def accuracies(sensor: int) -> np.ndarray:
-            scores = sums.scores(places.places(sensor, sensor + 1)[:, 0], alphas)
+            scores = sums.scores(source.places(sensor, sensor + 1)[:, 0], alphas)
             return np.array(
                 [
                     [_balanced_accuracy(labels[split.tested], one.argmax(axis=1)) for one in by_ridge]

@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net, rows_to_learn
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net, split_windows
 from w2w.core.ranking.utility import utility_map
 
-SMALL = Multi3Net(width=8, hidden=16, embedding=8, spectrum=6, batch=16, epochs=12, patience=12, rate=0.005)
-STOPPING = replace(SMALL, stopping=True)
+SMALL = Multi3Net(
+    width=8, hidden=16, embedding=8, spectrum=6, batch_size=16, epochs=12, patience=12, learning_rate=0.005
+)
+STOPPING = replace(SMALL, early_stopping=True)
 WAYS = pytest.mark.parametrize("settings", [SMALL, STOPPING], ids=["all epochs", "stopping"])
 
 
@@ -37,8 +39,8 @@ def parts(torch, places, settings=SMALL, dtype=None):
 
     windows, labels, fold, _ = library()
     windows = windows[:, places].astype(dtype or np.float32)
-    learn, check = rows_to_learn(labels, fold, 0, settings.stopping)
-    examples = Examples.prepare(windows, labels, learn, check, "cpu", settings.spectrum)
+    learn, validation = split_windows(labels, fold, 0, settings.early_stopping)
+    examples = Examples.prepare(windows, labels, learn, validation, "cpu", settings.spectrum)
     sizes = (examples.windows.shape[1], 6, 3, settings.width, settings.hidden, settings.embedding)
     return Network(*sizes), examples, settings, generator(torch)
 
@@ -59,7 +61,7 @@ def test_learns_what_it_can_and_finds_noise_harder(settings):
 
 @pytest.mark.parametrize(
     "settings",
-    [SMALL, replace(STOPPING, plateau=1), replace(STOPPING, plateau=1, patience=2)],
+    [SMALL, replace(STOPPING, lr_patience=1), replace(STOPPING, lr_patience=1, patience=2)],
     ids=["all epochs", "slowing down", "stopping"],
 )
 def test_a_place_among_others_is_trained_as_alone(torch, settings):
@@ -124,8 +126,8 @@ def test_what_is_tested_has_no_say_in_training(torch, settings):
     windows, labels, fold, _ = library()
     windows[fold == 0] = 1e3
     labels = np.where(fold == 0, 0, labels)
-    learn, check = rows_to_learn(labels, fold, 0, settings.stopping)
-    other = Examples.prepare(windows[:, [0, 1]], labels, learn, check, "cpu", settings.spectrum)
+    learn, validation = split_windows(labels, fold, 0, settings.early_stopping)
+    other = Examples.prepare(windows[:, [0, 1]], labels, learn, validation, "cpu", settings.spectrum)
     assert torch.equal(train(network, other, schedule, draws).best, first.best)
 
 
@@ -135,18 +137,18 @@ def test_checking_windows_are_whole_clips_of_another_fold_and_no_class_goes_unta
     labels = rng.integers(6, size=40)[clip]
     fold = rng.integers(-1, 4, size=40)[clip]
     for tested in range(4):
-        learn, check = rows_to_learn(labels, fold, tested)
-        assert len(np.intersect1d(clip[learn], clip[check])) == 0
-        assert not np.isin(fold[np.concatenate([learn, check])], tested).any()
-        assert len(learn) + len(check) == (fold != tested).sum()
+        learn, validation = split_windows(labels, fold, tested)
+        assert len(np.intersect1d(clip[learn], clip[validation])) == 0
+        assert not np.isin(fold[np.concatenate([learn, validation])], tested).any()
+        assert len(learn) + len(validation) == (fold != tested).sum()
         assert set(labels[learn]) == set(labels[fold != tested])
-        assert (fold[check] >= 0).all()
-        everything, none = rows_to_learn(labels, fold, tested, stopping=False)
+        assert (fold[validation] >= 0).all()
+        everything, none = split_windows(labels, fold, tested, early_stopping=False)
         np.testing.assert_array_equal(everything, np.flatnonzero(fold != tested))
         assert len(none) == 0
-    learn, check = rows_to_learn(np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1]), 0)
+    learn, validation = split_windows(np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1]), 0)
     assert learn.tolist() == [2, 3]
-    assert check.tolist() == []
+    assert validation.tolist() == []
 
 
 @pytest.mark.slow
@@ -195,6 +197,74 @@ def test_training_goes_on_where_it_was_stopped(tmp_path, settings):
     assert len(set((tmp_path / "work").iterdir()) & set(finished)) == 0
 
 
+def cut_in_half(path, _):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def no_zip(path, _):
+    path.write_bytes(b"nothing at all")
+
+
+def with_shapes_of_another_network(path, arrays):
+    np.savez(path, **{name: value[..., :1] if value.ndim else value for name, value in arrays.items()})
+
+
+def without_one_array(path, arrays):
+    np.savez(path, **{name: arrays[name] for name in sorted(arrays)[:-1]})
+
+
+def with_numbers_of_another_kind(path, arrays):
+    np.savez(path, **{name: value.astype(np.float16) for name, value in arrays.items()})
+
+
+def with_a_pickle(path, arrays):
+    np.savez(path, **{name: np.array({}, dtype=object) for name in arrays})
+
+
+@pytest.fixture(scope="module", params=["finished", "in training"])
+def checkpoint(request, tmp_path_factory):
+    """A checkpoint's file and arrays, the settings and work that left it, and the outcome."""
+    pytest.importorskip("torch")
+    from w2w.core.ranking.classifiers.multi3net import group as multi3net_group
+
+    folder = tmp_path_factory.mktemp("work")
+    windows, labels, fold, _ = library(n_places=1)
+    work = (windows, labels, fold, fold == 0)
+    settings = replace(STOPPING, epochs=3, checkpoints=folder, checkpoint_epochs=1)
+    write_npz = multi3net_group.write_npz
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "in training":
+            patch.setattr(
+                multi3net_group,
+                "write_npz",
+                lambda path, arrays: None if "named" in arrays else write_npz(path, arrays),
+            )
+        outcome = settings.predict_folds(*work)
+    (path,) = folder.iterdir()
+    with np.load(path, allow_pickle=False) as saved:
+        arrays = dict(saved)
+    assert ("named" in arrays) == (request.param == "finished")
+    return path, arrays, settings, work, outcome
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        cut_in_half,
+        no_zip,
+        with_shapes_of_another_network,
+        without_one_array,
+        with_numbers_of_another_kind,
+        with_a_pickle,
+    ],
+)
+def test_a_damaged_checkpoint_is_trained_again(checkpoint, damage):
+    path, arrays, settings, work, outcome = checkpoint
+    np.savez(path, **arrays)
+    damage(path, arrays)
+    np.testing.assert_array_equal(settings.predict_folds(*work), outcome)
+
+
 @pytest.mark.parametrize(
     "changed", ["torch.__version__", "w2w.core.ranking.classifiers.multi3net.group.PROGRAM"]
 )
@@ -232,5 +302,5 @@ def test_refuses_what_is_no_window_and_sizes_that_heads_do_not_divide():
         Multi3Net(width=12)
     with pytest.raises(ValueError, match="patience must be at least 1"):
         Multi3Net(patience=0)
-    with pytest.raises(ValueError, match="mixing must be at least 0"):
-        Multi3Net(mixing=-0.1)
+    with pytest.raises(ValueError, match="mixup must be at least 0"):
+        Multi3Net(mixup=-0.1)

@@ -109,8 +109,8 @@ def test_loss_is_torchs_own_of_balanced_classes_and_smoothed_labels(torch):
 
 def test_the_rate_rises_and_falls_to_nothing_or_keeps_until_it_drops():
     settings = Multi3Net()
-    paces = [settings.pace(step, 200) for step in range(1, 201)]
+    paces = [settings.schedule(step, 200) for step in range(1, 201)]
     assert np.argmax(paces) in range(15, 25)
     assert paces[0] < 0.1
     assert paces[-1] == pytest.approx(0, abs=1e-6)
-    assert replace(settings, stopping=True).pace(150, 200) == 1
+    assert replace(settings, early_stopping=True).schedule(150, 200) == 1

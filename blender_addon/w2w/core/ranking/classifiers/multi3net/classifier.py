@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The IMU branch of Multi3Net at every place, all places trained together; needs PyTorch."""
+"""The IMU branch of Multi3Net at every patch, all patches trained together; needs PyTorch."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip ins
 
 @dataclass(frozen=True)
 class Multi3Net(Settings):
-    """A network a place after the IMU branch of Multi3Net (Fortes Rey et al., ISWC 2024).
+    """A network a patch after the IMU branch of Multi3Net (Fortes Rey et al., ISWC 2024).
 
     Theirs: each channel of a window embedded by a linear layer, sinusoidal positional
     encoding (dropout .3), self-attention of 8 heads among the channels (dropout .1), layer
@@ -26,20 +26,20 @@ class Multi3Net(Settings):
     convolution of width 3, layer norm, attention of 8 heads and linear layers; Adam at
     1e-3, learning rate reduced on plateaus, early stopping.
 
-    Not theirs: their pretraining against text and poses is left out, and each place learns
+    Not theirs: their pretraining against text and poses is left out, and each patch learns
     from nothing. Their published code does not run as it stands; where it leaves a choice,
     this is ours: residual connections around both attentions, ReLU between linear layers,
     no reshape to three vectors and average of these (a linear layer alone can do the same),
     the head's convolution along the vector in 8 segments, and losses that count all activities
     the same. `Multi3Net.full()` has their sizes and schedule. The default is smaller, so that
-    512 places are mapped in the time that `docs/utility.md` states, and is made for a few
+    512 patches are mapped in the time that `docs/utility.md` states, and is made for a few
     clips an activity: its embedding reads a window's spectrum beside its samples, windows are
-    blended in pairs, and none is spent on saying when to stop.
+    mixed in pairs (mixup), and none is set aside for validation.
 
-    Where windows do say when to stop, they are those of the next fold, never of the tested
-    one; of an activity that no other fold could teach, they are learnt from instead. All
-    places of a fold start from the same weights and meet the same batches, blends and dropout:
-    they differ by their signals alone, and a place comes out alone as it does among others.
+    With early stopping, the validation split is the next fold, never the tested one; windows of
+    an activity that no other fold holds are trained on instead. All
+    patches of a fold start from the same weights and meet the same batches, mixup and dropout:
+    they differ by their signals alone, and a patch comes out alone as it does among others.
 
     Parameters are those of `Settings`.
     """
@@ -49,21 +49,21 @@ class Multi3Net(Settings):
 
     @classmethod
     def full(cls, **changes: object) -> Multi3Net:
-        """The published sizes and schedule: weeks, not minutes, for hundreds of places."""
+        """The published sizes and schedule: weeks, not minutes, for hundreds of patches."""
         published = {
             "width": 256,
             "hidden": 1536,
             "embedding": 256,
             "spectrum": 0,
-            "rate": 1e-3,
-            "batch": 32,
+            "learning_rate": 1e-3,
+            "batch_size": 32,
             "epochs": 300,
-            "decay": 0.0,
-            "smoothing": 0.0,
-            "mixing": 0.0,
-            "stopping": True,
+            "weight_decay": 0.0,
+            "label_smoothing": 0.0,
+            "mixup": 0.0,
+            "early_stopping": True,
             "patience": 30,
-            "plateau": 10,
+            "lr_patience": 10,
             "group": 4,
         }
         return cls(**(published | changes))
@@ -104,59 +104,59 @@ class Multi3Net(Settings):
             raise ValueError(problem)
         from .group import Group
 
-        places = as_blocks(windows)
-        if len(places.shape) != 4 or places.shape[3] % 6:
-            raise ValueError(f"multi3net takes windows of shape (W, N, samples, 6), not {places.shape}")
+        source = as_blocks(windows)
+        if len(source.shape) != 4 or source.shape[3] % 6:
+            raise ValueError(f"multi3net takes windows of shape (W, N, samples, 6), not {source.shape}")
         if self.checkpoints is not None:
             self.checkpoints.mkdir(parents=True, exist_ok=True)
         folds = np.unique(fold[is_test])
         position = np.cumsum(is_test) - 1
-        predictions = np.empty((int(is_test.sum()), places.shape[1]), dtype=np.int16)
+        predictions = np.empty((int(is_test.sum()), source.shape[1]), dtype=np.int16)
         used = set()
-        for first, last in spans(places, self.block_bytes):
-            block = places.places(first, last)
+        for first, last in spans(source, self.block_bytes):
+            block = source.places(first, last)
             for start in range(first, last, self.group):
                 stop = min(start + self.group, last)
                 group = np.ascontiguousarray(block[:, start - first : stop - first])
                 for done, f in enumerate(folds, start=1):
-                    train, check = rows_to_learn(labels, fold, f, self.stopping)
+                    train, validation = split_windows(labels, fold, f, self.early_stopping)
                     test = np.flatnonzero(is_test & (fold == f))
-                    work = Group(self, group, labels, train, check, test, int(f))
+                    work = Group(self, group, labels, train, validation, test, int(f))
                     predictions[position[test], start:stop] = work.predict()
                     used.add(work.file)
                     if progress is not None:
-                        progress((start + (stop - start) * done / len(folds)) / places.shape[1])
+                        progress((start + (stop - start) * done / len(folds)) / source.shape[1])
         if self.checkpoints is not None:
             for stale in set(self.checkpoints.glob("*.npz")) - used:
                 stale.unlink(missing_ok=True)
         return predictions
 
 
-def rows_to_learn(
-    labels: np.ndarray, fold: np.ndarray, tested: int, stopping: bool = True
+def split_windows(
+    labels: np.ndarray, fold: np.ndarray, tested: int, early_stopping: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Windows to learn from and windows that say when to stop, none of the tested fold.
+    """Training and validation split of the windows outside the tested fold.
 
-    The checking windows are those of the next fold. Of a class that stands in no third fold
-    they are learnt from, since it could not be named otherwise.
+    The validation windows are those of the next fold. Those of a class that is in no third fold
+    are trained on, since it could not be named otherwise.
 
     Parameters
     ----------
     labels, fold : ndarray of int, shape (W,)
     tested : int
         Fold left out.
-    stopping : bool
-        Whether windows are to say when to stop; else all are learnt from.
+    early_stopping : bool
+        Whether there is to be a validation split; else all are trained on.
 
     Returns
     -------
-    train, check : ndarray of int
-        Indices of windows; `check` is empty where there are only two folds.
+    train, validation : ndarray of int
+        Indices of windows; `validation` is empty where there are only two folds.
     """
-    if not stopping:
+    if not early_stopping:
         return np.flatnonzero(fold != tested), np.empty(0, dtype=np.int64)
     folds = np.unique(fold[fold >= 0])
     following = folds[(np.searchsorted(folds, tested) + 1) % len(folds)]
     elsewhere = np.unique(labels[(fold != tested) & (fold != following)])
-    check = (fold == following) & np.isin(labels, elsewhere)
-    return np.flatnonzero((fold != tested) & ~check), np.flatnonzero(check)
+    is_validation = (fold == following) & np.isin(labels, elsewhere)
+    return np.flatnonzero((fold != tested) & ~is_validation), np.flatnonzero(is_validation)

@@ -10,27 +10,27 @@ import torch
 from torch import Tensor
 
 SPECTRUM_FLOOR = 0.05
-"""Amplitude below which nothing is told apart, as a share of the channel's spread."""
-LEAST_SPREAD = 1e-6
-"""Spread below which a channel is taken to be constant."""
+"""Amplitude below which nothing is told apart, as a share of the channel's standard deviation."""
+LEAST_STD = 1e-6
+"""Standard deviation below which a channel is taken to be constant."""
 
 
 @dataclass(frozen=True, eq=False)
 class Examples:
-    """Windows of P places and what they show, ready for the network.
+    """Windows of P patches and what they show, ready for the network.
 
     Parameters
     ----------
     windows : Tensor, shape (P, numbers, channels, W)
     labels : Tensor of int, shape (W,)
-    train, check : Tensor of int
-        Indices of the windows to learn from, and of those that say when to stop.
+    train, validation : Tensor of int
+        Indices of the windows of the training and of the validation split.
     """
 
     windows: Tensor
     labels: Tensor
     train: Tensor
-    check: Tensor
+    validation: Tensor
 
     @classmethod
     def prepare(
@@ -38,46 +38,46 @@ class Examples:
         windows: np.ndarray,
         labels: np.ndarray,
         train: np.ndarray,
-        check: np.ndarray,
+        validation: np.ndarray,
         device: str,
         spectrum: int = 0,
     ) -> Examples:
-        """Scale windows by the mean and spread of each place's training windows.
+        """Scale windows by the mean and standard deviation of each patch's training windows.
 
         Parameters
         ----------
         windows : ndarray, shape (W, P, samples, channels)
         labels : ndarray of int, shape (W,)
-        train, check : ndarray of int
+        train, validation : ndarray of int
         device : str
         spectrum : int
             Frequencies, from the lowest but zero, whose amplitude is told as well; see `shape_of`.
         """
         signals = torch.as_tensor(windows).to(device).permute(1, 2, 3, 0).contiguous()
         rows = torch.as_tensor(train, device=device)
-        spread = signals[..., rows].std(dim=(1, 3), keepdim=True, correction=0)
+        std = signals[..., rows].std(dim=(1, 3), keepdim=True, correction=0)
         parts = [_scaled(signals, rows, (1, 3))]
         if spectrum:
-            parts.append(_scaled(shape_of(signals, spread, spectrum), rows, (3,)))
+            parts.append(_scaled(shape_of(signals, std, spectrum), rows, (3,)))
         return cls(
             torch.cat(parts, dim=1),
             torch.as_tensor(labels, device=device),
             rows,
-            torch.as_tensor(check, device=device),
+            torch.as_tensor(validation, device=device),
         )
 
-    def of(self, places: Tensor) -> Examples:
-        """The same windows of some of the places."""
-        return replace(self, windows=self.windows[places])
+    def of(self, patches: Tensor) -> Examples:
+        """The same windows of some of the patches."""
+        return replace(self, windows=self.windows[patches])
 
 
-def shape_of(signals: Tensor, spread: Tensor, frequencies: int) -> Tensor:
+def shape_of(signals: Tensor, std: Tensor, frequencies: int) -> Tensor:
     """What of a window does not depend on when it begins.
 
     Parameters
     ----------
     signals : Tensor, shape (P, samples, channels, W)
-    spread : Tensor, shape (P, 1, channels, 1)
+    std : Tensor, shape (P, 1, channels, 1)
         Of each channel over all windows, in the unit of the signals.
     frequencies : int
         At most half the samples are there.
@@ -89,7 +89,7 @@ def shape_of(signals: Tensor, spread: Tensor, frequencies: int) -> Tensor:
         the amplitudes under a Hann window.
     """
     samples = signals.shape[1]
-    floor = SPECTRUM_FLOOR * spread.clamp(min=LEAST_SPREAD)
+    floor = SPECTRUM_FLOOR * std.clamp(min=LEAST_STD)
     mean = signals.mean(dim=1, keepdim=True)
     centred = signals - mean
     deviation = centred.square().mean(dim=1, keepdim=True).sqrt()
@@ -99,8 +99,8 @@ def shape_of(signals: Tensor, spread: Tensor, frequencies: int) -> Tensor:
 
 
 def _scaled(numbers: Tensor, rows: Tensor, over: tuple[int, ...]) -> Tensor:
-    """Less the mean and by the spread of the training windows, each taken over some dimensions."""
-    learnt = numbers[..., rows]
-    mean = learnt.mean(dim=over, keepdim=True)
-    spread = learnt.std(dim=over, keepdim=True, correction=0)
-    return (numbers - mean) / torch.where(spread > LEAST_SPREAD, spread, torch.ones_like(spread))
+    """Standardised by mean and standard deviation of the training windows over some dimensions."""
+    trained = numbers[..., rows]
+    mean = trained.mean(dim=over, keepdim=True)
+    std = trained.std(dim=over, keepdim=True, correction=0)
+    return (numbers - mean) / torch.where(std > LEAST_STD, std, torch.ones_like(std))

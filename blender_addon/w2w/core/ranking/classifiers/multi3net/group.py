@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The work of `Multi3Net` that is trained and saved in one piece: some places and one fold."""
+"""The work of `Multi3Net` that is trained and saved in one piece: some patches and one fold."""
 
 from __future__ import annotations
 
 import hashlib
-import zipfile
 from dataclasses import fields
 
 import numpy as np
 import torch
 
-from ....files import write_npz
+from ....files import load_arrays, write_npz
 from .examples import Examples
 from .network import Network
 from .scores import name_windows
@@ -18,11 +17,11 @@ from .settings import Settings
 from .training import State, train
 
 PROGRAM = 3
-"""Number of the network and of its training; what another one left in checkpoints is not taken up."""
+"""Number of the network and of its training; checkpoints of another one are not resumed."""
 
 
 class Group:
-    """Some places and one fold: trained together, saved together."""
+    """Some patches and one fold: trained together, saved together."""
 
     def __init__(
         self,
@@ -30,24 +29,24 @@ class Group:
         windows: np.ndarray,
         labels: np.ndarray,
         train: np.ndarray,
-        check: np.ndarray,
+        validation: np.ndarray,
         test: np.ndarray,
         fold: int,
     ) -> None:
         self.settings, self.windows, self.labels = settings, windows, labels
-        self.train, self.check, self.test, self.fold = train, check, test, fold
+        self.train, self.validation, self.test, self.fold = train, validation, test, fold
         folder = settings.checkpoints
         self.file = None if folder is None else folder / f"{self._key()}.npz"
 
     def predict(self) -> np.ndarray:
-        """Classes (tested windows, places), by networks trained now or taken up."""
-        saved = self._saved()
-        if "named" in saved:
-            return saved["named"]
+        """Classes (tested windows, patches), by networks trained now or resumed from a checkpoint."""
+        saved = self._saved("named").get("named")
+        if saved is not None and self._is_outcome(saved):
+            return saved
         settings = self.settings
         device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
         examples = Examples.prepare(
-            self.windows, self.labels, self.train, self.check, device, settings.spectrum
+            self.windows, self.labels, self.train, self.validation, device, settings.spectrum
         )
         network = Network(
             samples=examples.windows.shape[1],
@@ -57,7 +56,8 @@ class Group:
             hidden=settings.hidden,
             embedding=settings.embedding,
         )
-        state = State.restore(saved, device) if saved else None
+        saved = self._saved(*(field.name for field in fields(State)))
+        state = State.restore(saved, device, self.windows.shape[1], network.n_weights) if saved else None
         state = train(network, examples, settings, self._generator, state, self._save_state)
         tested = examples.windows[..., torch.as_tensor(self.test, device=device)]
         named = name_windows(network, state.best, tested).T.cpu().numpy().astype(np.int16)
@@ -74,15 +74,20 @@ class Group:
         if self.file is not None and state.epoch % self.settings.checkpoint_epochs == 0:
             write_npz(self.file, state.arrays())
 
-    def _saved(self) -> dict[str, np.ndarray]:
-        """What an earlier run left of just this work; nothing if that is damaged."""
+    def _saved(self, *names: str) -> dict[str, np.ndarray]:
+        """These arrays, as an earlier run left them of just this work; none if one is missing or damaged."""
         if self.file is None or not self.file.exists():
             return {}
         try:
-            with np.load(self.file, allow_pickle=False) as stored:
-                return dict(stored)
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+            return load_arrays(self.file, names, "is no checkpoint")
+        except (OSError, ValueError):
             return {}
+
+    def _is_outcome(self, named: np.ndarray) -> bool:
+        """Whether these are classes of the tested windows at these patches."""
+        if named.dtype != np.int16 or named.shape != (len(self.test), self.windows.shape[1]):
+            return False
+        return not named.size or (named.min() >= 0 and named.max() <= self.labels.max())
 
     def _key(self) -> str:
         """Hash of all that decides the outcome: signals, labels, splits, settings and the program."""
@@ -93,7 +98,7 @@ class Group:
         }
         told = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
         digest = hashlib.sha256(repr(told).encode())
-        for rows in (self.labels, self.train, self.check, self.test):
+        for rows in (self.labels, self.train, self.validation, self.test):
             digest.update(np.ascontiguousarray(rows, dtype=np.int64).tobytes())
         digest.update(np.ascontiguousarray(self.windows, dtype=np.float32).tobytes())
         return digest.hexdigest()[:32]

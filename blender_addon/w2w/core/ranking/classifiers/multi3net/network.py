@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The IMU branch of Multi3Net for many places at once: every weight has a leading axis of places."""
+"""The IMU branch of Multi3Net for many patches at once: every weight has a leading axis of patches."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def attention_among_few(query: Tensor, key: Tensor, value: Tensor, dropout: Tens
     Parameters
     ----------
     query, key, value : Tensor, shape (P, heads, E, T, B)
-        Of P places, E numbers of T tokens in each of B windows.
+        Of P patches, E numbers of T tokens in each of B windows.
     dropout : Tensor, shape (heads, T, T, B), optional
         Factors of the attention of each token (first) to each other.
 
@@ -83,8 +83,8 @@ NORM_FLOOR = 1e-5
 class Network:
     """P networks of one shape as one program, each with weights and inputs of its own.
 
-    A place's weights lie in one row of a matrix (P, `n_weights`), so that an optimiser
-    step, a copy of the best weights or the removal of places that have finished is one
+    A patch's weights lie in one row of a matrix (P, `n_weights`), so that an optimiser
+    step, a copy of the best weights or the removal of patches that have finished is one
     operation.
 
     Parameters
@@ -110,7 +110,7 @@ class Network:
     embedding: int
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shape of each weight of one place: matrices (out, in), the others vectors."""
+        """Shape of each weight of one patch: matrices (out, in), the others vectors."""
         segment, kernels = self.embedding // SEGMENTS, self._kernels
         return {
             "embed": (self.width, self.samples),
@@ -131,7 +131,7 @@ class Network:
 
     @property
     def n_weights(self) -> int:
-        """Weights of one place."""
+        """Weights of one patch."""
         return sum(math.prod(shape) for shape in self.shapes().values())
 
     @property
@@ -140,7 +140,7 @@ class Network:
         return HEADS * max(1, self.embedding // 4 // HEADS)
 
     def initial(self, generator: torch.Generator) -> Tensor:
-        """Weights of one place (n_weights,): torch's own defaults for linear layers and norms."""
+        """Weights of one patch (n_weights,): torch's own defaults for linear layers and norms."""
         rows = []
         fan_in = 1
         for name, shape in self.shapes().items():
@@ -156,7 +156,7 @@ class Network:
         return torch.cat([row.reshape(-1) for row in rows])
 
     def masks(self, windows: int, generator: torch.Generator) -> list[Tensor]:
-        """Dropout of one step, the same for all places: a place alone meets what it meets among others."""
+        """Dropout of one step, the same for all patches: a patch alone meets what it meets among others."""
         return [
             _mask((self.width, self.channels, windows), EMBEDDING_DROPOUT, generator),
             _mask((HEADS, self.channels, self.channels, windows), ATTENTION_DROPOUT, generator),
@@ -181,25 +181,25 @@ class Network:
         -------
         Tensor, shape (P, classes, B)
         """
-        n_places, n_windows = len(windows), windows.shape[-1]
+        n_patches, n_windows = len(windows), windows.shape[-1]
         w = self._named(weights)
         drop_embedding, drop_channels, drop_segments = masks or (None, None, None)
 
-        tokens = _linear(windows.reshape(n_places, self.samples, -1), w, "embed")
-        tokens = tokens.view(n_places, self.width, self.channels, n_windows)
+        tokens = _linear(windows.reshape(n_patches, self.samples, -1), w, "embed")
+        tokens = tokens.view(n_patches, self.width, self.channels, n_windows)
         tokens = tokens + _positions(self.channels, self.width).to(windows)
         if drop_embedding is not None:
             tokens = tokens * drop_embedding
         tokens = _norm(tokens + _attend(tokens, w, "channels", drop_channels), w, "channels")
-        hidden = functional.relu(_linear(tokens.view(n_places, -1, n_windows), w, "hidden"))
+        hidden = functional.relu(_linear(tokens.view(n_patches, -1, n_windows), w, "hidden"))
         embedding = _linear(hidden, w, "describe")
 
-        segments = functional.pad(embedding.view(n_places, -1, SEGMENTS, n_windows), (0, 0, 1, 1))
+        segments = functional.pad(embedding.view(n_patches, -1, SEGMENTS, n_windows), (0, 0, 1, 1))
         beside = torch.cat([segments[:, :, shift : shift + SEGMENTS] for shift in range(3)], dim=1)
-        segments = _linear(beside.view(n_places, -1, SEGMENTS * n_windows), w, "convolve")
-        segments = _norm(segments.view(n_places, -1, SEGMENTS, n_windows), w, "head")
+        segments = _linear(beside.view(n_patches, -1, SEGMENTS * n_windows), w, "convolve")
+        segments = _norm(segments.view(n_patches, -1, SEGMENTS, n_windows), w, "head")
         segments = segments + _attend(segments, w, "head", drop_segments)
-        mixed = functional.relu(_linear(segments.view(n_places, -1, n_windows), w, "mix"))
+        mixed = functional.relu(_linear(segments.view(n_patches, -1, n_windows), w, "mix"))
         return _linear(mixed, w, "name")
 
     def _named(self, weights: Tensor) -> dict[str, Tensor]:
@@ -224,7 +224,7 @@ def _attention_shapes(name: str, width: int) -> dict[str, tuple[int, ...]]:
 
 
 def _linear(inputs: Tensor, w: dict[str, Tensor], name: str) -> Tensor:
-    """(P, in, M) -> (P, out, M), each place by its own matrix."""
+    """(P, in, M) -> (P, out, M), each patch by its own matrix."""
     return torch.baddbmm(w[f"{name}_bias"], w[name], inputs)
 
 
@@ -237,12 +237,12 @@ def _norm(tokens: Tensor, w: dict[str, Tensor], name: str) -> Tensor:
 
 def _attend(tokens: Tensor, w: dict[str, Tensor], name: str, dropout: Tensor | None) -> Tensor:
     """Self-attention among the T tokens of each window: (P, D, T, B) -> the same shape."""
-    n_places, width, n_tokens, n_windows = tokens.shape
-    mixed = _linear(tokens.reshape(n_places, width, -1), w, f"{name}_qkv")
-    mixed = mixed.view(n_places, 3, HEADS, width // HEADS, n_tokens, n_windows)
+    n_patches, width, n_tokens, n_windows = tokens.shape
+    mixed = _linear(tokens.reshape(n_patches, width, -1), w, f"{name}_qkv")
+    mixed = mixed.view(n_patches, 3, HEADS, width // HEADS, n_tokens, n_windows)
     query, key, value = mixed.unbind(dim=1)
     heard = attention_among_few(query, key, value, dropout)
-    return _linear(heard.view(n_places, width, -1), w, f"{name}_out").view(tokens.shape)
+    return _linear(heard.view(n_patches, width, -1), w, f"{name}_out").view(tokens.shape)
 
 
 def _positions(channels: int, width: int) -> Tensor:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the networks of `Multi3Net` say, how wrong that is, and how good they are by it."""
+"""Predictions of the networks of `Multi3Net`, their loss and their validation score."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def name_windows(network: Network, weights: Tensor, windows: Tensor) -> Tensor:
         return torch.cat([network.forward(weights, part).argmax(dim=1) for part in parts], dim=1)
 
 
-def check_score(network: Network, weights: Tensor, examples: Examples) -> Tensor:
-    """Macro F1 of each place on the checking windows, a lower loss deciding between equals; shape (Q,)."""
-    labels = examples.labels[examples.check]
+def validation_score(network: Network, weights: Tensor, examples: Examples) -> Tensor:
+    """Macro F1 of each patch on the validation windows, a lower loss deciding between equals; shape (Q,)."""
+    labels = examples.labels[examples.validation]
     with torch.inference_mode():
         parts = [
             network.forward(weights, examples.windows[..., rows])
-            for rows in examples.check.split(PREDICTED_AT_ONCE)
+            for rows in examples.validation.split(PREDICTED_AT_ONCE)
         ]
         scores = torch.cat(parts, dim=-1)
         loss = mean_loss(scores, targets(labels, network.classes))
@@ -45,14 +45,14 @@ def macro_f1(named: Tensor, labels: Tensor, classes: int) -> Tensor:
     return f1[:, truth.any(dim=0)].mean(dim=1)
 
 
-def targets(labels: Tensor, classes: int, smoothing: float = 0.0) -> Tensor:
-    """What the scores of windows shall say, weighed so that all classes count the same.
+def targets(labels: Tensor, classes: int, label_smoothing: float = 0.0) -> Tensor:
+    """Target distributions of windows, weighed so that all classes count the same.
 
     Parameters
     ----------
     labels : Tensor of int, shape (W,)
     classes : int
-    smoothing : float
+    label_smoothing : float
         Share that is spread over all classes (Szegedy et al. 2016).
 
     Returns
@@ -63,10 +63,10 @@ def targets(labels: Tensor, classes: int, smoothing: float = 0.0) -> Tensor:
     windows = torch.bincount(labels, minlength=classes)
     present = (windows > 0).sum()
     weight = len(labels) / (present * windows.clamp(min=1)).float()
-    sharp = functional.one_hot(labels, classes).float().T
-    return (sharp * (1 - smoothing) + smoothing / classes) * weight[labels]
+    one_hot = functional.one_hot(labels, classes).float().T
+    return (one_hot * (1 - label_smoothing) + label_smoothing / classes) * weight[labels]
 
 
-def mean_loss(scores: Tensor, wanted: Tensor) -> Tensor:
-    """Mean cross-entropy (P,) of scores (P, classes, B) with what they shall say (classes, B)."""
-    return -(scores.log_softmax(dim=1) * wanted.to(scores)).sum(dim=1).mean(dim=1)
+def mean_loss(scores: Tensor, target: Tensor) -> Tensor:
+    """Mean cross-entropy (P,) of scores (P, classes, B) with their targets (classes, B)."""
+    return -(scores.log_softmax(dim=1) * target.to(scores)).sum(dim=1).mean(dim=1)

@@ -10,7 +10,7 @@ from pathlib import Path
 from ...inputs import BLOCK_BYTES
 
 WARM_UP = 20
-"""Steps in which the learning rate rises, where its fall is laid down beforehand."""
+"""Steps of learning-rate warm-up, before the cosine decay."""
 
 
 @dataclass(frozen=True)
@@ -25,43 +25,41 @@ class Settings:
     spectrum : int
         Frequencies, from the lowest, whose amplitude in a window is embedded beside its
         samples, its mean and its deviation; 0 for the samples alone.
-    rate : float
-        Learning rate: the highest, or that to begin with where some windows say when to stop.
-    batch : int
-        Windows a step.
+    learning_rate : float
+        The highest of the schedule, or the initial one with early stopping.
+    batch_size : int
     epochs : int
-        All of them, or the most where some windows say when to stop.
-    decay : float
-        Share, times the learning rate, by which a step shrinks the weights (AdamW;
-        Loshchilov and Hutter 2019).
-    smoothing : float
+        Exactly, or at most with early stopping.
+    weight_decay : float
+        Decoupled from the gradient (AdamW; Loshchilov and Hutter 2019).
+    label_smoothing : float
         Share of a window's label that is spread over all activities.
-    mixing : float
+    mixup : float
         Both parameters of the beta distribution by which windows and their labels are
         blended in pairs (mixup; Zhang et al. 2018); 0 for no blending.
-    stopping : bool
-        Whether the windows of the next fold say when to stop and when the learning rate drops.
-        If not, they are learnt from, and the rate falls along half a cosine.
+    early_stopping : bool
+        Whether the windows of the next fold are a validation split for early stopping and for
+        reducing the learning rate on plateaus. If not, they are trained on, and the learning rate
+        follows a cosine decay.
     patience : int
-        Epochs without a better F1 after which a place stops.
-    plateau : int
-        Epochs without a better F1 after which its learning rate drops.
-    drop : float
-        Factor of that drop.
+        Epochs without a better validation F1 after which training of a patch stops.
+    lr_patience : int
+        Epochs without a better validation F1 after which its learning rate is reduced.
+    lr_factor : float
+        By which it is then multiplied.
     seed : int
-        Every draw comes from it.
+        Of the initial weights, batches, mixup and dropout.
     group : int
-        Places trained together; changes nothing but memory and time.
+        Patches trained together; changes nothing but memory and time.
     device : str
         "cuda" or "cpu"; empty for a GPU where there is one.
     block_bytes : int
         Windows held at a time; changes nothing but memory.
     checkpoints : Path or None
-        Folder of its own to leave finished places and the state of those in training in, and
-        to take them up from; made if missing. What other inputs or settings left there is
-        removed at the end.
+        Folder of its own for checkpoints, from which training resumes; made if missing.
+        Checkpoints of other inputs or settings are removed at the end.
     checkpoint_epochs : int
-        Epochs from one saved state to the next.
+        Epochs from one checkpoint to the next.
 
     Raises
     ------
@@ -73,16 +71,16 @@ class Settings:
     hidden: int = 96
     embedding: int = 32
     spectrum: int = 25
-    rate: float = 4e-3
-    batch: int = 64
+    learning_rate: float = 4e-3
+    batch_size: int = 64
     epochs: int = 80
-    decay: float = 0.1
-    smoothing: float = 0.1
-    mixing: float = 0.3
-    stopping: bool = False
+    weight_decay: float = 0.1
+    label_smoothing: float = 0.1
+    mixup: float = 0.3
+    early_stopping: bool = False
     patience: int = 15
-    plateau: int = 8
-    drop: float = 0.5
+    lr_patience: int = 8
+    lr_factor: float = 0.5
     seed: int = 0
     group: int = 32
     device: str = ""
@@ -95,15 +93,23 @@ class Settings:
             size = getattr(self, name)
             if size < 8 or size % 8:
                 raise ValueError(f"{name} must be a multiple of 8, one part for each head, not {size}")
-        for name in ("hidden", "batch", "epochs", "patience", "plateau", "group", "checkpoint_epochs"):
+        for name in (
+            "hidden",
+            "batch_size",
+            "epochs",
+            "patience",
+            "lr_patience",
+            "group",
+            "checkpoint_epochs",
+        ):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
-        for name in ("spectrum", "decay", "smoothing", "mixing"):
+        for name in ("spectrum", "weight_decay", "label_smoothing", "mixup"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} must be at least 0, not {getattr(self, name)}")
 
-    def pace(self, step: int, steps: int) -> float:
-        """Share of the learning rate at one of all steps: a half cosine where nothing else lowers it."""
-        if self.stopping:
+    def schedule(self, step: int, steps: int) -> float:
+        """Factor of the learning rate at a step: warm-up, then cosine decay; 1 with early stopping."""
+        if self.early_stopping:
             return 1.0
         return min(1.0, step / WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))

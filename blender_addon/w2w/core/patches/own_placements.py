@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Patches at placements of one's own: names with the vertex or the position where a sensor is worn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from numbers import Integral
+
+import numpy as np
+
+from ..body.body import Body
+from ..body.regions import regions_of
+from .carriers import carrier_triangles
+from .interpolation import interpolation_weights
+from .patches import PatchSet
+from .strip_graph import StripGraph
+
+FARTHEST_M = 0.05
+"""From the skin that a position may lie: a sensor has a case and a strap."""
+
+
+def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> PatchSet:
+    """Patches at placements of your own, named as you name them.
+
+    Parameters
+    ----------
+    body : Body
+    placements : mapping of str to int or sequence of 3 floats
+        Name of each placement, and the vertex of the body that it is at or its position (metres, on
+        the body at rest; the nearest vertex of the skin is taken).
+
+    Returns
+    -------
+    PatchSet
+        One patch a placement, in their order; `names` are theirs, `regions` those they lie in.
+
+    Raises
+    ------
+    ValueError
+        If there are none, a name is empty or given twice, a vertex is not the body's, a position is
+        more than 5 cm from the skin, or two placements are at the same vertex.
+    """
+    if not placements:
+        raise ValueError("no placement is given: name at least one")
+    names = _names(placements)
+    centres = np.array([_vertex(body, *each) for each in zip(names, placements.values(), strict=True)])
+    for later, vertex in enumerate(centres):
+        earlier = int(np.flatnonzero(centres == vertex)[0])
+        if earlier < later:
+            raise ValueError(
+                f"'{names[earlier]}' and '{names[later]}' are both at vertex {vertex}: leave one of them out"
+            )
+    graph = StripGraph.of(body.vertices, body.faces)
+    distance = graph.distances(centres)
+    if not np.isfinite(distance.min(axis=0)).all():
+        raise ValueError(f"the body is of {graph.n_pieces} separate pieces: each needs a placement")
+    codes, regions = regions_of(body)
+    return PatchSet(
+        vertices=centres.astype(np.int32),
+        triangles=carrier_triangles(body, graph, centres),
+        labels=distance.argmin(axis=0).astype(np.int32),
+        regions=tuple(regions[code] for code in codes[centres]),
+        seed=0,
+        interpolation=interpolation_weights(graph, centres),
+        own_names=names,
+    )
+
+
+def _names(placements: Mapping[str, object]) -> tuple[str, ...]:
+    names: dict[str, str] = {}
+    for given in placements:
+        name = " ".join(str(given).split())
+        if not name:
+            raise ValueError("a placement has an empty name: call it by where it is worn")
+        if name.lower() in names:
+            raise ValueError(f"two placements are called '{name}' (case and spaces do not count)")
+        names[name.lower()] = name
+    return tuple(names.values())
+
+
+def _vertex(body: Body, name: str, where: int | Sequence[float]) -> int:
+    """The vertex of the skin at a vertex number or nearest to a position."""
+    skin = np.unique(body.faces)
+    if isinstance(where, Integral) and not isinstance(where, bool):
+        if where not in skin:
+            raise ValueError(
+                f"'{name}' is at vertex {where}, which the skin of this body does not have: its vertices are "
+                f"numbered from {skin[0]} to {skin[-1]}"
+            )
+        return int(where)
+    try:
+        position = np.asarray(where, dtype=np.float64)
+    except (TypeError, ValueError):
+        position = np.empty(0)
+    if isinstance(where, bool) or position.shape != (3,) or not np.isfinite(position).all():
+        raise ValueError(
+            f"'{name}' needs the number of a vertex or a position (x, y, z) in metres, not {where!r}"
+        )
+    away = np.linalg.norm(body.vertices[skin] - position, axis=1)
+    if away.min() > FARTHEST_M:
+        raise ValueError(
+            f"'{name}' lies {100 * away.min():.1f} cm from the skin, and at most {100 * FARTHEST_M:.0f} cm "
+            "are allowed: positions are in metres on the body at rest, z up, the soles at z = 0"
+        )
+    return int(skin[away.argmin()])

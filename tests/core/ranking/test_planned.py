@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Windows are dealt so that no clip, or no subject, is tested on what it was trained with."""
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.planned import planned
+
+CLIP = np.repeat(np.arange(16), 3)
+ACTIVITY = np.array(["jump", "run", "sit", "wave"])[CLIP % 4]
+IS_TEST = np.arange(len(CLIP)) % 3 < 2
+
+
+def test_no_clip_is_trained_on_and_tested():
+    work = planned(ACTIVITY, CLIP, None, IS_TEST, ["jump", "run", "sit"], folds=4)
+    assert work.activities == ("jump", "run", "sit")
+    assert set(ACTIVITY[work.used]) == set(work.activities)
+    clips = CLIP[work.used]
+    for number in work.plan.whole.splits:
+        split = work.plan.splits[number]
+        trained = np.isin(work.plan.block, split.train)
+        assert not np.isin(clips[split.tested], clips[trained]).any()
+        assert work.is_test[split.tested].all()
+    assert "4-fold" in work.protocol
+
+
+def test_no_subject_is_trained_on_and_tested():
+    subject = np.array(["ann", "ben"])[CLIP // 8]
+    work = planned(ACTIVITY, CLIP, subject, IS_TEST, ["jump", "run", "sit", "wave"])
+    assert len(work.plan.whole.splits) == 2
+    assert "2 subjects" in work.protocol
+
+
+def test_an_activity_of_one_clip_is_left_out_with_its_reason():
+    names = np.where(CLIP == 0, "cartwheel", ACTIVITY)
+    work = planned(names, CLIP, None, IS_TEST, sorted(set(names)))
+    assert "cartwheel" not in work.activities
+    assert list(work.left_out) == ["cartwheel"]
+
+
+def test_two_activities_are_needed():
+    with pytest.raises(ValueError, match="needs two activities"):
+        planned(ACTIVITY, CLIP, None, IS_TEST, ["jump"])
