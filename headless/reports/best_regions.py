@@ -15,18 +15,21 @@ AT_MOST = 10
 
 
 def best_regions(utility: UtilityMap, patches: PatchSet, count: int = AT_MOST) -> list[dict[str, Any]]:
-    """The best place of each region by mean F1 with its intervals, best region first."""
+    """The best place of each region by expected F1, with its scores, best region first."""
     best: dict[str, int] = {}
-    for patch in np.argsort(-utility.mean, kind="stable").tolist():
+    for patch in np.lexsort((-utility.mean, -utility.expected_mean)).tolist():
         best.setdefault(patches.regions[patch], patch)
     return [
         {
             "patch": patch,
             "place": patches.names[patch],
+            "expected": float(utility.expected_mean[patch]),
+            "low": float(utility.expected_low[patch]),
+            "high": float(utility.expected_high[patch]),
+            "as_good": bool(utility.as_good[patch]),
             "f1": float(utility.mean[patch]),
-            "low": float(utility.mean_low[patch]),
-            "high": float(utility.mean_high[patch]),
-            "rank": (int(utility.rank_low[patch]), int(utility.rank_high[patch])),
+            "f1_low": float(utility.mean_low[patch]),
+            "f1_high": float(utility.mean_high[patch]),
         }
         for patch in list(best.values())[:count]
     ]

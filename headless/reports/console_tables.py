@@ -83,13 +83,13 @@ def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console
 def _show_regions(results: StudyResults, console: Console) -> None:
     table = Table(title="Best regions (each by its best place, mean over activities)", title_justify="left")
     table.add_column("place")
-    for heading in ("mean F1", "95 % interval", "rank"):
+    for heading in ("expected F1", "95 % interval", "as good as the best", "on these clips"):
         table.add_column(heading, justify="right")
     utility = results.utility
     for row in best_regions(utility, results.patches):
-        low, high = row["rank"]
         interval = interval_text(row["low"], row["high"], mean_caution(utility))
-        table.add_row(row["place"], f"{row['f1']:.3f}", interval, f"{low} to {high}")
+        equal = "yes" if row["as_good"] else "no"
+        table.add_row(row["place"], f"{row['expected']:.3f}", interval, equal, f"{row['f1']:.3f}")
     console.print(table)
 
 

@@ -127,18 +127,19 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
     """Each tested activity: its clips, its own best spot, and how the best single spot does."""
     utility, tested, rows = study.utility, study.utility.tested_clips(), []
     for number, name in enumerate(utility.activities):
-        own = int(utility.f1[:, number].argmax())
+        own = int(utility.expected_f1[:, number].argmax())
         rows.append(
             {
                 "name": name,
                 **summary["activities"][name],
                 "place": study.patches.names[own],
                 "patch": own,
+                "expected": float(utility.expected_f1[own, number]),
                 "f1": float(utility.f1[own, number]),
                 "low": float(utility.f1_low[own, number]),
                 "high": float(utility.f1_high[own, number]),
                 "caution": few_clips(tested[number]),
-                "at_best": float(utility.f1[best, number]),
+                "at_best": float(utility.expected_f1[best, number]),
             }
         )
     return rows

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection.subsets import greedy_subset
 from w2w.scene.patches import carrier_triangles, patch_empties
@@ -66,7 +67,7 @@ def test_the_target_and_the_ticks_choose_anew_at_once(library: Path) -> None:
     study.activities[0].use = False
     expected = greedy_subset(utility.f1[:, 1:], 1.0)
     assert [place.patch for place in study.chosen] == list(expected.order)
-    best = utility.f1[:, 1:].mean(axis=1).max()
+    best = utility.expected_f1[:, 1:].mean(axis=1).max()
     assert study.regions[0].f1 == pytest.approx(best, abs=1e-6)
     chosen = {patch_empties(study.patch_collection).index(item) for item in study.chosen_collection.objects}
     assert chosen == set(expected.order)
@@ -76,9 +77,27 @@ def test_views_show_their_heatmap(library: Path) -> None:
     body = make_study(library)
     for number, activity in enumerate(body.w2w.activities, start=1):
         body.w2w.view = f"A{number}"
-        assert body.data.color_attributes.active_color.name == f"F1: {activity.name}"
+        assert body.data.color_attributes.active_color.name == f"Expected F1: {activity.name}"
     body.w2w.view = "MEAN"
-    assert body.data.color_attributes.active_color.name == "Mean F1"
+    assert body.data.color_attributes.active_color.name == "Expected F1"
+
+
+def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> None:
+    body = make_study(library)
+    utility, patches = utility_of(body.w2w), patches_of(body)
+
+    def shown() -> np.ndarray:
+        attribute = body.data.color_attributes.active_color
+        values = np.empty(4 * len(attribute.data), dtype=np.float32)
+        attribute.data.foreach_get("color_srgb", values)
+        return values.reshape(-1, 4)[:, :3]
+
+    step = 1.1 / 255
+    np.testing.assert_allclose(shown(), patch_colours(patches, utility.expected_mean), atol=step)
+    body.w2w.scores = "ON_THESE"
+    assert body.data.color_attributes.active_color.name == "F1 on these clips"
+    assert len(body.data.color_attributes) == 4
+    np.testing.assert_allclose(shown(), patch_colours(patches, utility.mean), atol=step)
 
 
 def test_placing_again_leaves_nothing_stale(library: Path) -> None:

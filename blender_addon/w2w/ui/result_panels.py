@@ -56,6 +56,7 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
             "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
         )
         layout.use_property_split = True
+        layout.prop(study, "scores")
         layout.prop(study, "colour_map")
         layout.prop(study, "fix_range")
         if study.fix_range:

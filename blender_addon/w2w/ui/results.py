@@ -17,6 +17,9 @@ TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
 """Radius of a chosen place's sphere, in lengths of a patch's axes."""
 
+EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
+"""Values of the study's `scores`."""
+
 MEAN_VIEW = "MEAN"
 """Value of the study's `view` that shows the mean."""
 
@@ -62,15 +65,45 @@ def ticked(study: bpy.types.PropertyGroup) -> np.ndarray:
     return used if used.any() else np.ones(len(used), dtype=bool)
 
 
+def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Expected F1 over the activities that count, shape (N,)."""
+    counting = ticked(study)
+    return utility.expected_mean if counting.all() else utility.expected_f1[:, counting].mean(axis=1)
+
+
+def activity_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Scores of the heatmaps of the activities, shape (N, A): expected, or on these clips."""
+    return utility.expected_f1 if study.scores == EXPECTED else utility.f1
+
+
 def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
-    """Mean F1 over the activities that count, shape (N,)."""
+    """Scores of the heatmap of the mean over the activities that count, shape (N,)."""
+    if study.scores == EXPECTED:
+        return expected_mean(study, utility)
     return utility.f1[:, ticked(study)].mean(axis=1)
+
+
+def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:
+    """A patch's scores in words: what other clips would show, then what these showed."""
+    counting = ticked(study)
+    expected, raw = expected_mean(study, utility), utility.f1[:, counting].mean(axis=1)
+    rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
+    if not counting.all():
+        score = f"expected F1 {expected[patch]:.2f} over the ticked activities, {rank}"
+        return score, f"on these clips {raw[patch]:.2f}"
+    low, high = utility.expected_low[patch], utility.expected_high[patch]
+    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
+    equal = ", as good as the best" if utility.as_good[patch] else ""
+    return (
+        f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
+        f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",
+    )
 
 
 def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
     """Scores of the heatmap that is shown, shape (N,)."""
     index = view_index(study)
-    return mean_scores(study, utility) if index == 0 else utility.f1[:, index - 1]
+    return mean_scores(study, utility) if index == 0 else activity_scores(study, utility)[:, index - 1]
 
 
 def view_index(study: bpy.types.PropertyGroup) -> int:
@@ -91,7 +124,8 @@ def fit_range(body: bpy.types.Object) -> None:
     study, utility = body.w2w, utility_of(body.w2w)
     with without_updates():
         study.fix_range = True
-        study.range_low, study.range_high = float(utility.f1.min()), float(utility.f1.max())
+        scores = activity_scores(study, utility)
+        study.range_low, study.range_high = float(scores.min()), float(scores.max())
     paint(body)
 
 
@@ -105,12 +139,13 @@ def paint(body: bpy.types.Object) -> None:
     heatmap.add_heatmaps(
         body,
         patches,
-        utility.f1,
+        activity_scores(study, utility),
         utility.activities,
         mean_scores(study, utility),
         low,
         high,
         study.colour_map,
+        heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
     )
     show(body)
 
@@ -129,7 +164,7 @@ def list_regions(body: bpy.types.Object) -> None:
     study.regions.clear()
     if utility is None or patches is None:
         return
-    mean = mean_scores(study, utility)
+    mean = expected_mean(study, utility)
     whole = ticked(study).all()
     seen: set[str] = set()
     for patch in np.argsort(-mean, kind="stable").tolist():
@@ -139,7 +174,8 @@ def list_regions(body: bpy.types.Object) -> None:
         seen.add(region)
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, region, mean[patch]
-        row.low, row.high = (utility.mean_low[patch], utility.mean_high[patch]) if whole else (0.0, 0.0)
+        low, high = utility.expected_low[patch], utility.expected_high[patch]
+        row.low, row.high = (low, high) if whole else (0.0, 0.0)
         if len(seen) == TABLE_ROWS:
             return
 
