@@ -199,6 +199,7 @@ class Ranking:
         else:
             raise ValueError(f"{activity!r} was not ranked; there are {', '.join(self.activities)}")
         best = self.best if expected and activity is None else int(np.argmax(scores))
-        subtitle = f"Best patch: {self.names[best]} ({scores[best]:.2f})"
+        subtitle = "" if self.utility.can_rank else "These clips cannot rank placements. "
+        subtitle += f"Best patch: {self.names[best]} ({scores[best]:.2f})"
         label = "Expected F1" if expected else "F1 on these clips"
         draw_heatmap(path, self.body, self.patches, scores, title, subtitle, label)

@@ -16,13 +16,13 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_text
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, mean_caution, reliability_sentence
 
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
 from ..window_options import window_warning
-from .advice_text import CANNOT_RANK
 from .best_regions import best_regions
-from .counts import clip_counts, counts_sentence, few_clips, interval_caution, mean_caution
+from .counts import clip_counts, counts_sentence, few_clips, interval_caution
 from .joint import joint_content
 from .report_data import MEAN_TITLE, as_script_json, title, view_data
 
@@ -91,7 +91,8 @@ def page(
     project : str
         The project's name.
     """
-    utility, best = study.utility, summary["best_single_patch"]["patch"]
+    utility, spot = study.utility, summary["best_single_patch"]
+    best = spot["patch"]
     chosen = [place["patch"] for place in summary["subset"]["places"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": _capital}
@@ -105,7 +106,11 @@ def page(
         counts=counts_sentence(clips, utility),
         caution=interval_caution(utility),
         mean_caution=mean_caution(utility),
-        cannot_rank=CANNOT_RANK,
+        cannot_rank="" if utility.can_rank else CANNOT_RANK,
+        best_spot=spot["sentence"]
+        if "sentence" in spot
+        else best_spot_sentence(best, utility, study.patches),
+        repeats=reliability_sentence(utility),
         notes=_notes(summary),
         left_out=left_out_sentences(utility.left_out),
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),

@@ -48,7 +48,8 @@ def write_pictures(out: Path, subset: Subset) -> None:
         for name, title, scores, place in maps:
             low, high = score_range(scores)
             pictures = renderer.render(patch_colours(study.patches, scores, low, high))
-            subtitle = f"Best spot: {study.patches.names[place]} ({scores[place]:.2f} on other clips)"
+            subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
+            subtitle += f"Best spot: {study.patches.names[place]} ({scores[place]:.2f} on other clips)"
             heatmap_figure(folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle)
         _draw_subset(study, subset, renderer)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from . import jobs
-from .results import mean_scores, ticked
+from .results import findings
 from .state import current_body, patches_of, utility_of
 from .text import draw_text
 
@@ -32,6 +32,24 @@ class ResultPanel(W2WPanel):
         """There must be a ranking."""
         body = current_body(context)
         return body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None
+
+
+class W2W_PT_findings(ResultPanel, bpy.types.Panel):
+    """Where to wear one sensor, and how far these clips tell."""
+
+    bl_label = "Where to Wear One"
+    bl_idname = "W2W_PT_findings"
+
+    def draw(self, context: Context) -> None:
+        """Draw the headline, its caution first."""
+        body = current_body(context)
+        caution, sentences = findings(body.w2w, utility_of(body.w2w), patches_of(body))
+        if caution:
+            box = self.layout.box()
+            box.alert = True
+            draw_text(box, context, caution, icon="ERROR")
+        for sentence in sentences:
+            draw_text(self.layout, context, sentence)
 
 
 class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
@@ -96,11 +114,6 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
         layout, study = self.layout, current_body(context).w2w
         layout.enabled = jobs.running is None
         draw_rows(layout, study, study.regions, numbered=False)
-        if ticked(study).all():
-            utility = utility_of(study)
-            best = int(mean_scores(study, utility).argmax())
-            same = int(utility.same_as(best).sum()) - 1
-            draw_text(layout, context, f"{same} patches cannot be told from the best one")
 
 
 def draw_rows(
@@ -125,4 +138,4 @@ def draw_rows(
         value.label(text=f"{place.f1:.3f}" if not interval else f"{place.f1:.2f} ({interval.strip()})")
 
 
-CLASSES = (W2W_PT_heatmap, W2W_PT_places, W2W_PT_regions)
+CLASSES = (W2W_PT_findings, W2W_PT_heatmap, W2W_PT_places, W2W_PT_regions)

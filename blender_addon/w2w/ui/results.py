@@ -6,8 +6,10 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
-from ..core.selection.subsets import greedy_subset
+from ..core.selection.headline import CANNOT_RANK, as_good_as, best_spot_sentence, reliability_sentence
+from ..core.selection.subsets import best_single, greedy_subset
 from ..scene import heatmap
 from ..scene.patches import patch_empties
 from .packing import pack
@@ -81,6 +83,23 @@ def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarr
     if study.scores == EXPECTED:
         return expected_mean(study, utility)
     return utility.f1[:, ticked(study)].mean(axis=1)
+
+
+def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
+    """A caution where the clips cannot rank, else empty; and the headline, sentence by sentence."""
+    caution = "" if utility.can_rank else f"{CANNOT_RANK}."
+    if not ticked(study).all():
+        mean = expected_mean(study, utility)
+        best = int(mean.argmax())
+        score = f"expected F1 {mean[best]:.2f} over the ticked activities"
+        return caution, [
+            f"{patches.names[best].capitalize()}, {score}. Intervals are of all activities alone."
+        ]
+    best = best_single(utility)
+    sentences = [f"{best_spot_sentence(best, utility, patches)}."]
+    if len(as_good_as(best, utility)) > 1:
+        sentences.append(f"The highest of them: {patches.names[best]}.")
+    return caution, [*sentences, f"{reliability_sentence(utility)}."]
 
 
 def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
 from .expected import TrialMaps, expect
 from .f1 import score_places
-from .folds import ALWAYS_TRAIN, grouped_folds, subject_folds, untestable
+from .folds import SUBJECT_OUT, deal
 from .halves import HALVINGS, Plan, plan
 from .inputs import PlaceBlocks, SomeWindows, as_blocks
 from .pooling import Pooling
@@ -25,6 +25,11 @@ from .soft_f1 import soft_f1, window_f1
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
+
+LATER = (
+    "expected_f1", "expected_mean", "expected_low", "expected_high", "as_good", "can_rank", "reliability",
+)  # fmt: skip
+"""What rankings by earlier versions lack."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +56,9 @@ class UtilityMap:
         Places that cannot be told from the one of highest `expected_mean`.
     can_rank : bool
         Whether disjoint halves of the clips agree about the places more than by chance.
+    reliability : float
+        Correlation over places that the expected macro F1 would have with that from as many other
+        clips (`reliability.clips_needed` says how many would do); NaN where it is not known.
     confusion : ndarray, shape (N, A, A), int32
         Windows by true activity (rows) and named activity (columns).
     predictions : ndarray, shape (W_test, N), int16
@@ -81,6 +89,7 @@ class UtilityMap:
     expected_high: np.ndarray
     as_good: np.ndarray
     can_rank: bool
+    reliability: float
     confusion: np.ndarray
     predictions: np.ndarray
     truth: np.ndarray
@@ -104,6 +113,11 @@ class UtilityMap:
         low, high = np.quantile(difference, [tail, 1 - tail], axis=0)
         return (low <= 0) & (high >= 0)
 
+    @property
+    def by_subject(self) -> bool:
+        """Whether subjects were left out, so that other people are what is foretold."""
+        return self.protocol.startswith(SUBJECT_OUT)
+
     def tested_clips(self) -> tuple[int, ...]:
         """Distinct clips that each activity was tested on."""
         return tuple(len(np.unique(self.clip[self.truth == a])) for a in range(len(self.activities)))
@@ -124,10 +138,19 @@ class UtilityMap:
         ValueError
             If the file is not a utility map.
         """
-        content = load_arrays(path, [field.name for field in fields(cls)], "is not a utility map")
+        names = [field.name for field in fields(cls)]
+        content = load_arrays(
+            path, [name for name in names if name not in LATER], "is not a utility map", LATER
+        )
+        if missing := [name for name in LATER if name not in content]:
+            raise ValueError(
+                f"{path} is a ranking by an earlier version of W2W, without {', '.join(missing)}: "
+                "rank the clips again"
+            )
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"].item())
         content["level"], content["can_rank"] = float(content["level"]), bool(content["can_rank"])
+        content["reliability"] = float(content["reliability"])
         content["classifier"] = content["classifier"].item()
         content["protocol"] = content["protocol"].item()
         return cls(**content)
@@ -198,7 +221,7 @@ def utility_map(
         If fewer than two activities can be tested; the message says why.
     """
     activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
-    split = _split(activity, clip, subject, activities, folds, seed)
+    split = deal(activity, clip, subject, activities, folds, seed)
     index = {name: number for number, name in enumerate(split.tested)}
     used = np.flatnonzero(np.isin(activity, split.tested))
     labels = np.array([index[name] for name in activity[used].tolist()])
@@ -236,6 +259,7 @@ def utility_map(
         expected_high=expected.high,
         as_good=expected.as_good,
         can_rank=expected.can_rank,
+        reliability=expected.reliability,
         confusion=confusion,
         predictions=predictions,
         truth=truth,
@@ -299,39 +323,3 @@ def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Any:
     model = CLASSIFIERS[classifier](seed=seed)
     resumes = work is not None and hasattr(model, "checkpoints")
     return replace(model, checkpoints=work / model.name) if resumes else model
-
-
-class _Split(NamedTuple):
-    fold: np.ndarray
-    tested: tuple[str, ...]
-    left_out: dict[str, str]
-    protocol: str
-
-
-def _split(
-    activity: np.ndarray,
-    clip: np.ndarray,
-    subject: np.ndarray | None,
-    activities: Sequence[str],
-    folds: int,
-    seed: int,
-) -> _Split:
-    """Deal the windows of testable activities to folds; see `utility_map`."""
-    left_out = untestable(activity, clip, activities)
-    candidates = [name for name in activities if name not in left_out]
-    rows = np.flatnonzero(np.isin(activity, candidates))
-    if len(candidates) > 1:
-        fold = np.full(len(activity), ALWAYS_TRAIN)
-        if subject is not None:
-            subject = np.asarray(subject)[rows]
-            fold[rows] = subject_folds(subject, clip[rows])
-            protocol = f"leave one of {len(np.unique(subject))} subjects out"
-        else:
-            n_folds = min(folds, len(np.unique(clip[rows])))
-            fold[rows] = grouped_folds(activity[rows], clip[rows], n_folds, seed)
-            protocol = f"{n_folds}-fold cross-validation grouped by clip"
-        left_out |= untestable(activity, clip, candidates, fold)
-        tested = tuple(name for name in candidates if name not in left_out)
-        if len(tested) > 1:
-            return _Split(fold, tested, left_out, protocol)
-    raise ValueError(f"a utility map needs two activities that can be tested: {'; '.join(left_out.values())}")
