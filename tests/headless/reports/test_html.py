@@ -2,22 +2,29 @@
 """The report's file: whole, small, the same every time, and harmless whatever the labels hold."""
 
 import base64
+import io
 import json
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
+from headless.reports.advice_text import show_best_spot
 from headless.reports.html import write_report
 from headless.reports.report_data import as_script_json, packed, title
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
+from w2w.core.selection.advice import advise
+from w2w.core.selection.headline import CANNOT_RANK, more_clips
 from w2w.core.selection.subsets import best_single
 
 
@@ -200,6 +207,32 @@ def test_there_is_one_table_of_best_regions(page):
     assert len(re.findall(r"<h2>Best regions", page)) == 1
     rows = re.search(r'<table id="ranked">.*?<tbody>(.*?)</tbody>', page, re.DOTALL)[1].count("<tr>")
     assert rows == 10  # without a script, too
+
+
+def test_the_headline_is_that_of_the_summary(page, drawn_results):
+    summary = json.loads((drawn_results / "summary.json").read_text())
+    utility = UtilityMap.load(drawn_results / "utility.npz")
+    text = " ".join(" ".join(Reader(page).texts).split())
+    assert text.index(summary["best_single_patch"]["sentence"]) < text.index("Sensors together")
+    assert summary["map_sentence"] in text
+    assert summary["map_reliability"] == pytest.approx(utility.reliability, abs=1e-6)
+    assert summary["more_clips_per_activity"] == more_clips(utility)
+
+
+@pytest.mark.parametrize("can_rank", [True, False])
+def test_clips_that_cannot_rank_say_so_before_all_else(drawn_results, tmp_path, can_rank):
+    out = tmp_path / "out"
+    shutil.copytree(drawn_results, out)
+    utility = replace(UtilityMap.load(out / "utility.npz"), can_rank=can_rank)
+    utility.save(out / "utility.npz")
+    page, text = read(out)
+    assert (CANNOT_RANK in text) != can_rank
+    assert ("the colours are mostly chance" in text) != can_rank
+    if not can_rank:
+        assert page.index('<p class="warning">') < page.index('<section class="cards"')
+    study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
+    show_best_spot(advise(utility, study.patches, 0.9), utility, study.patches, console)
+    assert console.export_text().startswith(CANNOT_RANK) != can_rank
 
 
 def test_regions_are_sorted_by_the_expected_f1_and_lead_with_it(page, drawn_results):
