@@ -21,6 +21,7 @@ from w2w.core.selection.headline import (
     mean_caution,
     more_clips,
     reliability_sentence,
+    where_to_wear,
 )
 from w2w.core.selection.subsets import Subset
 
@@ -100,6 +101,7 @@ def advice_content(
     return {
         "best_single_patch": {
             **place_content(advice.best, utility, patches),
+            "where": where_to_wear(advice.best, utility, patches, advice.allowed),
             "sentence": best_spot_sentence(advice.best, utility, patches, advice.allowed),
             "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
             "clips_rank_placements": utility.can_rank,

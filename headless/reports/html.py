@@ -16,7 +16,13 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_text
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, mean_caution, reliability_sentence
+from w2w.core.selection.headline import (
+    CANNOT_RANK,
+    mean_caution,
+    reliability_sentence,
+    score_text,
+    where_to_wear,
+)
 
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
@@ -107,9 +113,8 @@ def page(
         caution=interval_caution(utility),
         mean_caution=mean_caution(utility),
         cannot_rank="" if utility.can_rank else CANNOT_RANK,
-        best_spot=spot["sentence"]
-        if "sentence" in spot
-        else best_spot_sentence(best, utility, study.patches),
+        where=spot["where"] if "where" in spot else where_to_wear(best, utility, study.patches),
+        score=score_text(best, utility),
         repeats=reliability_sentence(utility),
         notes=_notes(summary),
         left_out=left_out_sentences(utility.left_out),

@@ -128,7 +128,7 @@ def test_subjects_foretell_people_and_too_few_clips_no_interval(patches):
         (of_all(0.71), 36, "Halves of these clips agree about the patches at .71 (all of them at .83); "
          "about 6 more clips an activity would make it .85", 6),
         (0.85 * 9 / (0.85 * 9 + 0.15 * 10), 9, "about 1 more clip an activity would make it .85", 1),
-        (0.9, 12, "(all of them at .90), which will do", 0),
+        (0.9, 12, "(all of them at .90), enough to read the map by", 0),
         (0.3, 12, "more than 10 times as many would be needed to make it .85", None),
         (-0.1, 12, "agree about the patches at -.10 (all of them at -.10); more than 10 times", None),
         (np.nan, 2, "How far the map would repeat with other clips is not known", None),

@@ -213,7 +213,10 @@ def test_the_headline_is_that_of_the_summary(page, drawn_results):
     summary = json.loads((drawn_results / "summary.json").read_text())
     utility = UtilityMap.load(drawn_results / "utility.npz")
     text = " ".join(" ".join(Reader(page).texts).split())
-    assert text.index(summary["best_single_patch"]["sentence"]) < text.index("Sensors together")
+    best = summary["best_single_patch"]
+    where, score = best["where"], best["sentence"].removeprefix(f"{best['where']}, ")
+    assert best["sentence"] == f"{where}, {score}"
+    assert text.index(f"{where} E{score[1:]}.") < text.index("Sensors together")
     assert summary["map_sentence"] in text
     assert summary["map_reliability"] == pytest.approx(utility.reliability, abs=1e-6)
     assert summary["more_clips_per_activity"] == more_clips(utility)

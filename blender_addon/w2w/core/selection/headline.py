@@ -51,9 +51,16 @@ def best_spot_sentence(
     allowed : ndarray of bool, shape (N,), optional
         Patches that constraints leave; all by default.
     """
-    group, n_allowed = as_good_as(best, utility, allowed), len(patches)
-    if allowed is not None:
-        n_allowed = int(allowed.sum())
+    where = where_to_wear(best, utility, patches, allowed)
+    return f"{where}, {score_text(best, utility)}"
+
+
+def where_to_wear(
+    best: int, utility: UtilityMap, patches: PatchSet, allowed: np.ndarray | None = None
+) -> str:
+    """The first half of `best_spot_sentence`: the patch, or the parts of the body that are as good."""
+    group = as_good_as(best, utility, allowed)
+    n_allowed = len(patches) if allowed is None else int(allowed.sum())
     if len(group) == 1:
         where = f"{patches.names[best]} ({_alone(best, utility, allowed)})"
     elif len(group) == n_allowed:
@@ -61,11 +68,15 @@ def best_spot_sentence(
         where = f"{place} (all {len(group)} patches are as good)"
     else:
         where = f"{_parts(best, group, patches)} ({len(group)} patches are as good)"
+    return f"{where[0].upper()}{where[1:]}"
+
+
+def score_text(best: int, utility: UtilityMap) -> str:
+    """The second half: what the patch would give on other clips."""
     low, high = utility.expected_low[best], utility.expected_high[best]
     interval = mean_caution(utility) or f"95 % interval {short(low)} to {short(high)}"
     others = "other people" if utility.by_subject else "other clips"
-    score = f"expected mean F1 {short(utility.expected_mean[best])} on {others} ({interval})"
-    return f"{where[0].upper()}{where[1:]}, {score}"
+    return f"expected mean F1 {short(utility.expected_mean[best])} on {others} ({interval})"
 
 
 def reliability_sentence(utility: UtilityMap) -> str:
@@ -82,7 +93,7 @@ def reliability_sentence(utility: UtilityMap) -> str:
     text = f"Halves of these {units} agree about the patches at {short(halves)} ({whole})"
     factor = clips_needed(everything)
     if factor <= 1:
-        return f"{text}, which will do"
+        return f"{text}, enough to read the map by"
     if factor > FAR:
         return f"{text}; more than {FAR:g} times as many would be needed to make it {short(WANTED)}"
     if utility.by_subject:
