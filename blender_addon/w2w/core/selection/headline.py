@@ -93,7 +93,7 @@ def reliability_sentence(utility: UtilityMap) -> str:
     text = f"Halves of these {units} agree about the patches at {short(halves)} ({whole})"
     factor = clips_needed(everything)
     if factor <= 1:
-        return f"{text}, enough to read the map by"
+        return f"{text}, enough to read the map by" if utility.can_rank else text
     if factor > FAR:
         return f"{text}; more than {FAR:g} times as many would be needed to make it {short(WANTED)}"
     if utility.by_subject:
