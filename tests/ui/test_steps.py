@@ -15,7 +15,7 @@ import pytest
 
 from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
-from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, reliability_sentence
+from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, mean_caution, reliability_sentence
 from w2w.core.selection.subsets import best_single, greedy_subset
 from w2w.scene.patches import carrier_triangles, patch_empties
 from w2w.ui import jobs, menus, properties, results
@@ -106,7 +106,9 @@ def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> 
     np.testing.assert_allclose(shown(), patch_colours(patches, utility.mean), atol=step)
 
 
-def test_the_panel_says_what_the_console_and_the_report_say(library: Path) -> None:
+def test_the_panel_says_what_the_console_and_the_report_say(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     body = make_study(library)
     study, utility, patches = body.w2w, utility_of(body.w2w), patches_of(body)
     best = best_single(utility)
@@ -117,10 +119,20 @@ def test_the_panel_says_what_the_console_and_the_report_say(library: Path) -> No
     weak = replace(utility, can_rank=False)
     assert results.findings(study, weak, patches)[0] == f"{CANNOT_RANK}."
     first, second = results.patch_lines(study, utility, best)
+    assert mean_caution(utility)  # the library has few clips
+    assert first == (
+        f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval), as good as the best"
+    )
+    assert second == f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f}"
+    assert study.regions[0].high == 0
+    monkeypatch.setattr(results, "mean_caution", lambda _: "")
+    first, second = results.patch_lines(study, utility, best)
     low, high = utility.expected_low[best], utility.expected_high[best]
     assert first.startswith(f"expected F1 {utility.expected_mean[best]:.2f} ({low:.2f} to {high:.2f})")
     assert first.endswith(", as good as the best")
     assert second.startswith(f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f} (")
+    results.list_regions(body)
+    assert study.regions[0].high == pytest.approx(high)
     study.activities[0].use = False
     fewer = utility.expected_f1[:, 1:].mean(axis=1)
     assert f"expected F1 {fewer.max():.2f} over the ticked" in results.findings(study, utility, patches)[1][0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..core.selection.headline import short
 from . import jobs
 from .results import findings
 from .state import current_body, patches_of, utility_of
@@ -123,7 +124,7 @@ def draw_rows(
     column = layout.column(align=True)
     for number, place in enumerate(rows, start=1):
         row = column.row(align=True)
-        split = row.split(factor=0.7, align=True)
+        split = row.split(factor=0.6 if place.high > 0 else 0.7, align=True)
         text = f"{number}  {place.label}" if numbered else place.label
         look = split.operator(
             "w2w.select_patch",
@@ -134,8 +135,8 @@ def draw_rows(
         look.patch = place.patch
         value = split.row(align=True)
         value.alignment = "RIGHT"
-        interval = f" {place.low:.2f}–{place.high:.2f}" if place.high > 0 else ""
-        value.label(text=f"{place.f1:.3f}" if not interval else f"{place.f1:.2f} ({interval.strip()})")
+        interval = f" ({short(place.low)}–{short(place.high)})" if place.high > 0 else ""
+        value.label(text=f"{short(place.f1)}{interval}" if interval else f"{place.f1:.3f}")
 
 
 CLASSES = (W2W_PT_findings, W2W_PT_heatmap, W2W_PT_places, W2W_PT_regions)

@@ -8,7 +8,13 @@ import numpy as np
 
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
-from ..core.selection.headline import CANNOT_RANK, as_good_as, best_spot_sentence, reliability_sentence
+from ..core.selection.headline import (
+    CANNOT_RANK,
+    as_good_as,
+    best_spot_sentence,
+    mean_caution,
+    reliability_sentence,
+)
 from ..core.selection.subsets import best_single, greedy_subset
 from ..scene import heatmap
 from ..scene.patches import patch_empties
@@ -113,6 +119,9 @@ def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int)
     low, high = utility.expected_low[patch], utility.expected_high[patch]
     raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
     equal = ", as good as the best" if utility.as_good[patch] else ""
+    if mean_caution(utility):
+        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval){equal}"
+        return score, f"{rank}; on these clips {raw[patch]:.2f}"
     return (
         f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
         f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",
@@ -184,7 +193,7 @@ def list_regions(body: bpy.types.Object) -> None:
     if utility is None or patches is None:
         return
     mean = expected_mean(study, utility)
-    whole = ticked(study).all()
+    whole = ticked(study).all() and not mean_caution(utility)
     seen: set[str] = set()
     for patch in np.argsort(-mean, kind="stable").tolist():
         region = patches.regions[patch]

@@ -35,6 +35,7 @@ def ranked(expected, as_good, reliability=0.8, clips=12, protocol="5-fold cross-
         "expected_high": expected + 0.0625,
         "as_good": np.asarray(as_good, dtype=bool),
         "reliability": reliability,
+        "can_rank": True,
         "activities": ("sit", "walk"),
         "truth": np.repeat([0, 1], clips),
         "clip": np.array([f"clip {number}" for number in range(2 * clips)]),
