@@ -8,7 +8,8 @@ HDM05 (performers choose and other performers judge) and Bandai-Namco (styles li
 over all halvings and both ways: the promise of the chosen patch and what it delivers on the other half,
 the raw F1 of the best patch as a naive user would read it, the gain over an average patch, Spearman's
 rho of the two halves' expected maps (mean, and by activity), the share of patches whose interval holds
-the other half's value, and how many patches are said to be as good as the best. Then the same with
+the other half's value, how many patches are said to be as good as the best, and the reliability that a
+half says of its map with the correlation that the other half's map then has with it. Then the same with
 labels shuffled between clips, where there is nothing to find.
 """
 
@@ -184,11 +185,17 @@ def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
         "holds raw": held(here, there.mean),
         "as good": float(here.as_good.mean()),
         "ranks": float(here.can_rank),
+        "reliability": here.reliability,
+        "correlation": correlation(here.expected_mean, there.expected_mean),
     }
 
 
 def rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
     return float(spearmanr(one, other)[0]) if np.ptp(one) > 0 and np.ptp(other) > 0 else np.nan
+
+
+def correlation(one: np.ndarray, other: np.ndarray) -> float:
+    return float(np.corrcoef(one, other)[0, 1]) if np.ptp(one) > 0 and np.ptp(other) > 0 else 0.0
 
 
 def held(here: UtilityMap, other: np.ndarray) -> float:

@@ -14,7 +14,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/imu": "errors formats gaps presets text_tables vendor_formats",
     "tests/core/keypoints": "joint_sets limbs paths smoothing",
     "tests/core/motion": "activity_groups repair source",
-    "tests/core/patches": "interpolation strip_graph",
+    "tests/core/patches": "interpolation segments strip_graph",
     "tests/core/ranking/classifiers": "estimator",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",

@@ -239,6 +239,8 @@ def test_a_heatmap_is_drawn_without_blender(ranking, tmp_path):
     ranking.heatmap(tmp_path / "mean.png")
     ranking.heatmap(tmp_path / "again.png")
     assert (tmp_path / "mean.png").read_bytes() == (tmp_path / "again.png").read_bytes()
+    ranking.heatmap(tmp_path / "raw.png", expected=False)
+    assert (tmp_path / "mean.png").read_bytes() != (tmp_path / "raw.png").read_bytes()
     ranking.heatmap(tmp_path / "kicking.png", "kicking")
     mean, kicking = (imread(tmp_path / name)[..., :3] for name in ("mean.png", "kicking.png"))
     coloured = np.ptp(mean, axis=2) > 0.15
@@ -279,7 +281,6 @@ def test_the_documents_examples_run(library, monkeypatch):
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)
     assert (library.parent / "best.png").stat().st_size > 10_000
-    assert (
-        (library.parent / "f1.csv").read_text().startswith("patch,name,region,kicking,stirring,waving,mean")
-    )
+    head = "patch,name,region,expected_mean,expected_low,expected_high,kicking,stirring,waving,mean,"
+    assert (library.parent / "f1.csv").read_text().startswith(head)
     assert names["ranking"].utility.mean.shape == (24,)

@@ -26,7 +26,13 @@ SHADE = 0.45
 
 
 def draw_heatmap(
-    path: str | Path, body: Body, patches: PatchSet, scores: np.ndarray, title: str, subtitle: str = ""
+    path: str | Path,
+    body: Body,
+    patches: PatchSet,
+    scores: np.ndarray,
+    title: str,
+    subtitle: str = "",
+    label: str = "F1",
 ) -> None:
     """Draw scores of patches on the front and the back of a body.
 
@@ -40,6 +46,8 @@ def draw_heatmap(
     scores : ndarray, shape (N,)
         NaN where a patch has none.
     title, subtitle : str
+    label : str
+        What the colours stand for.
     """
     low, high = score_range(scores)
     colours = patch_colours(patches, scores, low, high)
@@ -53,7 +61,7 @@ def draw_heatmap(
         _draw_side(axes, body, colours, side)
         axes.set_title(view, fontsize=9, color="0.4", y=-0.02)
     scale = ScalarMappable(Normalize(low, high), ListedColormap(colour_table()))
-    figure.colorbar(scale, cax=figure.add_subplot(grid[2]), label="F1")
+    figure.colorbar(scale, cax=figure.add_subplot(grid[2]), label=label)
     figure.text(0.03, 0.965, title, fontsize=14, weight="bold", va="top")
     figure.text(0.03, 0.92, subtitle, fontsize=9, color="0.4", va="top")
     with atomic_write(path) as stream:

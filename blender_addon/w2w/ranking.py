@@ -65,17 +65,22 @@ class Ranking:
 
     @property
     def f1(self) -> np.ndarray:
-        """F1 by patch and activity, shape (N, A)."""
+        """F1 by patch and activity on these clips, shape (N, A); `utility.expected_f1` has that on others."""
         return self.utility.f1
 
     @property
     def mean(self) -> np.ndarray:
-        """Macro F1 by patch, shape (N,)."""
+        """Macro F1 by patch on these clips, shape (N,)."""
         return self.utility.mean
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Macro F1 by patch that other clips would show, shape (N,); `best` and `heatmap` go by it."""
+        return self.utility.expected_mean
 
     @cached_property
     def best(self) -> int:
-        """The patch with the highest macro F1; `names[best]` is where it is."""
+        """The patch that would do best on other clips; `names[best]` is where it is."""
         return best_single(self.utility)
 
     @property
@@ -137,7 +142,7 @@ class Ranking:
         return rank_together(patches, self.inputs, self.labels, self.config, self.classifier)
 
     def table(self, patches: Sequence[int] | None = None) -> list[dict[str, Any]]:
-        """One row a patch: number, name, region, F1 by activity, and the mean with its interval."""
+        """One row a patch: number, name, region, expected F1 with its interval, and F1 on these clips."""
         chosen = range(len(self.patches)) if patches is None else patches
         utility = self.utility
         return [
@@ -145,6 +150,9 @@ class Ranking:
                 "patch": int(patch),
                 "name": self.names[patch],
                 "region": self.patches.regions[patch],
+                "expected_mean": float(utility.expected_mean[patch]),
+                "expected_low": float(utility.expected_low[patch]),
+                "expected_high": float(utility.expected_high[patch]),
                 **{
                     name: float(value) for name, value in zip(self.activities, utility.f1[patch], strict=True)
                 },
@@ -164,14 +172,16 @@ class Ranking:
         ]
         write_text(Path(path), csv_text([list(rows[0]), *cells]))
 
-    def heatmap(self, path: str | Path, activity: str | None = None) -> None:
-        """Draw the scores on the body, front and back, to a PNG, SVG or PDF file.
+    def heatmap(self, path: str | Path, activity: str | None = None, expected: bool = True) -> None:
+        """Draw the expected F1 on the body, front and back, to a PNG, SVG or PDF file.
 
         Parameters
         ----------
         path : str or Path
         activity : str, optional
             One of `activities`; the mean over all by default.
+        expected : bool
+            F1 as other clips would show it; False for that on these clips.
 
         Raises
         ------
@@ -180,15 +190,16 @@ class Ranking:
         """
         from .drawing import draw_heatmap
 
+        by_activity, mean = (self.utility.expected_f1, self.expected) if expected else (self.f1, self.mean)
         if activity is None:
-            scores, title = self.mean, "All activities (mean)"
+            scores, title = mean, "All activities (mean)"
         elif activity in self.activities:
-            scores, title = (
-                self.f1[:, self.activities.index(activity)],
-                activity.replace("_", " ").capitalize(),
-            )
+            scores = by_activity[:, self.activities.index(activity)]
+            title = activity.replace("_", " ").capitalize()
         else:
             raise ValueError(f"{activity!r} was not ranked; there are {', '.join(self.activities)}")
-        best = int(np.argmax(scores))
-        subtitle = f"Best patch: {self.names[best]} ({scores[best]:.2f})"
-        draw_heatmap(path, self.body, self.patches, scores, title, subtitle)
+        best = self.best if expected and activity is None else int(np.argmax(scores))
+        subtitle = "" if self.utility.can_rank else "These clips cannot rank placements. "
+        subtitle += f"Best patch: {self.names[best]} ({scores[best]:.2f})"
+        label = "Expected F1" if expected else "F1 on these clips"
+        draw_heatmap(path, self.body, self.patches, scores, title, subtitle, label)

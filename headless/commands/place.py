@@ -15,7 +15,7 @@ from w2w.core.selection.advice import advise
 
 from ..console import USAGE
 from ..options import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
-from ..reports.advice_text import advice_content, show_advice
+from ..reports.advice_text import advice_content, show_advice, show_best_spot
 
 
 def place(
@@ -53,6 +53,7 @@ def place(
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     tested = sensors_together(study, advice.subset.order) if together else ()
+    show_best_spot(advice, study.utility, study.patches, console)
     show_advice(advice, study.utility, study.patches, tested, console)
     if out is not None:
         write_json(out, advice_content(advice, study.utility, study.patches, tested))

@@ -12,7 +12,7 @@ import typer
 
 from w2w.core.colours import patch_colours, score_range
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.subsets import Subset
+from w2w.core.selection.subsets import Subset, best_single
 from w2w.core.study import StudyConfig
 
 from ..needs_blender import needs_blender
@@ -67,20 +67,20 @@ def draw_figure(out: Path, subset: Subset) -> None:
 
     study = StudyResults.load(out)
     utility, patches, body = study.utility, study.patches, study.body()
-    scale = score_range(utility.f1)
+    scale = score_range(utility.expected_f1)
     order = list(subset.order[:MAX_LISTED])
 
     with BodyRenderer(body) as renderer:
 
-        def drawn(scores: np.ndarray, heading: str) -> Map:
-            best = int(np.argmax(scores))
+        def drawn(scores: np.ndarray, heading: str, best: int) -> Map:
             note = f"best: {patches.names[best]} ({scores[best]:.2f})"
             return Map(renderer.render(patch_colours(patches, scores, *scale)), heading, note)
 
         activities = [
-            drawn(scores, title(name)) for name, scores in zip(utility.activities, utility.f1.T, strict=True)
+            drawn(scores, title(name), int(scores.argmax()))
+            for name, scores in zip(utility.activities, utility.expected_f1.T, strict=True)
         ]
-        mean = drawn(utility.mean, "Mean F1")
+        mean = drawn(utility.expected_mean, "Expected mean F1", best_single(utility))
         corners = body.vertices[patches.triangles[order]]
         normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
         places = renderer.locate(corners.mean(axis=1), normals)

@@ -17,7 +17,7 @@ from w2w.core.ranking.score_table import score_table
 from w2w.core.results_folder import StudyResults
 
 from ..console import USAGE, show_left_out
-from ..reports.console_tables import show_scores, wide_console, write_scores
+from ..reports.console_tables import show_placements, show_scores, wide_console, write_scores
 
 
 def tables(
@@ -34,7 +34,7 @@ def tables(
         typer.Option("--out", "-o", help="csv file.  [default: tables.csv in RESULTS]", show_default=False),
     ] = None,
 ) -> None:
-    """Print F1 of every activity at the paper's 11 placements, each with its interval, and save it as csv.
+    """Print the expected F1 of the paper's 11 placements and their F1 by activity, and save them as csv.
 
     Exit codes: 0 printed, 2 wrong use.
     """
@@ -49,10 +49,11 @@ def tables(
         raise typer.Exit(USAGE) from error
     places = placement_patches(study.body(), study.patches, side)
     rows = score_table(study.utility, list(places.values()), group_of)
+    show_placements(study.utility, places, f"The 11 placements, {side} side, all activities", console)
     show_scores(rows, list(places), f"F1 at the 11 placements, {side} side", console)
     show_left_out(study.utility.left_out, console)
     path = out or results / "tables.csv"
-    write_scores(path, rows, list(places), list(places.values()))
+    write_scores(path, rows, list(places), list(places.values()), study.utility)
     console.print(f"{study.utility.protocol}, {study.utility.classifier}. Table: {path}")
 
 

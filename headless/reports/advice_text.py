@@ -14,21 +14,37 @@ from rich.table import Table
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.advice import Advice
+from w2w.core.selection.headline import (
+    CANNOT_RANK,
+    as_good_as,
+    best_spot_sentence,
+    mean_caution,
+    more_clips,
+    reliability_sentence,
+    where_to_wear,
+)
 from w2w.core.selection.subsets import Subset
 
-from .counts import interval_caution, interval_text, mean_caution
+from .counts import interval_caution, interval_text
 from .joint import joint_content
-
-CANNOT_RANK = (
-    "These clips cannot rank placements: disjoint halves of them do not agree more than by chance, "
-    "or could not be compared"
-)
 
 AT_MOST = 12
 """Sensors listed on the screen; the files have them all."""
 
 DIGITS = 6
 """Decimals of an F1 on file."""
+
+
+def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, console: Console) -> None:
+    """Print where to wear one sensor, and how far these clips tell."""
+    if not utility.can_rank:
+        console.print(f"{CANNOT_RANK}.", style="bold yellow")
+    console.print(f"[bold]{best_spot_sentence(advice.best, utility, patches, advice.allowed)}.[/bold]")
+    if len(as_good_as(advice.best, utility, advice.allowed)) > 1:
+        console.print(f"The highest of them: {patches.names[advice.best]}.")
+    console.print(f"{reliability_sentence(utility)}.")
+    if warning := interval_caution(utility):
+        console.print(f"Caution: {warning}.", style="yellow")
 
 
 def show_advice(
@@ -38,14 +54,9 @@ def show_advice(
     together: Sequence[UtilityMap],
     console: Console,
 ) -> None:
-    """Print the best spot, the chosen set sensor by sensor, and what the choice rests on."""
-    best, names = advice.best, patches.names
+    """Print the chosen set sensor by sensor, and what the choice rests on."""
+    names = patches.names
     caution = mean_caution(utility)
-    console.print(f"[bold]{promise_sentence(best, utility, patches)}[/bold]")
-    if not utility.can_rank:
-        console.print(f"{CANNOT_RANK}.", style="yellow")
-    if warning := interval_caution(utility):
-        console.print(f"Caution: {warning}.", style="yellow")
     table = Table(title="The set, sensor by sensor", title_justify="left")
     table.add_column("")
     table.add_column("place", overflow="fold")
@@ -90,9 +101,14 @@ def advice_content(
     return {
         "best_single_patch": {
             **place_content(advice.best, utility, patches),
-            "indistinguishable_patches": int(utility.as_good.sum()) - 1,
+            "where": where_to_wear(advice.best, utility, patches, advice.allowed),
+            "sentence": best_spot_sentence(advice.best, utility, patches, advice.allowed),
+            "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
             "clips_rank_placements": utility.can_rank,
         },
+        "map_reliability": None if np.isnan(utility.reliability) else _f1(utility.reliability),
+        "more_clips_per_activity": more_clips(utility),
+        "map_sentence": reliability_sentence(utility),
         "interval_caution": interval_caution(utility),
         "joint": _joint(advice, together),
         "subset": {
@@ -115,18 +131,6 @@ def advice_content(
         },
         "together": together_content(together),
     }
-
-
-def promise_sentence(best: int, utility: UtilityMap, patches: PatchSet) -> str:
-    """The best spot and what it would give on other clips, and how many are as good."""
-    same = int(utility.as_good.sum()) - 1
-    others = f"{same} other patches are as good" if same else "no other patch is as good"
-    low, high = utility.expected_low[best], utility.expected_high[best]
-    interval = mean_caution(utility) or f"95 % interval {interval_text(low, high, '')}"
-    return (
-        f"Best single spot: {patches.names[best]}, expected mean F1 on other clips "
-        f"{utility.expected_mean[best]:.3f} ({interval}); {others}, as far as these clips tell."
-    )
 
 
 def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:

@@ -13,15 +13,18 @@ AT_MOST = 10
 
 
 def best_regions(utility: UtilityMap, patches: PatchSet, count: int = AT_MOST) -> list[dict[str, Any]]:
-    """The best place of each region by mean F1 with its intervals, best region first."""
+    """The best patch of each region by expected F1, with its scores, best region first."""
     return [
         {
             "patch": patch,
             "place": patches.names[patch],
+            "expected": float(utility.expected_mean[patch]),
+            "low": float(utility.expected_low[patch]),
+            "high": float(utility.expected_high[patch]),
+            "as_good": bool(utility.as_good[patch]),
             "f1": float(utility.mean[patch]),
-            "low": float(utility.mean_low[patch]),
-            "high": float(utility.mean_high[patch]),
-            "rank": (int(utility.rank_low[patch]), int(utility.rank_high[patch])),
+            "f1_low": float(utility.mean_low[patch]),
+            "f1_high": float(utility.mean_high[patch]),
         }
-        for patch in patches.best_of_regions(utility.mean)[:count]
+        for patch in patches.best_of_regions(utility.expected_mean)[:count]
     ]

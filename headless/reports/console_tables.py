@@ -8,6 +8,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -17,17 +18,19 @@ from w2w.core.files import write_text
 from w2w.core.motion.library import Library
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.score_table import ScoreRow
+from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.headline import CANNOT_RANK, mean_caution
 
 from ..console import show_left_out
 from ..runs.clip_task import ClipResult
 from ..runs.picture_names import HEATMAPS
 from ..runs.study import RunPlan, Study
 from ..window_options import window_content, window_warning
-from .advice_text import show_advice
+from .advice_text import show_advice, show_best_spot
 from .best_regions import best_regions
-from .counts import counts_sentence, interval_text, mean_caution
+from .counts import counts_sentence, interval_text
 from .html import REPORT
 from .label_notes import label_notes
 from .pictures import BLEND
@@ -57,6 +60,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
     show_window_warning(study.clips, study.config.windows, console)
+    show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
     show_advice(study.advice, utility, study.results.patches, study.together, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
@@ -83,13 +87,13 @@ def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console
 def _show_regions(results: StudyResults, console: Console) -> None:
     table = Table(title="Best regions (each by its best place, mean over activities)", title_justify="left")
     table.add_column("place")
-    for heading in ("mean F1", "95 % interval", "rank"):
+    for heading in ("expected F1", "95 % interval", "as good as the best", "on these clips"):
         table.add_column(heading, justify="right")
     utility = results.utility
     for row in best_regions(utility, results.patches):
-        low, high = row["rank"]
         interval = interval_text(row["low"], row["high"], mean_caution(utility))
-        table.add_row(row["place"], f"{row['f1']:.3f}", interval, f"{low} to {high}")
+        equal = "yes" if row["as_good"] else "no"
+        table.add_row(row["place"], f"{row['expected']:.3f}", interval, equal, f"{row['f1']:.3f}")
     console.print(table)
 
 
@@ -137,6 +141,26 @@ def wide_console() -> Console:
     return console if console.is_terminal else Console(highlight=False, width=WIDTH)
 
 
+def show_placements(utility: UtilityMap, places: Mapping[str, int], title: str, console: Console) -> None:
+    """Print placements by the F1 expected of each, the best first."""
+    table = Table(title=title, title_justify="left")
+    table.add_column("placement")
+    for heading in ("expected F1", "95 % interval", "as good as the best patch", "on these clips"):
+        table.add_column(heading, justify="right")
+    if not utility.can_rank:
+        console.print(f"{CANNOT_RANK}.", style="bold yellow")
+    for name, patch in sorted(places.items(), key=lambda item: -utility.expected_mean[item[1]]):
+        low, high = utility.expected_low[patch], utility.expected_high[patch]
+        table.add_row(
+            name,
+            f"{utility.expected_mean[patch]:.2f}",
+            interval_text(low, high, mean_caution(utility), 2),
+            "yes" if utility.as_good[patch] else "no",
+            f"{utility.mean[patch]:.2f}",
+        )
+    console.print(table)
+
+
 def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, console: Console) -> None:
     """Print a table a group: F1 over its interval; bold where it cannot be told from the row's best."""
     for group, members in groupby(rows[:-1], key=lambda row: row.group):
@@ -145,14 +169,21 @@ def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, co
     overall = _table([rows[-1]], columns, "All activities")
     console.print(overall)
     console.print(
-        "F1 with its 95 % interval below, by a bootstrap over clips. Bold: cannot be told apart from the "
-        f"best of the row. 'n': clips tested; 'few clips': under {FEWEST_CLIPS}, too few for an interval.",
+        "F1 on these clips with its 95 % interval below, by a bootstrap over clips. Bold: cannot be told "
+        f"apart from the best of the row. 'n': clips tested; 'few clips': under {FEWEST_CLIPS}, too few "
+        "for an interval.",
         style="dim",
     )
 
 
-def write_scores(path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], places: Sequence[int]) -> None:
-    """Write one line a cell: group, activity, place, patch, F1, its interval, motions and windows."""
+def write_scores(
+    path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], places: Sequence[int], utility: UtilityMap
+) -> None:
+    """Write one line a cell: group, activity, place, patch, F1, its interval, motions and windows.
+
+    The last lines, "expected mean", are what other clips would show; of them `same_as_best` means
+    the best patch of all.
+    """
     lines = [
         ["group", "activity", "placement", "patch", "f1", "low", "high", "same_as_best", "motions", "windows"]
     ]
@@ -162,6 +193,12 @@ def write_scores(path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], p
             scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
             same = "yes" if row.best[number] else "no"
             lines.append([*head, column, place, *scores, same, row.clips, row.windows])
+    for column, place in zip(columns, places, strict=True):
+        scores = (utility.expected_mean, utility.expected_low, utility.expected_high)
+        cells = [f"{values[place]:.{DIGITS}f}" for values in scores]
+        equal = "yes" if utility.as_good[place] else "no"
+        tested = (len(np.unique(utility.clip)), len(utility.truth))
+        lines.append(["all", "expected mean", column, place, *cells, equal, *tested])
     write_text(path, csv_text(lines))
 
 

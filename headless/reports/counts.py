@@ -61,12 +61,6 @@ def interval_caution(utility: UtilityMap) -> str:
     )
 
 
-def mean_caution(utility: UtilityMap) -> str:
-    """A caution to stand in place of the mean's interval where no activity has clips enough for one."""
-    most = max(utility.tested_clips())
-    return f"from at most {most} clips per activity: too few for an interval" if most < FEWEST_CLIPS else ""
-
-
 def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str:
     """An interval, or in its place that there are too few clips for one."""
     return TOO_FEW if caution else f"{low:.{digits}f} to {high:.{digits}f}"

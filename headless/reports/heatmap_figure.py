@@ -94,6 +94,7 @@ def subset_figure(
     view_names: Sequence[str] = ("Front", "Back"),
     scale: tuple[float, float] | None = None,
     colour_map: str = COLOUR_MAP,
+    scale_label: str = "",
 ) -> None:
     """Write a picture of chosen places: numbered markers on the body and a list beside it.
 
@@ -123,6 +124,8 @@ def subset_figure(
         Scores at the two ends of a colour bar, where the body is coloured by score.
     colour_map : str
         The colour map that the views were coloured with.
+    scale_label : str
+        What the colours stand for; `label` by default.
 
     Raises
     ------
@@ -138,7 +141,7 @@ def subset_figure(
     figure, left = _page(views, crop, bar + LIST_COLUMN, title, subtitle)
     axes = _draw_views(figure, views, crop, view_names)
     if scale:
-        _draw_bar(figure, left + 0.3, *scale, label, colour_map)
+        _draw_bar(figure, left + 0.3, *scale, scale_label or label, colour_map)
     pixels_an_inch = (crop[1] - crop[0]) / VIEW_SIZE
     for number, view in enumerate(axes):
         here = [index for index, place in enumerate(places) if place[0] == number]

@@ -16,13 +16,19 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_text
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.headline import (
+    CANNOT_RANK,
+    mean_caution,
+    reliability_sentence,
+    score_text,
+    where_to_wear,
+)
 
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
 from ..window_options import window_warning
-from .advice_text import CANNOT_RANK
 from .best_regions import best_regions
-from .counts import clip_counts, counts_sentence, few_clips, interval_caution, mean_caution
+from .counts import clip_counts, counts_sentence, few_clips, interval_caution
 from .joint import joint_content
 from .report_data import MEAN_TITLE, as_script_json, title, view_data
 
@@ -91,7 +97,8 @@ def page(
     project : str
         The project's name.
     """
-    utility, best = study.utility, summary["best_single_patch"]["patch"]
+    utility, spot = study.utility, summary["best_single_patch"]
+    best = spot["patch"]
     chosen = [place["patch"] for place in summary["subset"]["places"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": _capital}
@@ -105,7 +112,10 @@ def page(
         counts=counts_sentence(clips, utility),
         caution=interval_caution(utility),
         mean_caution=mean_caution(utility),
-        cannot_rank=CANNOT_RANK,
+        cannot_rank="" if utility.can_rank else CANNOT_RANK,
+        where=spot["where"] if "where" in spot else where_to_wear(best, utility, study.patches),
+        score=score_text(best, utility),
+        repeats=reliability_sentence(utility),
         notes=_notes(summary),
         left_out=left_out_sentences(utility.left_out),
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
@@ -127,18 +137,19 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
     """Each tested activity: its clips, its own best spot, and how the best single spot does."""
     utility, tested, rows = study.utility, study.utility.tested_clips(), []
     for number, name in enumerate(utility.activities):
-        own = int(utility.f1[:, number].argmax())
+        own = int(utility.expected_f1[:, number].argmax())
         rows.append(
             {
                 "name": name,
                 **summary["activities"][name],
                 "place": study.patches.names[own],
                 "patch": own,
+                "expected": float(utility.expected_f1[own, number]),
                 "f1": float(utility.f1[own, number]),
                 "low": float(utility.f1_low[own, number]),
                 "high": float(utility.f1_high[own, number]),
                 "caution": few_clips(tested[number]),
-                "at_best": float(utility.f1[best, number]),
+                "at_best": float(utility.expected_f1[best, number]),
             }
         )
     return rows

@@ -9,12 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from w2w.core.colours import patch_colours, score_range
 from w2w.core.motion.motion import Motion
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.subsets import Subset
+from w2w.core.selection.subsets import Subset, best_single
 
 from ..needs_blender import needs_blender
 from ..runs.picture_names import HEATMAPS, MEAN, SUBSET, picture_names
@@ -23,6 +21,9 @@ if TYPE_CHECKING:
     from w2w.scene.render import BodyRenderer  # needs Blender's module, which drawing alone may miss
 
 BLEND = "study.blend"
+
+EXPECTED = "Expected F1"
+"""What the colours of every heatmap stand for."""
 
 MAX_LISTED = 12
 """More places than this do not fit beside the picture; the summary has them all."""
@@ -39,16 +40,17 @@ def write_pictures(out: Path, subset: Subset) -> None:
     utility = study.utility
     folder = out / HEATMAPS
     titles = [name.replace("_", " ").capitalize() for name in utility.activities]
-    maps = [*zip(picture_names(utility.activities), titles, utility.f1.T, strict=True)]
-    maps.append((MEAN, "All activities (mean)", utility.mean))
+    best = [int(scores.argmax()) for scores in utility.expected_f1.T]
+    maps = [*zip(picture_names(utility.activities), titles, utility.expected_f1.T, best, strict=True)]
+    allowed = study.config().constraints.terms(study.patches)["allowed"]
+    maps.append((MEAN, "All activities (mean)", utility.expected_mean, best_single(utility, allowed)))
     with BodyRenderer(study.body()) as renderer:
-        for name, title, scores in maps:
+        for name, title, scores, place in maps:
             low, high = score_range(scores)
             pictures = renderer.render(patch_colours(study.patches, scores, low, high))
-            best = study.patches.names[int(np.argmax(scores))]
-            heatmap_figure(
-                folder / f"{name}.png", pictures, title, low, high, subtitle=f"Best spot: {best} ({high:.2f})"
-            )
+            subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
+            subtitle += f"Best spot: {study.patches.names[place]} ({scores[place]:.2f} on other clips)"
+            heatmap_figure(folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle)
         _draw_subset(study, subset, renderer)
 
 
@@ -64,9 +66,9 @@ def write_blend(out: Path, subset: Subset) -> None:
         study.body(),
         study.patches,
         (Motion.load(out / "motions" / f"{clip.name}.npz") for clip in study.clips),
-        utility.f1,
+        utility.expected_f1,
         utility.activities,
-        utility.mean,
+        utility.expected_mean,
         subset.order,
     )
 
@@ -76,8 +78,8 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
 
     utility, patches, body = study.utility, study.patches, renderer.body
     order = list(subset.order[:MAX_LISTED])
-    low, high = score_range(utility.mean)
-    pictures = renderer.render(patch_colours(patches, utility.mean, low, high))
+    low, high = score_range(utility.expected_mean)
+    pictures = renderer.render(patch_colours(patches, utility.expected_mean, low, high))
     corners = body.vertices[patches.triangles[order]]
     normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
     subtitle = subset.sentence()
@@ -94,4 +96,5 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
         target=subset.target,
         subtitle=subtitle,
         scale=(low, high),
+        scale_label=EXPECTED,
     )

@@ -13,9 +13,10 @@ from w2w.core.body.body import Body
 from w2w.core.colours import colour_table
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection.headline import mean_caution
 
 from .best_regions import AT_MOST
-from .counts import few_clips, mean_caution
+from .counts import few_clips
 
 MEAN_TITLE = "All activities (mean)"
 
@@ -43,13 +44,15 @@ def view_data(
     Returns
     -------
     dict
-        Plain values; arrays as `packed`. Map 0 is the mean over activities, then one an activity.
+        Plain values; arrays as `packed`. Map 0 is the mean over activities, then one an activity:
+        of the expected F1, which has an interval for the mean, and of the raw F1 with its interval.
     """
     corner = body.vertices.min(axis=0)
     step = float(np.ptp(body.vertices, axis=0).max()) / 65535
     spread = patches.interpolation.tocsr()
     regions = sorted(set(patches.regions))
-    low, mean, high = (
+    expected = np.column_stack([utility.expected_mean, utility.expected_f1]).T
+    low, raw, high = (
         np.column_stack([whole, parts]).T
         for whole, parts in (
             (utility.mean_low, utility.f1_low),
@@ -74,7 +77,11 @@ def view_data(
         "names": list(patches.names),
         "regions": regions,
         "region": packed(np.searchsorted(regions, patches.regions)),
-        "f1": packed(_steps(mean)),
+        "expected": packed(_steps(expected)),
+        "expected_low": packed(_steps(utility.expected_low)),
+        "expected_high": packed(_steps(utility.expected_high)),
+        "as_good": packed(utility.as_good),
+        "raw": packed(_steps(raw)),
         "low": packed(_steps(low)),
         "high": packed(_steps(high)),
         "rank": packed(np.column_stack([utility.rank_low, utility.rank_high])),

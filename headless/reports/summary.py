@@ -19,6 +19,7 @@ from ..runs.clip_task import ClipResult
 from ..runs.study import Study, StudyError
 from ..window_options import window_content
 from .advice_text import DIGITS, advice_content, place_content
+from .best_regions import best_regions
 from .counts import clip_counts, few_clips
 from .label_notes import label_content
 
@@ -134,17 +135,23 @@ def _activities(study: Study) -> dict[str, dict[str, Any]]:
 
 
 def _regions(study: Study) -> dict[str, dict[str, Any]]:
-    """Each named region: how many patches it has and how good they are."""
-    mean = study.results.utility.mean
-    regions = np.array(study.results.patches.regions)
-    return {
-        region: {
-            "patches": int((regions == region).sum()),
-            "best_mean_f1": _f1(mean[regions == region].max()),
-            "average_mean_f1": _f1(mean[regions == region].mean()),
+    """Each named region: how many patches it has and how good they are, best expected first."""
+    utility, patches = study.results.utility, study.results.patches
+    regions = np.array(patches.regions)
+    content = {}
+    for row in best_regions(utility, patches, len(patches)):
+        here, region = regions == patches.regions[row["patch"]], patches.regions[row["patch"]]
+        content[region] = {
+            "patches": int(here.sum()),
+            "as_good": int(utility.as_good[here].sum()),
+            "best_patch": row["patch"],
+            "best_expected_f1": _f1(row["expected"]),
+            "best_expected_f1_interval": [_f1(row["low"]), _f1(row["high"])],
+            "average_expected_f1": _f1(utility.expected_mean[here].mean()),
+            "best_mean_f1": _f1(utility.mean[here].max()),
+            "average_mean_f1": _f1(utility.mean[here].mean()),
         }
-        for region in sorted(set(regions.tolist()))
-    }
+    return content
 
 
 def _used(study: Study) -> list[dict[str, Any]]:

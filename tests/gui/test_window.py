@@ -111,11 +111,11 @@ def test_baking_can_be_cancelled_undone_and_redone(report: dict[str, Any]) -> No
 
 def test_ranking_shows_heatmaps_and_the_target_chooses_live(report: dict[str, Any]) -> None:
     assert report["heatmaps"] == 9
-    assert report["shown"] == "Mean F1"
+    assert report["shown"] == "Expected F1"
     assert report["mean_f1_range"] == sorted(report["mean_f1_range"], reverse=True)
     assert report["target_after_drag"] < 0.9
     assert 1 <= report["chosen_after_drag"] < report["chosen"]
-    assert report["shown_activity"] == "F1: load_carrying"
+    assert report["shown_activity"] == "Expected F1: load_carrying"
 
 
 def test_the_pick_tool_picks_and_compares(report: dict[str, Any]) -> None:

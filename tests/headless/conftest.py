@@ -26,6 +26,7 @@ from w2w.core.clip_ranking import LabelledClip
 from w2w.core.motion.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
@@ -120,7 +121,8 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     features = np.random.default_rng(5).normal(size=(len(activity), PLACES, 6)).astype(np.float32)
     for number, name in enumerate(clips_of):
         features[activity == name, :, number] += 3 * (strength if name == "arm_raise" else 0.5)
-    utility = utility_map(features, activity, clip, None, is_test, sorted(clips_of), seed=3)
+    pooling = Pooling.on(body, patches)
+    utility = utility_map(features, activity, clip, None, is_test, sorted(clips_of), seed=3, pooling=pooling)
     advice = advise(utility, patches, config.target, 5)
     protocol = {"clip": clip, "subject": None, "is_test": is_test, "activities": sorted(clips_of), "seed": 3}
     together = multi_sensor_check(advice.subset.order, features, activity, **protocol)

@@ -10,7 +10,7 @@ import pytest
 from w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
 from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.bake import read_empties
-from w2w.scene.heatmap import add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
+from w2w.scene.heatmap import ON_THESE_CLIPS, add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
 from w2w.scene.patches import patch_empties
 from w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer, render_views
 from w2w.scene.study_file import write_study
@@ -42,7 +42,7 @@ def data_counts():
 def test_each_activity_and_the_mean_is_a_colour_attribute(body_in_scene, patches, scores):
     mesh = body_in_scene.mesh
     names = add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1), low=0.0, high=1.0)
-    assert names == ["Mean F1", "F1: walking", "F1: sit to stand"] == heatmap_names(mesh)
+    assert names == ["Expected F1", *(f"Expected F1: {name}" for name in ACTIVITIES)] == heatmap_names(mesh)
     for name, values in zip(names[1:], scores.T, strict=True):
         expected = score_colours(patches.to_vertices(values), 0, 1)
         np.testing.assert_allclose(attribute_colours(mesh, name), expected, atol=1.1 / 255)
@@ -85,7 +85,10 @@ def test_painting_again_leaves_nothing_stale(body_in_scene, patches, scores):
     mesh.data.color_attributes.new("mine", "BYTE_COLOR", "POINT")
     add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1))
     add_heatmaps(mesh, patches, scores[:, :1], ("running",), scores[:, 0])
-    assert heatmap_names(mesh) == ["Mean F1", "F1: running"]
+    assert heatmap_names(mesh) == ["Expected F1", "Expected F1: running"]
+    mesh.data.color_attributes.new("F1: walking", "BYTE_COLOR", "POINT")  # of an earlier version
+    add_heatmaps(mesh, patches, scores[:, :1], ("running",), scores[:, 0], title=ON_THESE_CLIPS)
+    assert heatmap_names(mesh) == ["F1 on these clips", "F1 on these clips: running"]
     remove_heatmaps(mesh)
     assert mesh.data.color_attributes.keys() == ["mine"]
 
@@ -165,15 +168,15 @@ def test_a_study_file_opens_complete(bundled_body, patches, scores, waving, tmp_
     assert list(tmp_path.iterdir()) == [path]
     bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=False)
     mesh, armature = bpy.data.objects["Body"], bpy.data.objects["Body Armature"]
-    assert heatmap_names(mesh) == ["Mean F1", "F1: walking", "F1: sit to stand"]
+    assert heatmap_names(mesh) == ["Expected F1", "Expected F1: walking", "Expected F1: sit to stand"]
     assert set(bpy.data.actions.keys()) == {"waving one clip", "sit to stand two chair"}
     assert armature.animation_data.action.name == "waving one clip"
     assert (bpy.context.scene.render.fps, bpy.context.scene.frame_end) == (30, waving.n_frames)
     empties = patch_empties(bpy.data.collections["Patches"])
     assert [empty["order of choice"] for empty in (empties[number] for number in chosen)] == [1, 2, 3]
     assert {*bpy.data.collections["Chosen patches"].objects} == {empties[number] for number in chosen}
-    assert empties[4]["F1: walking"] == pytest.approx(scores[4, 0])
-    assert empties[4]["Mean F1"] == pytest.approx(scores[4].mean())
+    assert empties[4]["Expected F1: walking"] == pytest.approx(scores[4, 0])
+    assert empties[4]["Expected F1"] == pytest.approx(scores[4].mean())
     distance, angle = difference(
         read_empties(empties, np.array([1.0, 40.0])),
         patch_matrices(bundled_body, patches.triangles, waving)[[0, 39]],

@@ -52,7 +52,7 @@ def test_without_the_extension_heatmaps_are_plain_colour_attributes(library: Pat
     )
     assert plain.returncode == 0, plain.stderr
     with np.load(tmp_path / "found.npz") as found:
-        assert found["active"] == f"F1: {body.w2w.activities[1].name}"
+        assert found["active"] == f"Expected F1: {body.w2w.activities[1].name}"
         assert found["empties"] == N_PATCHES
         assert set(found["names"]) == set(expected)
         for name, colours in expected.items():

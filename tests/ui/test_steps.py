@@ -3,16 +3,22 @@
 
 from __future__ import annotations
 
+import base64
+import io
+import zlib
+from dataclasses import fields, replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
 
+from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
-from w2w.core.selection.subsets import greedy_subset
+from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, mean_caution, reliability_sentence
+from w2w.core.selection.subsets import best_single, greedy_subset
 from w2w.scene.patches import carrier_triangles, patch_empties
-from w2w.ui import jobs, menus, properties
+from w2w.ui import jobs, menus, properties, results
 from w2w.ui.state import (
     STALE,
     bake_settings,
@@ -22,6 +28,7 @@ from w2w.ui.state import (
     missing_for_rank,
     patches_of,
     state_of,
+    unreadable_ranking,
     utility_of,
 )
 
@@ -66,7 +73,7 @@ def test_the_target_and_the_ticks_choose_anew_at_once(library: Path) -> None:
     study.activities[0].use = False
     expected = greedy_subset(utility.f1[:, 1:], 1.0)
     assert [place.patch for place in study.chosen] == list(expected.order)
-    best = utility.f1[:, 1:].mean(axis=1).max()
+    best = utility.expected_f1[:, 1:].mean(axis=1).max()
     assert study.regions[0].f1 == pytest.approx(best, abs=1e-6)
     chosen = {patch_empties(study.patch_collection).index(item) for item in study.chosen_collection.objects}
     assert chosen == set(expected.order)
@@ -76,9 +83,77 @@ def test_views_show_their_heatmap(library: Path) -> None:
     body = make_study(library)
     for number, activity in enumerate(body.w2w.activities, start=1):
         body.w2w.view = f"A{number}"
-        assert body.data.color_attributes.active_color.name == f"F1: {activity.name}"
+        assert body.data.color_attributes.active_color.name == f"Expected F1: {activity.name}"
     body.w2w.view = "MEAN"
-    assert body.data.color_attributes.active_color.name == "Mean F1"
+    assert body.data.color_attributes.active_color.name == "Expected F1"
+
+
+def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> None:
+    body = make_study(library)
+    utility, patches = utility_of(body.w2w), patches_of(body)
+
+    def shown() -> np.ndarray:
+        attribute = body.data.color_attributes.active_color
+        values = np.empty(4 * len(attribute.data), dtype=np.float32)
+        attribute.data.foreach_get("color_srgb", values)
+        return values.reshape(-1, 4)[:, :3]
+
+    step = 1.1 / 255
+    np.testing.assert_allclose(shown(), patch_colours(patches, utility.expected_mean), atol=step)
+    body.w2w.scores = "ON_THESE"
+    assert body.data.color_attributes.active_color.name == "F1 on these clips"
+    assert len(body.data.color_attributes) == 4
+    np.testing.assert_allclose(shown(), patch_colours(patches, utility.mean), atol=step)
+
+
+def test_the_panel_says_what_the_console_and_the_report_say(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = make_study(library)
+    study, utility, patches = body.w2w, utility_of(body.w2w), patches_of(body)
+    best = best_single(utility)
+    caution, sentences = results.findings(study, utility, patches)
+    assert bool(caution) == (not utility.can_rank)
+    assert sentences[0] == f"{best_spot_sentence(best, utility, patches)}."
+    assert sentences[-1] == f"{reliability_sentence(utility)}."
+    weak = replace(utility, can_rank=False)
+    assert results.findings(study, weak, patches)[0] == f"{CANNOT_RANK}."
+    first, second = results.patch_lines(study, utility, best)
+    assert mean_caution(utility)  # the library has few clips
+    assert first == (
+        f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval), as good as the best"
+    )
+    assert second == f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f}"
+    assert study.regions[0].high == 0
+    monkeypatch.setattr(results, "mean_caution", lambda _: "")
+    first, second = results.patch_lines(study, utility, best)
+    low, high = utility.expected_low[best], utility.expected_high[best]
+    assert first.startswith(f"expected F1 {utility.expected_mean[best]:.2f} ({low:.2f} to {high:.2f})")
+    assert first.endswith(", as good as the best")
+    assert second.startswith(f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f} (")
+    results.list_regions(body)
+    assert study.regions[0].high == pytest.approx(high)
+    study.activities[0].use = False
+    fewer = utility.expected_f1[:, 1:].mean(axis=1)
+    assert f"expected F1 {fewer.max():.2f} over the ticked" in results.findings(study, utility, patches)[1][0]
+    assert study.regions[0].f1 == pytest.approx(fewer.max(), abs=1e-6)
+
+
+def test_a_ranking_by_an_earlier_version_is_said_to_be_one_and_can_be_made_anew(library: Path) -> None:
+    body = make_study(library)
+    utility = utility_of(body.w2w)
+    assert unreadable_ranking(body.w2w) == ""
+    arrays = {field.name: getattr(utility, field.name) for field in fields(utility)}
+    del arrays["reliability"]
+    arrays["left_out"] = "{}"
+    content = io.BytesIO()
+    np.savez(content, **arrays)
+    body.w2w.utility_text = base64.b85encode(zlib.compress(content.getvalue())).decode("ascii")
+    body.w2w.utility_key = "earlier"
+    assert utility_of(body.w2w) is None
+    assert unreadable_ranking(body.w2w).startswith("The ranking in this file is by an earlier version of W2W")
+    assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
+    assert utility_of(body.w2w) is not None
 
 
 def test_placing_again_leaves_nothing_stale(library: Path) -> None:

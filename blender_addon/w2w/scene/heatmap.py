@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Utility as colour attributes of a body's mesh, one an activity and one for the mean."""
+"""Expected F1 as colour attributes of a body's mesh, one an activity and one for the mean."""
 
 from __future__ import annotations
 
@@ -11,8 +11,13 @@ import numpy as np
 from ..core.colours import COLOUR_MAP, patch_colours
 from ..core.patches.patches import PatchSet
 
-MEAN = "Mean F1"
-PREFIX = "F1: "
+MEAN = "Expected F1"
+PREFIX = "Expected F1: "
+ON_THESE_CLIPS = "F1 on these clips"
+"""Title of heatmaps of the raw F1."""
+
+EARLIER = ("Mean F1", "F1: ")
+"""What the mean and the activities were called by earlier versions; theirs are replaced, too."""
 MAX_NAME_BYTES = 63
 """Longer names of attributes are cut by Blender at different lengths in different versions."""
 
@@ -26,6 +31,7 @@ def add_heatmaps(
     low: float | None = None,
     high: float | None = None,
     colour_map: str = COLOUR_MAP,
+    title: str = MEAN,
 ) -> list[str]:
     """Paint a colour attribute on the mesh for each activity and for the mean, and show the mean.
 
@@ -45,6 +51,8 @@ def add_heatmaps(
         range by default.
     colour_map : str
         A name that the `cmap` package knows.
+    title : str
+        What the scores are: `MEAN` or `ON_THESE_CLIPS`.
 
     Returns
     -------
@@ -67,7 +75,7 @@ def add_heatmaps(
             f"but '{mesh.name}' has {len(mesh.data.vertices)}"
         )
     remove_heatmaps(mesh)
-    names = _attribute_names(activities)
+    names = _attribute_names(activities, title)
     for name, scores in zip(names, np.column_stack([mean, utility_f1]).T, strict=True):
         _paint(mesh.data, name, patch_colours(patches, scores, low, high, colour_map))
     show_heatmap(mesh, names[0])
@@ -94,7 +102,8 @@ def show_heatmap(mesh: bpy.types.Object, name: str) -> None:
 def heatmap_names(mesh: bpy.types.Object) -> list[str]:
     """Names of a mesh's heatmaps, the mean first."""
     names = mesh.data.color_attributes.keys()
-    return [name for name in names if name == MEAN] + [name for name in names if name.startswith(PREFIX)]
+    means, prefixes = zip((MEAN, PREFIX), (ON_THESE_CLIPS, f"{ON_THESE_CLIPS}: "), EARLIER, strict=True)
+    return [name for name in names if name in means] + [name for name in names if name.startswith(prefixes)]
 
 
 def remove_heatmaps(mesh: bpy.types.Object) -> None:
@@ -117,14 +126,14 @@ def heatmap_material(name: str = "Heatmap") -> bpy.types.Material:
     return material
 
 
-def _attribute_names(activities: Sequence[str]) -> list[str]:
+def _attribute_names(activities: Sequence[str], title: str) -> list[str]:
     """A name for the mean and each activity, cut and numbered so that Blender keeps them all as they are."""
-    names = [MEAN]
+    names = [title]
     for activity in activities:
-        name, copy = _cut(PREFIX + activity, MAX_NAME_BYTES), 1
+        name, copy = _cut(f"{title}: {activity}", MAX_NAME_BYTES), 1
         while name in names:
             copy += 1
-            name = f"{_cut(PREFIX + activity, MAX_NAME_BYTES - 4)} {copy:03d}"
+            name = f"{_cut(f'{title}: {activity}', MAX_NAME_BYTES - 4)} {copy:03d}"
         names.append(name)
     return names
 

@@ -50,10 +50,10 @@ def write_study(
     motions : iterable of Motion
         The scene takes the rate of the first.
     utility_f1 : ndarray, shape (N, A)
-        F1 of each patch and activity.
+        Expected F1 of each patch and activity.
     activities : sequence of str, length A
     mean : ndarray, shape (N,)
-        Mean F1 of each patch.
+        Expected mean F1 of each patch.
     chosen : sequence of int
         Chosen patches in order of choice.
     low, high : float, optional

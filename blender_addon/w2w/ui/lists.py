@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 
+from .results import activity_scores
 from .state import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
 
 ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
@@ -57,7 +58,7 @@ class W2W_UL_activities(bpy.types.UIList):
         if utility is not None and index < utility.f1.shape[1]:
             best = row.row()
             best.alignment = "RIGHT"
-            best.label(text=f"{utility.f1[:, index].max():.2f}")
+            best.label(text=f"{activity_scores(data, utility)[:, index].max():.2f}")
 
 
 def _tick(on: bool) -> str:

@@ -15,7 +15,7 @@ from ..scene.patches import PATCH
 from . import signal_cache
 from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
-from .results import colour_range, mean_scores, shown_scores, ticked, view_index
+from .results import EXPECTED, activity_scores, colour_range, patch_lines, shown_scores, view_index
 from .state import current_body, patches_of, playing_clip, utility_of
 from .surface import Surface
 
@@ -26,7 +26,7 @@ INFO_TEXT = 72
 
 BAR_WIDTH, BAR_HEIGHT = 16, 190
 BAR_TICKS = 5
-BAR_TITLE, BAR_BOX = 84, 200
+BAR_TITLE, BAR_BOX = 96, 200
 """Least and most room for the colour bar's title, pixels."""
 
 _handler: object | None = None
@@ -116,8 +116,9 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
         y = bottom + tick * height
         rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
         text(left + width + 8 * scale, y - 4 * scale, f"{low + tick * (high - low):.2f}", 11 * scale, PALE)
+    title = "Expected F1" if study.scores == EXPECTED else "F1 on these clips"
     text(left, bottom + height + 28 * scale, name, 12 * scale, PALE)
-    text(left, bottom + height + 14 * scale, "F1 score, 0 to 1", 10 * scale, GREY)
+    text(left, bottom + height + 14 * scale, title, 10 * scale, GREY)
 
 
 def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:
@@ -169,21 +170,17 @@ def _card(
     if recording is not None and recording.n_sensors != len(patches):
         recording = None
     if utility is None:
-        subtitle, f1, low, high = f"patch {patch}, not ranked yet", np.zeros(0), 0.0, 1.0
+        lines, f1, low, high = (f"patch {patch}, not ranked yet",), np.zeros(0), 0.0, 1.0
     else:
-        mean = mean_scores(study, utility)
-        rank = 1 + int((mean > mean[patch]).sum())
-        subtitle = f"rank {rank} of {len(mean)}"
-        if ticked(study).all():
-            subtitle += f" (likely {utility.rank_low[patch]} to {utility.rank_high[patch]})"
-        subtitle += f", mean F1 {mean[patch]:.2f}"
-        f1 = utility.f1[patch]
-        low, high = colour_range(study, utility.f1) if study.fix_range else (0.0, 1.0)
+        lines = patch_lines(study, utility, patch)
+        scores = activity_scores(study, utility)
+        f1 = scores[patch]
+        low, high = colour_range(study, scores) if study.fix_range else (0.0, 1.0)
     return Card(
         mark=mark,
         colour=colour,
         title=patches.names[patch],
-        subtitle=subtitle,
+        lines=lines,
         activities=utility.activities if utility is not None else (),
         f1=f1,
         low=low,

@@ -25,6 +25,7 @@ from .state import (
     rank_settings,
     selected,
     state_of,
+    unreadable_ranking,
     usable,
     utility_of,
 )
@@ -320,7 +321,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         row.scale_y = 1.2
         ranked = utility_of(study) is not None
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
-        missing = missing_for_rank(current_body(context))
+        missing = missing_for_rank(current_body(context)) or unreadable_ranking(study)
         if missing:
             draw_text(layout, context, missing, icon="INFO")
         elif ranked and study.ranked_as != rank_settings(study):

@@ -35,7 +35,9 @@ class Card:
     mark : str
         Letter that the patch has on the body.
     colour : tuple of 4 floats
-    title, subtitle : str
+    title : str
+    lines : tuple of str
+        What stands below the title.
     activities : tuple of str
     f1 : ndarray, shape (A,)
         Empty before ranking.
@@ -54,7 +56,7 @@ class Card:
     mark: str
     colour: Colour
     title: str
-    subtitle: str
+    lines: tuple[str, ...]
     activities: tuple[str, ...]
     f1: np.ndarray
     low: float
@@ -69,7 +71,8 @@ class Card:
         """Height in pixels."""
         n_plots = 2 if self.recording is not None else 0
         rows = self._rows() + bool(self._rows())
-        return scale * (3 * LINE + rows * LINE + LINE + n_plots * (PLOT_HEIGHT + PLOT_GAP) + 1.5 * MARGIN)
+        head = (2 + len(self.lines)) * LINE
+        return scale * (head + rows * LINE + LINE + n_plots * (PLOT_HEIGHT + PLOT_GAP) + 1.5 * MARGIN)
 
     def draw(self, x: float, y: float, scale: float) -> None:
         """Draw the card with its lower left corner at x, y."""
@@ -85,8 +88,10 @@ class Card:
             14 * scale,
             PALE,
         )
-        top -= 1.2 * LINE * scale
-        text(left, top, clipped(self.subtitle, right - left, 11 * scale), 11 * scale, GREY)
+        top -= 0.2 * LINE * scale
+        for line in self.lines:
+            top -= LINE * scale
+            text(left, top, clipped(line, right - left, 11 * scale), 11 * scale, GREY)
         top -= 1.5 * LINE * scale
         top = self._bars(left, right, top, scale)
         text(left, top, clipped(self.clip, right - left, 11 * scale), 11 * scale, GREY)

@@ -21,13 +21,18 @@ from ..core.ranking.utility import CLASSIFIERS
 from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
 from . import shape, updates
-from .results import MEAN_VIEW
+from .results import EXPECTED, MEAN_VIEW, ON_THESE
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
     ("cividis", "Cividis", "Blue to yellow; looks alike to colour-blind and other eyes"),
     ("magma", "Magma", "Black to pale yellow, even in lightness"),
     ("batlow", "Batlow", "Dark blue to pink, even in lightness; safe for colour-blind eyes"),
+)
+
+SCORES = (
+    (EXPECTED, "Expected F1", "What other clips would show, as far as these tell; the table goes by it"),
+    (ON_THESE, "F1 on These Clips", "What came out on these very clips, their noise included"),
 )
 
 SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "Smartwatch"}
@@ -63,7 +68,7 @@ def classifier_items() -> list[tuple[str, str, str]]:
 
 
 def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
-    _view_items[:] = [(MEAN_VIEW, "Mean of Activities", "Mean F1 over the ticked activities", 0)]
+    _view_items[:] = [(MEAN_VIEW, "Mean of Activities", "Mean over the ticked activities", 0)]
     for number, activity in enumerate(self.activities, start=1):
         _view_items.append((f"A{number}", activity.name, f"F1 for telling '{activity.name}' apart", number))
     return _view_items
@@ -226,6 +231,12 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         description="What the colours of the body show",
         items=_views,
         update=updates.show_view,
+    )
+    scores: EnumProperty(
+        name="Scores",
+        description="Which scores the heatmaps show",
+        items=SCORES,
+        update=updates.repaint,
     )
     colour_map: EnumProperty(
         name="Colours",

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import bpy
 
+from ..core.selection.headline import short
 from . import jobs
-from .results import mean_scores, ticked
+from .results import findings
 from .state import current_body, patches_of, utility_of
 from .text import draw_text
 
@@ -34,6 +35,24 @@ class ResultPanel(W2WPanel):
         return body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None
 
 
+class W2W_PT_findings(ResultPanel, bpy.types.Panel):
+    """Where to wear one sensor, and how far these clips tell."""
+
+    bl_label = "Where to Wear One"
+    bl_idname = "W2W_PT_findings"
+
+    def draw(self, context: Context) -> None:
+        """Draw the headline, its caution first."""
+        body = current_body(context)
+        caution, sentences = findings(body.w2w, utility_of(body.w2w), patches_of(body))
+        if caution:
+            box = self.layout.box()
+            box.alert = True
+            draw_text(box, context, caution, icon="ERROR")
+        for sentence in sentences:
+            draw_text(self.layout, context, sentence)
+
+
 class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     """What the colours show."""
 
@@ -56,6 +75,7 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
             "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
         )
         layout.use_property_split = True
+        layout.prop(study, "scores")
         layout.prop(study, "colour_map")
         layout.prop(study, "fix_range")
         if study.fix_range:
@@ -95,11 +115,6 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
         layout, study = self.layout, current_body(context).w2w
         layout.enabled = jobs.running is None
         draw_rows(layout, study, study.regions, numbered=False)
-        if ticked(study).all():
-            utility = utility_of(study)
-            best = int(mean_scores(study, utility).argmax())
-            same = int(utility.same_as(best).sum()) - 1
-            draw_text(layout, context, f"{same} patches cannot be told from the best one")
 
 
 def draw_rows(
@@ -109,7 +124,7 @@ def draw_rows(
     column = layout.column(align=True)
     for number, place in enumerate(rows, start=1):
         row = column.row(align=True)
-        split = row.split(factor=0.7, align=True)
+        split = row.split(factor=0.6 if place.high > 0 else 0.7, align=True)
         text = f"{number}  {place.label}" if numbered else place.label
         look = split.operator(
             "w2w.select_patch",
@@ -120,8 +135,8 @@ def draw_rows(
         look.patch = place.patch
         value = split.row(align=True)
         value.alignment = "RIGHT"
-        interval = f" {place.low:.2f}–{place.high:.2f}" if place.high > 0 else ""
-        value.label(text=f"{place.f1:.3f}" if not interval else f"{place.f1:.2f} ({interval.strip()})")
+        interval = f" ({short(place.low)}–{short(place.high)})" if place.high > 0 else ""
+        value.label(text=f"{short(place.f1)}{interval}" if interval else f"{place.f1:.3f}")
 
 
-CLASSES = (W2W_PT_heatmap, W2W_PT_places, W2W_PT_regions)
+CLASSES = (W2W_PT_findings, W2W_PT_heatmap, W2W_PT_places, W2W_PT_regions)

@@ -6,8 +6,16 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
-from ..core.selection.subsets import greedy_subset
+from ..core.selection.headline import (
+    CANNOT_RANK,
+    as_good_as,
+    best_spot_sentence,
+    mean_caution,
+    reliability_sentence,
+)
+from ..core.selection.subsets import best_single, greedy_subset
 from ..scene import heatmap
 from ..scene.patches import patch_empties
 from .packing import pack
@@ -16,6 +24,9 @@ from .state import patches_of, utility_of, without_updates
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
 """Radius of a chosen place's sphere, in lengths of a patch's axes."""
+
+EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
+"""Values of the study's `scores`."""
 
 MEAN_VIEW = "MEAN"
 """Value of the study's `view` that shows the mean."""
@@ -62,15 +73,65 @@ def ticked(study: bpy.types.PropertyGroup) -> np.ndarray:
     return used if used.any() else np.ones(len(used), dtype=bool)
 
 
+def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Expected F1 over the activities that count, shape (N,)."""
+    counting = ticked(study)
+    return utility.expected_mean if counting.all() else utility.expected_f1[:, counting].mean(axis=1)
+
+
+def activity_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Scores of the heatmaps of the activities, shape (N, A): expected, or on these clips."""
+    return utility.expected_f1 if study.scores == EXPECTED else utility.f1
+
+
 def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
-    """Mean F1 over the activities that count, shape (N,)."""
+    """Scores of the heatmap of the mean over the activities that count, shape (N,)."""
+    if study.scores == EXPECTED:
+        return expected_mean(study, utility)
     return utility.f1[:, ticked(study)].mean(axis=1)
+
+
+def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
+    """A caution where the clips cannot rank, else empty; and the headline, sentence by sentence."""
+    caution = "" if utility.can_rank else f"{CANNOT_RANK}."
+    if not ticked(study).all():
+        mean = expected_mean(study, utility)
+        best = int(mean.argmax())
+        score = f"expected F1 {mean[best]:.2f} over the ticked activities"
+        return caution, [
+            f"{patches.names[best].capitalize()}, {score}. Intervals are of all activities alone."
+        ]
+    best = best_single(utility)
+    sentences = [f"{best_spot_sentence(best, utility, patches)}."]
+    if len(as_good_as(best, utility)) > 1:
+        sentences.append(f"The highest of them: {patches.names[best]}.")
+    return caution, [*sentences, f"{reliability_sentence(utility)}."]
+
+
+def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:
+    """A patch's scores in words: what other clips would show, then what these showed."""
+    counting = ticked(study)
+    expected, raw = expected_mean(study, utility), utility.f1[:, counting].mean(axis=1)
+    rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
+    if not counting.all():
+        score = f"expected F1 {expected[patch]:.2f} over the ticked activities, {rank}"
+        return score, f"on these clips {raw[patch]:.2f}"
+    low, high = utility.expected_low[patch], utility.expected_high[patch]
+    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
+    equal = ", as good as the best" if utility.as_good[patch] else ""
+    if mean_caution(utility):
+        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval){equal}"
+        return score, f"{rank}; on these clips {raw[patch]:.2f}"
+    return (
+        f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
+        f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",
+    )
 
 
 def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
     """Scores of the heatmap that is shown, shape (N,)."""
     index = view_index(study)
-    return mean_scores(study, utility) if index == 0 else utility.f1[:, index - 1]
+    return mean_scores(study, utility) if index == 0 else activity_scores(study, utility)[:, index - 1]
 
 
 def view_index(study: bpy.types.PropertyGroup) -> int:
@@ -91,7 +152,8 @@ def fit_range(body: bpy.types.Object) -> None:
     study, utility = body.w2w, utility_of(body.w2w)
     with without_updates():
         study.fix_range = True
-        study.range_low, study.range_high = float(utility.f1.min()), float(utility.f1.max())
+        scores = activity_scores(study, utility)
+        study.range_low, study.range_high = float(scores.min()), float(scores.max())
     paint(body)
 
 
@@ -105,12 +167,13 @@ def paint(body: bpy.types.Object) -> None:
     heatmap.add_heatmaps(
         body,
         patches,
-        utility.f1,
+        activity_scores(study, utility),
         utility.activities,
         mean_scores(study, utility),
         low,
         high,
         study.colour_map,
+        heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
     )
     show(body)
 
@@ -129,12 +192,13 @@ def list_regions(body: bpy.types.Object) -> None:
     study.regions.clear()
     if utility is None or patches is None:
         return
-    mean = mean_scores(study, utility)
-    whole = ticked(study).all()
+    mean = expected_mean(study, utility)
+    whole = ticked(study).all() and not mean_caution(utility)
     for patch in patches.best_of_regions(mean)[:TABLE_ROWS]:
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
-        row.low, row.high = (utility.mean_low[patch], utility.mean_high[patch]) if whole else (0.0, 0.0)
+        low, high = utility.expected_low[patch], utility.expected_high[patch]
+        row.low, row.high = (low, high) if whole else (0.0, 0.0)
 
 
 def choose(body: bpy.types.Object) -> None:

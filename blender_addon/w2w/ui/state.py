@@ -21,6 +21,9 @@ from .packing import unpack
 
 _depth = 0
 
+_unreadable: set[str] = set()
+"""Keys of rankings that could not be read: panels ask again at every drawing."""
+
 
 @contextmanager
 def without_updates() -> Iterator[None]:
@@ -98,10 +101,22 @@ def patches_of(body: bpy.types.Object) -> PatchSet | None:
 
 
 def utility_of(study: bpy.types.PropertyGroup) -> UtilityMap | None:
-    """The ranking, or None where there is none."""
-    if not study.utility_key:
+    """The ranking, or None where there is none that this version can read."""
+    key = study.utility_key
+    if not key or key in _unreadable:
         return None
-    return unpack(study.utility_key, lambda: study.utility_text, UtilityMap.load)
+    try:
+        return unpack(key, lambda: study.utility_text, UtilityMap.load)
+    except ValueError:
+        _unreadable.add(key)
+        return None
+
+
+def unreadable_ranking(study: bpy.types.PropertyGroup) -> str:
+    """Says so where the file holds a ranking that this version cannot read; else empty."""
+    if utility_of(study) is not None or not study.utility_key:
+        return ""
+    return "The ranking in this file is by an earlier version of W2W: rank the patches again"
 
 
 def bake_settings(study: bpy.types.PropertyGroup) -> str:

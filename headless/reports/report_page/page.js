@@ -6,21 +6,26 @@
   const data = JSON.parse(document.getElementById("w2w-data").textContent);
   const find = (name) => document.getElementById(name);
   const places = data.names.length, maps = data.titles.length;
-  const [f1, low, high] = ["f1", "low", "high"].map((name) => Float32Array.from(unpack(data[name]), (value) => value / 65535));
+  const [expected, raw, low, high, expectedLow, expectedHigh] = ["expected", "raw", "low", "high", "expected_low", "expected_high"].map(
+    (name) => Float32Array.from(unpack(data[name]), (value) => value / 65535));
+  const asGood = unpack(data.as_good), scores = { expected, raw };
+  const scored = { expected: "Expected F1", raw: "F1 on these clips" };
   const region = unpack(data.region), rank = unpack(data.rank), centres = unpack(data.centres);
   const spread = { count: unpack(data.spread_count), place: unpack(data.spread_place), share: unpack(data.spread_share) };
-  const shown = { map: 0, range: "own", place: -1, listed: [] };
+  const shown = { map: 0, scores: "expected", range: "own", place: -1, listed: [] };
   let viewer = null;
 
-  const score = (place, map = shown.map) => f1[map * places + place];
+  const score = (place, map = shown.map) => scores[shown.scores][map * places + place];
   const number = (value) => value.toFixed(2);
-  const interval = (place, map = shown.map) =>
-    data.cautions[map] || `${number(low[map * places + place])}–${number(high[map * places + place])}`;
-  const confidence = (place) =>
-    data.cautions[shown.map] || `${Math.round(100 * data.level)} % interval ${interval(place)}`;
+  const onThese = (place, map = shown.map) => {
+    const at = map * places + place;
+    return `${number(raw[at])} (${data.cautions[map] || `${number(low[at])}–${number(high[at])}`})`;
+  };
+  const meanInterval = (place) => data.cautions[0] || `${number(expectedLow[place])}–${number(expectedHigh[place])}`;
 
   function range() {
-    const values = shown.range === "own" ? f1.subarray(shown.map * places, (shown.map + 1) * places) : f1;
+    const all = scores[shown.scores];
+    const values = shown.range === "own" ? all.subarray(shown.map * places, (shown.map + 1) * places) : all;
     let least = Infinity, most = -Infinity;
     for (const value of values) { least = Math.min(least, value); most = Math.max(most, value); }
     return [least, most];
@@ -50,12 +55,15 @@
   }
 
   function describe(target, place) {
+    const mean = shown.map === 0, level = data.cautions[0] ? "" : `${Math.round(100 * data.level)} % interval `;
+    const sure = ` (${level}${meanInterval(place)}${asGood[place] ? "; as good as the best" : ""})`;
     target.replaceChildren(
       make("b", data.names[place]),
-      make("span", `F1 ${number(score(place))} (${confidence(place)}), ${data.titles[shown.map]}`),
+      make("span", `expected F1 ${number(expected[shown.map * places + place])}${mean ? sure : ""}, ${data.titles[shown.map]}`),
+      make("br"),
+      make("span", `on these clips ${onThese(place)}${mean ? `, rank ${rank[2 * place]}–${rank[2 * place + 1]} of ${places}` : ""}`),
     );
-    if (shown.map === 0) target.append(make("br"), make("span", `rank ${rank[2 * place]}–${rank[2 * place + 1]} of ${places}`));
-    else target.append(make("br"), make("span", `mean over activities ${number(score(place, 0))} (${interval(place, 0)})`));
+    if (!mean) target.append(make("br"), make("span", `mean over activities: expected F1 ${number(expected[place])}${sure}`));
   }
 
   function point(place) {
@@ -69,16 +77,19 @@
     if (viewer) viewer.face(centres[place]);
   }
 
-  // The best place of each region in the map shown, best first.
+  // The best place of each region by its expected F1 in the map shown, best first.
   function rankRegions() {
-    const order = [...Array(places).keys()].sort((a, b) => score(b) - score(a) || a - b), seen = new Set();
+    const of = (values, place) => values[shown.map * places + place], seen = new Set();
+    const order = [...Array(places).keys()].sort((a, b) => of(expected, b) - of(expected, a) || of(raw, b) - of(raw, a) || a - b);
     shown.listed = order.filter((place) => !seen.has(region[place]) && seen.add(region[place])).slice(0, data.regions_listed);
     find("ranked").tBodies[0].replaceChildren(...shown.listed.map((place) => {
       const row = make("tr"), cell = make("td"), button = make("button", data.names[place], { type: "button", class: "go", "data-patch": place });
       cell.append(button);
-      row.append(cell, make("td", number(score(place)), { class: "n" }),
-        data.cautions[shown.map] ? make("td", "too few clips", { class: "n few" }) : make("td", interval(place), { class: "n" }),
-        make("td", `${rank[2 * place]}–${rank[2 * place + 1]}`, { class: "n" }));
+      const mean = shown.map === 0, few = data.cautions[shown.map];
+      const onTheseClips = make("td", `${number(of(raw, place))} `, { class: "n" });
+      onTheseClips.append(make("span", few ? "too few clips" : `${number(of(low, place))}–${number(of(high, place))}`, { class: "interval" }));
+      row.append(cell, make("td", `${mean && asGood[place] ? "≈ " : ""}${number(of(expected, place))}`, { class: "n" }),
+        make("td", mean ? (few ? "too few clips" : meanInterval(place)) : "–", { class: mean && few ? "n few" : "n" }), onTheseClips);
       return row;
     }));
     text(find("ranked-title"), data.titles[shown.map]);
@@ -88,10 +99,11 @@
     const [least, most] = range();
     text(find("bar-low"), number(least));
     text(find("bar-high"), number(most));
+    text(find("scored"), scored[shown.scores]);
     rankRegions();
     const best = shown.listed[0];
     describe(find("readout"), shown.place >= 0 ? shown.place : best);
-    find("view").setAttribute("aria-label", `The body in 3D, coloured by F1 of ${data.titles[shown.map]}, from ${number(least)} to ${number(most)}; best: ${data.names[best]}`);
+    find("view").setAttribute("aria-label", `The body in 3D, coloured by ${shown.scores === "raw" ? scored.raw : "expected F1"} of ${data.titles[shown.map]}, from ${number(least)} to ${number(most)}; best: ${data.names[best]}`);
     if (viewer) viewer.paint(shares());
   }
 
@@ -121,6 +133,8 @@
       label.append(input, make("span", name));
       find("maps").append(label);
     });
+    document.querySelectorAll("input[name=scores]").forEach((input) =>
+      input.addEventListener("change", () => { shown.scores = input.value; show(); }));
     document.querySelectorAll("input[name=range]").forEach((input) =>
       input.addEventListener("change", () => { shown.range = input.value; show(); }));
     document.addEventListener("click", (event) => {

@@ -9,7 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
+from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection.constraints import Constraints
+from w2w.core.selection.headline import CANNOT_RANK, as_good_as, best_spot_sentence
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -56,6 +59,15 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     assert "stair_climbing" not in summary["activities"]
     assert any("--leave-out" in entry["reason"] for entry in summary["skipped"])
     assert summary["next_sensor"]["gain"] >= 0
+    best = summary["best_single_patch"]
+    utility, patches = UtilityMap.load(out / "utility.npz"), PatchSet.load(out / ".w2w" / "patches.npz")
+    allowed = Constraints(forbid=("head", "hand")).terms(patches)["allowed"]
+    assert best["indistinguishable_patches"] == len(as_good_as(best["patch"], utility, allowed)) - 1
+    assert best["sentence"] == best_spot_sentence(best["patch"], utility, patches, allowed)
+    assert best["sentence"] in output
+    assert summary["map_sentence"] in output
+    first = (CANNOT_RANK if not utility.can_rank else best["sentence"]) + "."
+    assert output.index(first) < output.index("Best regions")
     assert "exact optimum" in output
 
 
@@ -135,6 +147,7 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
         ("legs", "mean"),
         ("all", "arm_raise_band"),
         ("all", "mean"),
+        ("all", "expected mean"),
     ]
     utility = UtilityMap.load(out / "utility.npz")
     for row in rows:
@@ -142,6 +155,14 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
         if row["activity"] in utility.activities:
             expected = utility.f1[int(row["patch"]), utility.activities.index(row["activity"])]
             assert float(row["f1"]) == pytest.approx(float(expected), abs=1e-6)
+        if row["activity"] == "expected mean":
+            patch = int(row["patch"])
+            assert float(row["f1"]) == pytest.approx(float(utility.expected_mean[patch]), abs=1e-6)
+            assert row["same_as_best"] == ("yes" if utility.as_good[patch] else "no")
+    first = output[output.index("The 11 placements, left side") : output.index("legs")]
+    ranked = sorted(rows[-11:], key=lambda row: -float(row["f1"]))
+    found = [first.index(f"│ {row['placement']} ") for row in ranked]
+    assert found == sorted(found)
     assert "lateral" in output
     code, output = run("tables", out, "--groups", out / "utility.csv")
     assert code == 2

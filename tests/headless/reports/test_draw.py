@@ -7,10 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from headless.commands.study_rehab import FIGURE, draw_figure
 from headless.reports.draw import draw_alone
+from headless.reports.pictures import write_pictures
+from w2w.core.colours import patch_colours
+from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -52,6 +56,50 @@ def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
     subset = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
     assert draw_alone(draw_figure, drawn_results, subset) == ""
     assert (drawn_results / FIGURE).read_bytes().startswith(b"\x89PNG")
+
+
+def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(drawn_results, monkeypatch):
+    """Blender's own drawing is left out: what it is given, and what is written beside it, counts here."""
+    study, drawn, coloured = StudyResults.load(drawn_results), {}, []
+
+    class Renderer:
+        def __init__(self, body):
+            self.body = body
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def render(self, colours):
+            coloured.append(colours)
+
+        def locate(self, *_):
+            pass
+
+    def figure(path, _views, title, low, high, label, subtitle):
+        drawn[path.stem] = (title, low, high, label, subtitle)
+
+    monkeypatch.setattr("w2w.scene.render.BodyRenderer", Renderer)
+    monkeypatch.setattr("headless.reports.heatmap_figure.heatmap_figure", figure)
+    monkeypatch.setattr(
+        "headless.reports.heatmap_figure.subset_figure", lambda *_, **named: drawn.update(named)
+    )
+    write_pictures(drawn_results, Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0))
+    utility, best = (
+        study.utility,
+        json.loads((drawn_results / "summary.json").read_text())["best_single_patch"],
+    )
+    _, low, high, label, subtitle = drawn["mean"]
+    assert (low, high) == (utility.expected_mean.min(), utility.expected_mean.max())
+    assert label == "Expected F1" == drawn["scale_label"]
+    assert subtitle.endswith(f"Best spot: {best['name']} ({best['expected_f1']:.2f} on other clips)")
+    scores = utility.expected_f1[:, utility.activities.index("arm_raise")]
+    assert drawn["arm_raise"][1:3] == (scores.min(), scores.max())
+    assert study.patches.names[scores.argmax()] in drawn["arm_raise"][4]
+    np.testing.assert_array_equal(coloured[-2], patch_colours(study.patches, utility.expected_mean))
+    np.testing.assert_array_equal(coloured[-1], coloured[-2])
 
 
 def test_what_cannot_be_drawn_says_why(tmp_path):

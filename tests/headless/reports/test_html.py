@@ -2,22 +2,30 @@
 """The report's file: whole, small, the same every time, and harmless whatever the labels hold."""
 
 import base64
+import io
 import json
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
+from headless.reports.advice_text import show_best_spot
 from headless.reports.html import write_report
 from headless.reports.report_data import as_script_json, packed, title
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
+from w2w.core.selection.advice import advise
+from w2w.core.selection.headline import CANNOT_RANK, more_clips
+from w2w.core.selection.subsets import best_single
 
 
 class Reader(HTMLParser):
@@ -99,12 +107,16 @@ def test_the_view_holds_the_body_and_its_scores(data, drawn_results, bundled_bod
     assert np.abs(points - bundled_body.vertices).max() < 2e-5
     np.testing.assert_array_equal(unpack(data["faces"]).reshape(-1, 3), bundled_body.faces)
     for name, whole, parts in (
-        ("f1", utility.mean, utility.f1),
+        ("expected", utility.expected_mean, utility.expected_f1),
+        ("raw", utility.mean, utility.f1),
         ("low", utility.mean_low, utility.f1_low),
         ("high", utility.mean_high, utility.f1_high),
     ):
         maps = unpack(data[name]).reshape(4, -1) / 65535
         np.testing.assert_allclose(maps, np.vstack([whole, parts.T]), atol=1e-5)
+    for name in ("expected_low", "expected_high"):
+        np.testing.assert_allclose(unpack(data[name]) / 65535, getattr(utility, name), atol=1e-5)
+    np.testing.assert_array_equal(unpack(data["as_good"]), utility.as_good)
     assert data["names"] == list(patches.names)
     assert [data["regions"][code] for code in unpack(data["region"])] == list(patches.regions)
 
@@ -183,8 +195,8 @@ def test_intervals_of_too_few_clips_carry_a_caution(sparse_results, drawn_result
     assert summary["activities"]["sitting"]["interval_caution"] == ""
     assert summary["interval_caution"].startswith("1 of 3 ranked activities has fewer than 5 clips")
     page, text = read(sparse_results)
-    assert re.search(rf"Jump 2 2 8 .*? [01]\.\d\d {caution} [01]\.\d\d ", text)
-    assert re.search(r"Sitting 6 6 24 .*? [01]\.\d\d [01]\.\d\d–[01]\.\d\d ", text)
+    assert re.search(rf"Jump 2 2 8 .*? [01]\.\d\d [01]\.\d\d {caution} [01]\.\d\d ", text)
+    assert re.search(r"Sitting 6 6 24 .*? [01]\.\d\d [01]\.\d\d [01]\.\d\d–[01]\.\d\d ", text)
     assert "1 of 3 ranked activities has fewer than 5 clips" in text
     view = json.loads(re.search(r'id="w2w-data">(.*?)</script>', page, re.DOTALL)[1])
     assert view["cautions"] == ["", "", caution, ""]
@@ -195,6 +207,53 @@ def test_there_is_one_table_of_best_regions(page):
     assert len(re.findall(r"<h2>Best regions", page)) == 1
     rows = re.search(r'<table id="ranked">.*?<tbody>(.*?)</tbody>', page, re.DOTALL)[1].count("<tr>")
     assert rows == 10  # without a script, too
+
+
+def test_the_headline_is_that_of_the_summary(page, drawn_results):
+    summary = json.loads((drawn_results / "summary.json").read_text())
+    utility = UtilityMap.load(drawn_results / "utility.npz")
+    text = " ".join(" ".join(Reader(page).texts).split())
+    best = summary["best_single_patch"]
+    where, score = best["where"], best["sentence"].removeprefix(f"{best['where']}, ")
+    assert best["sentence"] == f"{where}, {score}"
+    assert text.index(f"{where} E{score[1:]}.") < text.index("Sensors together")
+    assert summary["map_sentence"] in text
+    assert summary["map_reliability"] == pytest.approx(utility.reliability, abs=1e-6)
+    assert summary["more_clips_per_activity"] == more_clips(utility)
+
+
+@pytest.mark.parametrize("can_rank", [True, False])
+def test_clips_that_cannot_rank_say_so_before_all_else(drawn_results, tmp_path, can_rank):
+    out = tmp_path / "out"
+    shutil.copytree(drawn_results, out)
+    utility = replace(UtilityMap.load(out / "utility.npz"), can_rank=can_rank)
+    utility.save(out / "utility.npz")
+    page, text = read(out)
+    assert (CANNOT_RANK in text) != can_rank
+    assert ("the colours are mostly chance" in text) != can_rank
+    if not can_rank:
+        assert page.index('<p class="warning">') < page.index('<section class="cards"')
+    study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
+    show_best_spot(advise(utility, study.patches, 0.9), utility, study.patches, console)
+    assert console.export_text().startswith(CANNOT_RANK) != can_rank
+
+
+def test_regions_are_sorted_by_the_expected_f1_and_lead_with_it(page, drawn_results):
+    utility = UtilityMap.load(drawn_results / "utility.npz")
+    summary = json.loads((drawn_results / "summary.json").read_text())
+    scores = [entry["best_expected_f1"] for entry in summary["regions"].values()]
+    assert scores == sorted(scores, reverse=True)
+    first = next(iter(summary["regions"].values()))
+    best = summary["best_single_patch"]["patch"]
+    assert first["best_patch"] == best == best_single(utility)
+    assert sum(entry["as_good"] for entry in summary["regions"].values()) == utility.as_good.sum()
+    rows = re.search(r'<table id="ranked">.*?<tbody>(.*?)</tbody>', page, re.DOTALL)[1].split("</tr>")
+    shown = [int(re.search(r'data-patch="(\d+)"', row)[1]) for row in rows if "<td" in row]
+    assert shown == [entry["best_patch"] for entry in summary["regions"].values()][:10]
+    words = " ".join(re.sub(r"<.*?>", " ", rows[0]).split())
+    low, high = utility.expected_low[best], utility.expected_high[best]
+    raw = f"{utility.mean[best]:.2f} {utility.mean_low[best]:.2f}–{utility.mean_high[best]:.2f}"
+    assert words.endswith(f"{utility.expected_mean[best]:.2f} {low:.2f}–{high:.2f} {raw}")
 
 
 def test_the_project_s_name_stands_on_the_page(sparse_results, page):

@@ -132,11 +132,11 @@ def test_the_body_is_drawn_in_the_scale_s_colours(page):
 def test_another_activity_has_other_colours_and_its_own_scale(page, drawn_results):
     utility = UtilityMap.load(drawn_results / "utility.npz")
     mean, low = picture(page), text(page, "#bar-low")
-    assert low == f"{utility.mean.min():.2f}"
+    assert low == f"{utility.expected_mean.min():.2f}"
     number = utility.activities.index("arm_raise")
     choose(page, "map", number + 1)
     assert np.abs(picture(page)[..., :3] - mean[..., :3]).max() > 0.2
-    scores = utility.f1[:, number]
+    scores = utility.expected_f1[:, number]
     ends = [float(text(page, bar)) for bar in ("#bar-low", "#bar-high")]
     np.testing.assert_allclose(ends, [scores.min(), scores.max()], atol=0.0051)
     assert text(page, "#ranked-title") == "Arm raise"
@@ -146,9 +146,21 @@ def test_another_activity_has_other_colours_and_its_own_scale(page, drawn_result
     assert any(f"{scores.max() + nudge:.2f}" in first for nudge in (-1e-5, 1e-5))  # .875 is either
 
 
+def test_the_scores_of_these_very_clips_can_be_seen_too(page, drawn_results):
+    utility = UtilityMap.load(drawn_results / "utility.npz")
+    assert text(page, ".unit") == "Expected F1 (0–1, no unit)"
+    expected, first = picture(page), text(page, "#ranked tbody tr")
+    choose(page, "scores", "raw")
+    ends = [float(text(page, bar)) for bar in ("#bar-low", "#bar-high")]
+    np.testing.assert_allclose(ends, [utility.mean.min(), utility.mean.max()], atol=0.0051)
+    assert text(page, ".unit") == "F1 on these clips (0–1, no unit)"
+    assert np.abs(picture(page)[..., :3] - expected[..., :3]).max() > 0.1
+    assert text(page, "#ranked tbody tr") == first  # the best stays the best
+
+
 def test_one_range_for_all_maps(page, drawn_results):
     utility = UtilityMap.load(drawn_results / "utility.npz")
-    everything = np.column_stack([utility.mean, utility.f1])
+    everything = np.column_stack([utility.expected_mean, utility.expected_f1])
     before = picture(page)
     choose(page, "range", "same")
     assert text(page, "#bar-low") == f"{everything.min():.2f}"
@@ -167,8 +179,10 @@ def test_pointing_at_a_place_reads_it(page, drawn_results):
         assert find(page, "#tip").is_displayed()
         told = text(page, "#tip")
         assert patches.names[patch] in told
-        assert f"F1 {utility.mean[patch]:.2f}" in told
-        assert f"interval {utility.mean_low[patch]:.2f}–{utility.mean_high[patch]:.2f}" in told
+        assert f"expected F1 {utility.expected_mean[patch]:.2f}" in told
+        assert f"interval {utility.expected_low[patch]:.2f}–{utility.expected_high[patch]:.2f}" in told
+        raw = f"{utility.mean[patch]:.2f} ({utility.mean_low[patch]:.2f}–{utility.mean_high[patch]:.2f})"
+        assert f"on these clips {raw}" in told
         assert told.startswith(text(page, "#readout b"))
     hover(page, -300, 280)
     assert not find(page, "#tip").is_displayed()
@@ -217,7 +231,9 @@ def test_the_body_is_named_and_worked_without_a_mouse(page):
             break
     assert page.switch_to.active_element == canvas
     assert canvas.aria_role == "application"
-    assert canvas.accessible_name.startswith("The body in 3D, coloured by F1 of All activities (mean)")
+    assert canvas.accessible_name.startswith(
+        "The body in 3D, coloured by expected F1 of All activities (mean)"
+    )
     assert canvas.get_attribute("aria-roledescription") == "3D view"
     keys = find(page, f"#{canvas.get_attribute('aria-describedby')}").text
     assert "arrow keys" in keys

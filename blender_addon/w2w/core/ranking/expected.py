@@ -10,6 +10,7 @@ from scipy.stats import norm, t
 
 from .halves import Plan, maps_of
 from .pooling import Pooling, centred
+from .reliability import agreement, of_all
 
 UNPROVEN = 0.5
 """Share of a map's contrast that is believed where the clips cannot be halved."""
@@ -34,6 +35,9 @@ class Expected:
         Patches that cannot be told from the one of highest `mean`, the choice among all N accounted for.
     can_rank : bool
         Whether halves of the clips agree about the patches more than noise would have them.
+    reliability : float
+        Correlation over patches that the map would have with that of as many other clips; NaN where
+        these cannot be halved.
     """
 
     f1: np.ndarray
@@ -42,6 +46,7 @@ class Expected:
     high: np.ndarray
     as_good: np.ndarray
     can_rank: bool
+    reliability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +95,7 @@ def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: in
         high=np.minimum(mean + reach, 1).astype(np.float32),
         as_good=_as_good(mean, repeat.noise_maps, level, seed),
         can_rank=_agree(repeat, level),
+        reliability=repeat.reliability,
     )
 
 
@@ -109,6 +115,8 @@ class _Repeat:
         What the expected map of all clips might be off by; none where the clips cannot be halved.
     agreement : float
         Mean product of what the two of a pair say of a patch's lead, in the units of `noise_maps`.
+    reliability : float
+        Of the map of all clips; NaN where they cannot be halved.
     """
 
     shares: np.ndarray
@@ -117,6 +125,7 @@ class _Repeat:
     variance: float
     noise_maps: np.ndarray
     agreement: float
+    reliability: float
 
     @classmethod
     def of(cls, maps: TrialMaps, plan: Plan, pooling: Pooling) -> _Repeat:
@@ -143,6 +152,7 @@ class _Repeat:
             variance=variance,
             noise_maps=(means[:, 0] - means[:, 1]) / np.sqrt(plan.shrink),
             agreement=float((means[:, 0] * means[:, 1]).mean() * 2 / plan.shrink),
+            reliability=of_all(agreement(_means(pooled))) if plan.disjoint else np.nan,
         )
 
     @classmethod
@@ -154,7 +164,7 @@ class _Repeat:
             UNPROVEN * _slope([(one, one)], [(other, other)])
             for one, other in ((pooled.mean(axis=0), raw.mean(axis=0)), (pooled, raw))
         ]
-        return cls(shares, *slopes, 1.0, np.empty((0, raw.shape[1])), 0.0)
+        return cls(shares, *slopes, 1.0, np.empty((0, raw.shape[1])), 0.0, np.nan)
 
 
 def _of_all(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:

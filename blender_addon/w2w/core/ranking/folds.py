@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -12,6 +13,9 @@ from scipy.spatial import KDTree
 
 ALWAYS_TRAIN = -1
 """Fold of windows that every fold trains on and none tests."""
+
+SUBJECT_OUT = "leave one of"
+"""How the protocol begins where subjects are left out."""
 
 
 def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed: int = 0) -> np.ndarray:
@@ -204,3 +208,41 @@ def _near_pairs(signatures: np.ndarray, mirrored: np.ndarray | None, tolerance: 
         near = standard(np.asarray(mirrored, dtype=np.float64)).query_ball_tree(tree, reach)
         pairs.append(np.array([(i, j) for i, found in enumerate(near) for j in found]).reshape(-1, 2).T)
     return np.concatenate(pairs, axis=1).astype(np.int64)
+
+
+class Dealt(NamedTuple):
+    """Fold of each window, the activities tested, why others cannot be, and the protocol in words."""
+
+    fold: np.ndarray
+    tested: tuple[str, ...]
+    left_out: dict[str, str]
+    protocol: str
+
+
+def deal(
+    activity: np.ndarray,
+    clip: np.ndarray,
+    subject: np.ndarray | None,
+    activities: Sequence[str],
+    folds: int,
+    seed: int,
+) -> Dealt:
+    """Deal the windows of testable activities to folds; see `utility.utility_map`."""
+    left_out = untestable(activity, clip, activities)
+    candidates = [name for name in activities if name not in left_out]
+    rows = np.flatnonzero(np.isin(activity, candidates))
+    if len(candidates) > 1:
+        fold = np.full(len(activity), ALWAYS_TRAIN)
+        if subject is not None:
+            subject = np.asarray(subject)[rows]
+            fold[rows] = subject_folds(subject, clip[rows])
+            protocol = f"{SUBJECT_OUT} {len(np.unique(subject))} subjects out"
+        else:
+            n_folds = min(folds, len(np.unique(clip[rows])))
+            fold[rows] = grouped_folds(activity[rows], clip[rows], n_folds, seed)
+            protocol = f"{n_folds}-fold cross-validation grouped by clip"
+        left_out |= untestable(activity, clip, candidates, fold)
+        tested = tuple(name for name in candidates if name not in left_out)
+        if len(tested) > 1:
+            return Dealt(fold, tested, left_out, protocol)
+    raise ValueError(f"a utility map needs two activities that can be tested: {'; '.join(left_out.values())}")

@@ -17,6 +17,7 @@ from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
 from .expected import TrialMaps, expect
 from .f1 import score_patches
+from .folds import SUBJECT_OUT
 from .halves import HALVINGS
 from .inputs import PlaceBlocks, SomeWindows, as_blocks
 from .map_scores import rank_score, window_f1
@@ -25,6 +26,11 @@ from .pooling import Pooling
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
+
+LATER = (
+    "expected_f1", "expected_mean", "expected_low", "expected_high", "as_good", "can_rank", "reliability",
+)  # fmt: skip
+"""What rankings by earlier versions lack."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +57,9 @@ class UtilityMap:
         Patches that cannot be told from the one of highest `expected_mean`.
     can_rank : bool
         Whether disjoint halves of the clips agree about the patches more than by chance.
+    reliability : float
+        Correlation over patches that the expected macro F1 would have with that from as many other
+        clips (`reliability.clips_needed` says how many would do); NaN where it is not known.
     confusion : ndarray, shape (N, A, A), int32
         Windows by true activity (rows) and named activity (columns).
     predictions : ndarray, shape (W_test, N), int16
@@ -81,6 +90,7 @@ class UtilityMap:
     expected_high: np.ndarray
     as_good: np.ndarray
     can_rank: bool
+    reliability: float
     confusion: np.ndarray
     predictions: np.ndarray
     truth: np.ndarray
@@ -104,6 +114,11 @@ class UtilityMap:
         low, high = np.quantile(difference, [tail, 1 - tail], axis=0)
         return (low <= 0) & (high >= 0)
 
+    @property
+    def by_subject(self) -> bool:
+        """Whether subjects were left out, so that other people are what is foretold."""
+        return self.protocol.startswith(SUBJECT_OUT)
+
     def tested_clips(self) -> tuple[int, ...]:
         """Distinct clips that each activity was tested on."""
         return tuple(len(np.unique(self.clip[self.truth == a])) for a in range(len(self.activities)))
@@ -124,10 +139,19 @@ class UtilityMap:
         ValueError
             If the file is not a utility map.
         """
-        content = load_arrays(path, [field.name for field in fields(cls)], "is not a utility map")
+        names = [field.name for field in fields(cls)]
+        content = load_arrays(
+            path, [name for name in names if name not in LATER], "is not a utility map", LATER
+        )
+        if missing := [name for name in LATER if name not in content]:
+            raise ValueError(
+                f"{path} is a ranking by an earlier version of W2W, without {', '.join(missing)}: "
+                "rank the clips again"
+            )
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"].item())
         content["level"], content["can_rank"] = float(content["level"]), bool(content["can_rank"])
+        content["reliability"] = float(content["reliability"])
         content["classifier"] = content["classifier"].item()
         content["protocol"] = content["protocol"].item()
         return cls(**content)
@@ -233,6 +257,7 @@ def utility_map(
         expected_high=expected.high,
         as_good=expected.as_good,
         can_rank=expected.can_rank,
+        reliability=expected.reliability,
         confusion=confusion,
         predictions=predictions,
         truth=truth,

@@ -97,7 +97,7 @@ class Advice:
     Attributes
     ----------
     best : int
-        Allowed place with the highest macro F1.
+        Allowed place with the highest expected macro F1.
     subset : Subset
         The paper's greedy choice.
     exact : Subset or None
@@ -113,6 +113,8 @@ class Advice:
         cannot be told from its own.
     least : int
         How many of the greedy set's first places it takes to have one wherever one must be.
+    allowed : ndarray of bool, shape (N,), optional
+        Places that the constraints leave; all by default.
     """
 
     best: int
@@ -123,6 +125,7 @@ class Advice:
     clusters: np.ndarray
     alternatives: tuple[np.ndarray, ...]
     least: int = 1
+    allowed: np.ndarray | None = None
 
     def gap_sentence(self) -> str:
         """Say how far the greedy set is from the optimum."""
@@ -196,6 +199,7 @@ def advise(
             for place in subset.order
         ),
         least=_least(subset, terms["required"]),
+        allowed=terms["allowed"],
     )
 
 

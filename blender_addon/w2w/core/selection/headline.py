@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The outcome in a sentence or two, the same on the console, in the report and in Blender's panel."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from ..patches.patches import PatchSet
+from ..patches.segments import great_part, segment
+from ..ranking.f1 import FEWEST_CLIPS
+from ..ranking.reliability import WANTED, clips_needed, of_halves
+from ..ranking.utility import UtilityMap
+
+CANNOT_RANK = (
+    "These clips cannot rank placements: disjoint halves of them do not agree more than by chance, "
+    "or could not be compared"
+)
+
+NAMED = 3
+"""Most parts of the body that a sentence names."""
+
+FAR = 10.0
+"""Times as many clips beyond which a number would be a guess."""
+
+
+def as_good_as(best: int, utility: UtilityMap, allowed: np.ndarray | None = None) -> np.ndarray:
+    """Allowed patches that cannot be told from the best of all, the chosen one among them.
+
+    Returns
+    -------
+    ndarray of int
+        The chosen one alone where constraints leave out the best and it can be told from that.
+    """
+    group = utility.as_good if allowed is None else utility.as_good & allowed
+    return np.flatnonzero(group) if utility.as_good[best] else np.array([best])
+
+
+def best_spot_sentence(
+    best: int, utility: UtilityMap, patches: PatchSet, allowed: np.ndarray | None = None
+) -> str:
+    """Where to wear one sensor and what it would give on other clips: a patch, or all that are as good.
+
+    Parameters
+    ----------
+    best : int
+        The allowed patch of highest expected F1.
+    utility : UtilityMap
+    patches : PatchSet
+    allowed : ndarray of bool, shape (N,), optional
+        Patches that constraints leave; all by default.
+    """
+    where = where_to_wear(best, utility, patches, allowed)
+    return f"{where}, {score_text(best, utility)}"
+
+
+def where_to_wear(
+    best: int, utility: UtilityMap, patches: PatchSet, allowed: np.ndarray | None = None
+) -> str:
+    """The first half of `best_spot_sentence`: the patch, or the parts of the body that are as good."""
+    group = as_good_as(best, utility, allowed)
+    n_allowed = len(patches) if allowed is None else int(allowed.sum())
+    if len(group) == 1:
+        where = f"{patches.names[best]} ({_alone(best, utility, allowed)})"
+    elif len(group) == n_allowed:
+        place = "anywhere on the body" if n_allowed == len(patches) else "anywhere that is allowed"
+        where = f"{place} (all {len(group)} patches are as good)"
+    else:
+        where = f"{_parts(best, group, patches)} ({len(group)} patches are as good)"
+    return f"{where[0].upper()}{where[1:]}"
+
+
+def score_text(best: int, utility: UtilityMap) -> str:
+    """The second half: what the patch would give on other clips."""
+    low, high = utility.expected_low[best], utility.expected_high[best]
+    interval = mean_caution(utility) or f"95 % interval {short(low)} to {short(high)}"
+    others = "other people" if utility.by_subject else "other clips"
+    return f"expected mean F1 {short(utility.expected_mean[best])} on {others} ({interval})"
+
+
+def reliability_sentence(utility: UtilityMap) -> str:
+    """How far the map repeats with other clips, and how many more would make it reliable."""
+    if np.isnan(utility.reliability):
+        return (
+            "How far the map would repeat with other clips is not known: halves of these could not be "
+            "compared. That takes four clips an activity, four subjects where these are left out, and the "
+            "classifier ridge"
+        )
+    halves, everything = of_halves(utility.reliability), utility.reliability
+    units = "subjects" if utility.by_subject else "clips"
+    whole = f"all of them at {short(everything)}"
+    text = f"Halves of these {units} agree about the patches at {short(halves)} ({whole})"
+    factor = clips_needed(everything)
+    if factor <= 1:
+        return f"{text}, enough to read the map by" if utility.can_rank else text
+    if factor > FAR:
+        return f"{text}; more than {FAR:g} times as many would be needed to make it {short(WANTED)}"
+    if utility.by_subject:
+        return f"{text}; about {factor:.1f} times as many would make it {short(WANTED)}"
+    count = more_clips(utility)
+    more = f"about {count} more clip{'' if count == 1 else 's'} an activity"
+    return f"{text}; {more} would make it {short(WANTED)}"
+
+
+def more_clips(utility: UtilityMap) -> int | None:
+    """Clips an activity, of the usual number there is, that would make the map reliable; None if not known.
+
+    None, too, where more than `FAR` times as many would be needed.
+    """
+    factor = clips_needed(utility.reliability)
+    if not factor <= FAR:
+        return None
+    return int(np.ceil(max(factor - 1, 0.0) * np.median(utility.tested_clips())))
+
+
+def mean_caution(utility: UtilityMap) -> str:
+    """A caution to stand in place of the mean's interval where no activity has clips enough for one."""
+    most = max(utility.tested_clips())
+    return f"from at most {most} clips per activity: too few for an interval" if most < FEWEST_CLIPS else ""
+
+
+def short(value: float) -> str:
+    """Two decimals without the leading nought."""
+    return f"{value:.2f}".replace("0.", ".", 1) if abs(value) < 0.995 else f"{value:.2f}"
+
+
+def _alone(best: int, utility: UtilityMap, allowed: np.ndarray | None) -> str:
+    if utility.as_good[best]:
+        return (
+            "no other patch is as good" if allowed is None or allowed.all() else "no other allowed patch is"
+        )
+    return f"the best patch anywhere would give {short(utility.expected_mean.max())}"
+
+
+def _parts(best: int, group: np.ndarray, patches: PatchSet) -> str:
+    """The parts of the body that hold most of a group, the best patch's own first: small ones, or great."""
+    for part_of in (segment, great_part):
+        counts = Counter(part_of(patches.regions[patch]) for patch in group.tolist())
+        own = part_of(patches.regions[best])
+        order = sorted(counts, key=lambda part: (part != own, -counts[part], part))
+        held = np.cumsum([counts[part] for part in order])
+        named = int(np.flatnonzero(2 * held > len(group))[0]) + 1
+        if named <= NAMED:
+            break
+    named = min(named, NAMED)
+    rest = len(order) - named
+    names = [*order[:named], *([f"{rest} other part{'' if rest == 1 else 's'} of the body"] if rest else [])]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a map repeats, and how many clips it takes: where signal and noise are known, so is the answer."""
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.expected import TrialMaps, expect
+from w2w.core.ranking.halves import plan
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.reliability import agreement, clips_needed, of_all, of_halves
+from w2w.core.ranking.utility import utility_map
+
+N, A = 500, 3
+
+
+def clips(n):
+    clip = np.repeat(np.arange(A * n), 2)
+    return clip % A, clip, clip // A % 5, np.ones(len(clip), bool)
+
+
+def mean_reliability(signal, noise, clips_of_an_activity=20, seeds=4, n_patches=N):
+    """Of maps whose patches differ by `signal`, and by `noise` for each clip they are made of."""
+    found = []
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        truth = signal * rng.normal(size=(1, n_patches))
+        work = plan(*clips(clips_of_an_activity), seed=seed)
+        of_a_half = noise / np.sqrt(clips_of_an_activity / 2)
+        halves = [truth + of_a_half * rng.normal(size=(A, n_patches)) for _ in range(2 * len(work.pairs))]
+        maps = np.stack([(halves[0] + halves[1]) / 2, *halves])
+        pooling = Pooling.none(n_patches)
+        found.append(expect(TrialMaps(maps / 4, maps), work, pooling, 0.95, seed).reliability)
+    return np.mean(found)
+
+
+@pytest.mark.parametrize(("signal", "noise"), [(0.1, 0.1), (0.1, 0.4), (0.05, 0.5)])
+def test_reliability_is_the_share_of_signal_in_what_varies(signal, noise):
+    """Of the mean over `A` activities of all 20 clips each."""
+    true = signal**2 / (signal**2 + noise**2 / (A * 20))
+    assert mean_reliability(signal, noise, seeds=8) == pytest.approx(true, abs=0.04)
+
+
+def test_as_many_clips_as_are_said_to_do_give_what_they_are_said_to_give():
+    few = mean_reliability(0.1, 0.9, 8)
+    assert few < 0.3
+    enough = round(8 * clips_needed(few))
+    assert mean_reliability(0.1, 0.9, enough) == pytest.approx(0.85, abs=0.04)
+
+
+def test_noise_alone_is_not_reliable():
+    assert mean_reliability(0.0, 0.3, seeds=8) == pytest.approx(0, abs=0.05)
+
+
+def test_the_formula_and_its_inverse():
+    assert of_all(0.71) == pytest.approx(0.8304, abs=1e-4)
+    assert clips_needed(of_all(0.71)) == pytest.approx(1.157, abs=1e-3)
+    for halves in (-0.4, 0.0, 0.1, 0.9):
+        assert of_halves(of_all(halves)) == pytest.approx(halves)
+    assert clips_needed(0.85) == pytest.approx(1)
+    assert clips_needed(0.0) == clips_needed(-0.3) == np.inf
+    assert np.isnan(clips_needed(np.nan))
+
+
+def test_flat_maps_agree_with_none():
+    slope = np.arange(5.0)
+    assert agreement([(slope, 2 * slope)]) == pytest.approx(1)
+    assert agreement([(slope, slope), (np.ones(5), slope)]) == pytest.approx(0.5)
+    assert np.isnan(agreement([]))
+
+
+def classified(shuffled, seed):
+    """A real ranking of 30 patches, the first ten of which hear more of the activity than the last."""
+    rng = np.random.default_rng(seed)
+    activity, clip, _, every = clips(24)
+    features = rng.normal(size=(len(activity), 30, 4)).astype(np.float32)
+    strength = np.linspace(1.5, 0, 30)
+    for a in range(A):
+        features[activity == a, :, a] += strength
+    if shuffled:
+        activity = rng.permutation(activity.reshape(-1, 2)[:, 0]).repeat(2)
+    names = np.array([f"activity {a}" for a in range(A)])
+    return utility_map(features, names[activity], clip, None, every, list(names), resamples=20, seed=seed)
+
+
+def test_shuffled_labels_give_a_reliability_near_nought_and_cannot_rank():
+    found = [classified(True, seed) for seed in range(8)]
+    assert np.mean([one.reliability for one in found]) == pytest.approx(0, abs=0.2)
+    assert np.mean([one.can_rank for one in found]) < 0.25
+    true = classified(False, 0)
+    assert true.can_rank
+    assert true.reliability > 0.85
+
+
+def test_two_clips_an_activity_cannot_be_halved():
+    activity, clip, _, every = clips(3)
+    features = np.random.default_rng(0).normal(size=(len(activity), 6, 3)).astype(np.float32)
+    names = np.array(list("abc"))
+    utility = utility_map(features, names[activity], clip, None, every, list(names), resamples=20)
+    assert np.isnan(utility.reliability)
+    assert not utility.can_rank

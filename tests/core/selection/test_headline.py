@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is said of a ranking: a patch where one stands out, parts of the body where many are as good."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from w2w.core.patches.naming import ALL
+from w2w.core.patches.patches import sample_patches
+from w2w.core.patches.segments import great_part, segment
+from w2w.core.ranking.reliability import of_all
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection.headline import (
+    as_good_as,
+    best_spot_sentence,
+    mean_caution,
+    more_clips,
+    reliability_sentence,
+)
+
+
+@pytest.fixture(scope="module")
+def patches(bundled_body):
+    return sample_patches(bundled_body, 256, seed=0, mode="fast")
+
+
+def ranked(expected, as_good, reliability=0.8, clips=12, protocol="5-fold cross-validation grouped by clip"):
+    """A ranking of which only what is said matters, of two activities."""
+    expected = np.asarray(expected, dtype=np.float32)
+    given = dict.fromkeys((field.name for field in fields(UtilityMap)), np.zeros(0))
+    given |= {
+        "expected_mean": expected,
+        "expected_low": expected - 0.0625,
+        "expected_high": expected + 0.0625,
+        "as_good": np.asarray(as_good, dtype=bool),
+        "reliability": reliability,
+        "can_rank": True,
+        "activities": ("sit", "walk"),
+        "truth": np.repeat([0, 1], clips),
+        "clip": np.array([f"clip {number}" for number in range(2 * clips)]),
+        "protocol": protocol,
+    }
+    return UtilityMap(**given)
+
+
+def where(patches, *parts):
+    return np.array([segment(region) in parts for region in patches.regions])
+
+
+def scored(group, best):
+    expected = np.where(group, 0.75, 0.5)
+    expected[best] = 0.84
+    return expected
+
+
+def test_one_patch_is_named_where_it_stands_out(patches):
+    best = 17
+    alone = np.arange(len(patches)) == best
+    said = best_spot_sentence(best, ranked(scored(alone, best), alone), patches)
+    name = patches.names[best]
+    assert said == (
+        f"{name[0].upper()}{name[1:]} (no other patch is as good), expected mean F1 .84 on other clips "
+        "(95 % interval .78 to .90)"
+    )
+
+
+def test_a_group_is_named_by_the_parts_that_hold_it_the_best_patch_s_first(patches):
+    group = where(patches, "right forearm", "right upper arm")
+    best = int(np.flatnonzero(where(patches, "right upper arm"))[0])
+    counts = [int(where(patches, part).sum()) for part in ("right upper arm", "right forearm")]
+    said = best_spot_sentence(best, ranked(scored(group, best), group), patches)
+    assert said.endswith(
+        f"({sum(counts)} patches are as good), expected mean F1 .84 on other clips (95 % interval .78 to .90)"
+    )
+    first = "Right upper arm and "
+    assert said.startswith(first + ("right forearm (" if 2 * counts[0] <= sum(counts) else "1 other part of"))
+
+
+def test_a_group_all_over_the_body_is_named_by_its_great_parts(patches):
+    """Three small parts would hold less than half of it."""
+    parts = ("left hand", "left forearm", "left upper arm", "left shoulder", "right thigh", "right knee")
+    one_each = [int(np.flatnonzero(where(patches, part))[0]) for part in (*parts, "head", "sacrum")]
+    group = np.isin(np.arange(len(patches)), one_each)
+    said = best_spot_sentence(one_each[1], ranked(scored(group, one_each[1]), group), patches)
+    assert said.startswith("Left arm, right leg and 2 other parts of the body (8 patches are as good), ")
+    leg = best_spot_sentence(one_each[4], ranked(scored(group, one_each[4]), group), patches)
+    assert leg.startswith("Right leg, left arm and 2 other parts of the body (8 patches are as good), ")
+
+
+def test_where_all_are_as_good_no_part_is_named(patches):
+    everywhere = np.ones(len(patches), dtype=bool)
+    said = best_spot_sentence(3, ranked(scored(everywhere, 3), everywhere), patches)
+    assert said.startswith("Anywhere on the body (all 256 patches are as good), expected mean F1 .84")
+    left = where(patches, "left thigh")
+    best = int(np.flatnonzero(left)[0])
+    said = best_spot_sentence(best, ranked(scored(everywhere, best), everywhere), patches, left)
+    assert said.startswith(f"Anywhere that is allowed (all {left.sum()} patches are as good)")
+
+
+def test_constraints_that_leave_out_the_best_leave_out_its_equals(patches):
+    """The best that is allowed is one of the group, or can be told from it: then it stands alone."""
+    hand, thigh = where(patches, "right hand"), where(patches, "left thigh")
+    best, top = int(np.flatnonzero(thigh)[0]), int(np.flatnonzero(hand)[0])
+    expected = scored(hand, top)
+    expected[best] = 0.7
+    apart = ranked(expected, hand)
+    assert as_good_as(best, apart, ~hand).tolist() == [best]
+    assert "(the best patch anywhere would give .84), expected mean F1 .70" in best_spot_sentence(
+        best, apart, patches, ~hand
+    )
+    among = ranked(expected, hand | thigh)
+    assert as_good_as(best, among, ~hand).tolist() == np.flatnonzero(thigh).tolist()
+    assert as_good_as(top, among).tolist() == np.flatnonzero(hand | thigh).tolist()
+
+
+def test_subjects_foretell_people_and_too_few_clips_no_interval(patches):
+    everywhere = np.ones(len(patches), dtype=bool)
+    people = ranked(scored(everywhere, 3), everywhere, protocol="leave one of 5 subjects out")
+    assert "expected mean F1 .84 on other people (95" in best_spot_sentence(3, people, patches)
+    few = ranked(scored(everywhere, 3), everywhere, clips=3)
+    assert mean_caution(few) == "from at most 3 clips per activity: too few for an interval"
+    assert f"({mean_caution(few)})" in best_spot_sentence(3, few, patches)
+
+
+@pytest.mark.parametrize(
+    ("reliability", "clips", "sentence", "more"),
+    [
+        (of_all(0.71), 36, "Halves of these clips agree about the patches at .71 (all of them at .83); "
+         "about 6 more clips an activity would make it .85", 6),
+        (0.85 * 9 / (0.85 * 9 + 0.15 * 10), 9, "about 1 more clip an activity would make it .85", 1),
+        (0.9, 12, "(all of them at .90), enough to read the map by", 0),
+        (0.3, 12, "more than 10 times as many would be needed to make it .85", None),
+        (-0.1, 12, "agree about the patches at -.10 (all of them at -.10); more than 10 times", None),
+        (np.nan, 2, "How far the map would repeat with other clips is not known", None),
+    ],
+)  # fmt: skip
+def test_how_many_more_clips_would_do(reliability, clips, sentence, more):
+    utility = ranked([0.5], [True], reliability, clips)
+    assert sentence in reliability_sentence(utility)
+    assert more_clips(utility) == more
+
+
+def test_of_subjects_it_says_how_many_times_as_many():
+    utility = ranked([0.5], [True], 0.6, protocol="leave one of 5 subjects out")
+    assert reliability_sentence(utility) == (
+        "Halves of these subjects agree about the patches at .43 (all of them at .60); "
+        "about 3.8 times as many would make it .85"
+    )
+
+
+def test_every_region_belongs_to_a_part():
+    parts = {segment(stem) for stem in ALL}
+    assert {segment("left wrist volar"), segment("left wrist dorsal")} == {"left wrist"}
+    assert segment("right shin") == segment("right lower leg lateral") == "right lower leg"
+    assert segment("left palm") == "left hand"
+    assert segment("left lower back") == "left lower back"
+    assert segment("left ear") == segment("nose") == "head"
+    assert parts >= {"head", "neck", "hand", "foot", "thigh", "forearm", "sternum"}
+    assert len(parts) < 40
+    assert {great_part(f"left {stem}") for stem in ALL} == {"head", "neck", "torso", "left arm", "left leg"}
+    assert great_part("sternum") == "torso"
