@@ -33,7 +33,8 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/headless/sweep": "figure maps report",
     "tests/headless/validation": "dsads figures paired report utd",
     "tests/scene": (
-        "evaluated fast_path fcurves load output patches playback render reshape study_file takes"
+        "evaluated fast_path fcurves load output packing patches playback render reshape "
+        "study_file study_record takes"
     ),
     "tests/ui": (
         "drawing jobs lists menus overlay panels patch_card properties result_panels results "

@@ -11,7 +11,8 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.ui import packing, signal_cache
+from w2w.scene import packing
+from w2w.ui import signal_cache
 from w2w.ui.state import (
     patches_of,
     utility_of,

@@ -11,6 +11,7 @@ from . import (
     jobs,
     lists,
     menus,
+    opened_files,
     overlay,
     panels,
     pick_tool,
@@ -41,6 +42,7 @@ MODULES: tuple[ModuleType, ...] = (
     result_panels,
     pick_tool,
     overlay,
+    opened_files,
 )
 """Modules with classes to register; those with a `register` of their own do it themselves."""
 

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import bpy
 
 from ..scene.source_beside import source_collections
 from . import jobs
 from .result_panels import W2WPanel
 from .shape import draw_sliders
+from .source_view import has_source
 from .state import (
     BAKED,
     bake_settings,
@@ -203,7 +202,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         )
         row = layout.row(align=True)
         row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
-        if Path(clip.file).suffix.lower() in (".fbx", ".bvh"):
+        if has_source(clip):
             shown = bool(source_collections(clip.name))
             row.operator("w2w.show_source", text="Source Beside", icon="ARMATURE_DATA", depress=shown)
 
