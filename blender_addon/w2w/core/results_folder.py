@@ -75,8 +75,19 @@ class StudyResults:
         return StudyConfig.from_dict(self.parameters)
 
     def body(self) -> Body:
-        """The body of the study."""
-        return Body.load(self.out / WORK / "body.npz")
+        """The body of the study.
+
+        Raises
+        ------
+        ValueError
+            If it is not there or no body.
+        """
+        try:
+            return Body.load(self.out / WORK / "body.npz")
+        except OSError as error:
+            raise ValueError(
+                f"{self.out} is not the whole results folder of a run: {WORK}/body.npz cannot be read"
+            ) from error
 
     def motion(self, clip: str) -> Motion:
         """The motion of a clip on the study's body."""

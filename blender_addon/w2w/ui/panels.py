@@ -112,11 +112,13 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
             column.operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
             layout.operator("w2w.load_body", icon="FILE_FOLDER")
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
+            layout.operator("w2w.open_results", icon="IMPORT")
             return
         row = layout.row(align=True)
         row.prop(body, "name", text="", icon="OUTLINER_OB_MESH")
         row.operator("w2w.select_body", text="", icon="RESTRICT_SELECT_OFF")
         row.operator("w2w.add_body", text="", icon="ADD")
+        row.operator("w2w.open_results", text="", icon="IMPORT")
         layout.prop(body.w2w, "show_armature")
         other = body_of_object(context.object)
         if context.object is not None and context.object.type == "MESH" and other is not body:

@@ -141,7 +141,7 @@ def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.ty
     clip.signals, clip.problem = stored.signals, stored.problem
     clip.stored_as = stored.name if stored.signals else ""
     if action is None and not stored.problem:
-        clip.problem = "its motion is no longer in the file"
+        clip.problem = "its motion is no longer where the run left it"
 
 
 def _found_folder(study: bpy.types.PropertyGroup) -> Path | None:
