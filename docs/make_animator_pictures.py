@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cut the pictures of docs/animator.md from the screenshots that tests/gui leaves in .cache/gui/pictures.
+"""Cut the pictures of docs/animator.md from the screenshots that tests/gui leaves in .cache.
 
 tools/real_blender.sh && make extension && pytest tests/gui && python docs/make_animator_pictures.py
 """
@@ -26,6 +26,7 @@ CUTS = {
     "animator_patches": ("3_patches", VIEW),
     "animator_heatmap": ("5_mean", VIEW),
     "animator_pick": ("6_compare", VIEW),
+    "animator_overnight": ("../../gui_run/pictures/3_signals", VIEW),
 }
 """Screenshot and cut of each picture."""
 

@@ -4,9 +4,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,13 +13,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import w2w as extension
-from headless.reports.draw import draw_alone
-from headless.reports.pictures import write_blend
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.core.results_folder import StudyResults
-from w2w.core.selection.advice import advise
 from w2w.ui import preferences, signal_cache
+
+from ..made_run import make_run
 
 MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepping": ("right_knee", 0.8)}
 """Joint that each activity turns, and how far, radians."""
@@ -59,34 +54,10 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-RUN_ACTIVITIES = ("bow", "run", "walk-left")
-N_RUN_PATCHES = 48
-
-
 @pytest.fixture(scope="session")
 def finished_run(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The results folder of a run over real BVH clips and a broken one, as it is left overnight."""
-    folder = tmp_path_factory.mktemp("overnight")
-    for activity in RUN_ACTIVITIES:
-        (folder / "clips" / activity).mkdir(parents=True)
-        for file in sorted((shared_data / "bvh/bandai_namco").glob(f"dataset-1_{activity}_*.bvh")):
-            shutil.copy(file, folder / "clips" / activity)
-    (folder / "clips" / "bow" / "broken.bvh").write_text("HIERARCHY")
-    options = f"--patches {N_RUN_PATCHES} --stride 0.5 --forbid foot --max 3 --target 0.85 --workers 1"
-    done = subprocess.run(
-        [sys.executable, "-m", "headless", "run", folder / "clips", "--out", folder / "results"]
-        + [*options.split(), "--no-pictures"],
-        cwd=Path(__file__).resolve().parents[2],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    study = StudyResults.load(folder / "results")
-    config = study.config()
-    chosen = advise(study.utility, study.patches, config.target, config.max_places, config.constraints)
-    assert draw_alone(write_blend, study.out, chosen.subset) == ""
-    return study.out
+    """The results folder of a run over real BVH clips and a broken one."""
+    return make_run(shared_data, tmp_path_factory.mktemp("overnight"))
 
 
 @pytest.fixture
