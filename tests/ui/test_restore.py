@@ -69,11 +69,16 @@ def test_ranking_choice_and_regions_are_the_runs(
     assert jobs.message == jobs.Message("Opened a finished run: 9 clips on 48 patches", False)
 
 
-def test_clips_play_and_the_unusable_one_says_why(opened: bpy.types.Object, summary: dict) -> None:
+def test_clips_play_and_the_unusable_one_says_why(
+    opened: bpy.types.Object, finished_run: Path, summary: dict
+) -> None:
     study, settings = opened.w2w, bake_settings(opened.w2w)
     used = [clip for clip in study.clips if state_of(clip, settings) == BAKED]
     assert [(clip.name, clip.activity) for clip in used] == [
         (entry["clip"], entry["activity"]) for entry in summary["used"]
+    ]
+    assert [clip.motion_key for clip in used] == [
+        clip.motion_key for clip in StudyResults.load(finished_run).clips
     ]
     (broken,) = [clip for clip in study.clips if state_of(clip, settings) == FAILED]
     assert (broken.name, broken.problem) == ("broken.bvh", summary["skipped"][0]["reason"])

@@ -46,6 +46,8 @@ class StoredClip:
     rate : float
     skeleton : str
     scale : float
+    motion_key : str
+        Clips of an equal key show the same motion.
     signals : str
         Key of its signals (`core.clip_files.signals_key`).
     action : str
@@ -62,6 +64,7 @@ class StoredClip:
     rate: float = 0.0
     skeleton: str = ""
     scale: float = 1.0
+    motion_key: str = ""
     signals: str = ""
     action: str = ""
     problem: str = ""
@@ -112,9 +115,10 @@ def record_of(study: StudyResults, body: Body) -> StudyRecord:
                 rate=entry["frame_rate"],
                 skeleton=entry.get("skeleton", ""),
                 scale=entry.get("scale", 1.0),
+                motion_key=clip.motion_key,
                 signals=signals_key(study.out, entry["clip"]),
             )
-            for entry in study.summary["used"]
+            for entry, clip in zip(study.summary["used"], study.clips, strict=True)
         ]
     except KeyError as error:
         raise ValueError(

@@ -87,7 +87,10 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     if lost:
         yield from bake_steps(mesh, lost, 0.0, 0.4)
     ranked_as, config = rank_settings(study), config_of(study)
-    used = [LabelledClip(clip.name, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)]
+    used = [
+        LabelledClip(clip.name, clip.activity, clip.subject, clip.motion_key)
+        for clip in (study.clips[i] for i in clips)
+    ]
     keys = [study.clips[i].signals for i in clips]
     body, patches = body_of(mesh), patches_of(mesh)
     utility = yield from in_thread(

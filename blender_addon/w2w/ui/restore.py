@@ -140,6 +140,7 @@ def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.ty
     clip.skeleton, clip.scale = stored.skeleton, stored.scale
     clip.signals, clip.problem = stored.signals, stored.problem
     clip.stored_as = stored.name if stored.signals else ""
+    clip.motion_key = stored.motion_key
     if action is None and not stored.problem:
         clip.problem = "its motion is no longer where the run left it"
 
