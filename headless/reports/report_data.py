@@ -11,11 +11,10 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.colours import colour_table
+from w2w.core.findings.best_regions import AT_MOST
+from w2w.core.findings.counts import few_clips, mean_caution
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-
-from .best_regions import AT_MOST
-from .counts import few_clips, mean_caution
 
 MEAN_TITLE = "All activities (mean)"
 

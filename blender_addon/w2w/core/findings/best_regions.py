@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.utility import UtilityMap
+from ..patches.patches import PatchSet
+from ..ranking.utility import UtilityMap
 
 AT_MOST = 10
 """Regions listed."""
