@@ -11,7 +11,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
     "tests/core/datasets": "broad dsads gait gait_sites npz_archive",
-    "tests/core/findings": "advice_content best_regions counts finished_study label_notes summary",
+    "tests/core/findings": "advice_content best_regions counts finished_study label_notes new_folder summary",
     "tests/core/imu": "errors formats gaps presets text_tables vendor_formats",
     "tests/core/keypoints": "joint_sets limbs paths smoothing",
     "tests/core/motion": "activity_groups repair source",

@@ -19,6 +19,7 @@ from . import (
     preferences,
     properties,
     result_panels,
+    save_results,
     source_view,
 )
 from . import step1_body as body_ops
@@ -40,6 +41,7 @@ MODULES: tuple[ModuleType, ...] = (
     lists,
     menus,
     open_results,
+    save_results,
     panels,
     result_panels,
     pick_tool,

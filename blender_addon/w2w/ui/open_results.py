@@ -22,6 +22,7 @@ from ..scene.takes import existing_data, new_data
 from . import jobs
 from .jobs import EXPECTED, Step, Steps, in_thread
 from .restore import SUMMARY, check_fits, fill, opened_text
+from .results import hide_patches
 from .step1_body import add_study
 
 TITLE = "Open Results"
@@ -121,7 +122,9 @@ def _read(folder: Path) -> _Read:
 
 def _place(mesh: bpy.types.Object, patches: PatchSet) -> None:
     study, home = mesh.w2w, mesh.users_collection[0]
+    study.show_patches = False  # hundreds of axes need not follow while motions come in
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
+    hide_patches(study)
 
 
 def _act(

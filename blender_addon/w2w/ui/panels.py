@@ -317,10 +317,12 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         layout.prop(study, "by_subject")
         if not study.by_subject:
             layout.prop(study, "folds")
-        row = layout.row()
+        row = layout.row(align=True)
         row.scale_y = 1.2
         ranked = utility_of(study) is not None
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
+        if ranked:
+            row.operator("w2w.save_results", text="", icon="EXPORT")
         missing = missing_for_rank(current_body(context))
         if missing:
             draw_text(layout, context, missing, icon="INFO")
