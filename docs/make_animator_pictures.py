@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cut the pictures of docs/animator.md from the screenshots that tests/gui leaves in .cache/gui/pictures.
+"""Cut the pictures of docs/animator.md from the screenshots that tests/gui leaves in .cache.
 
 tools/real_blender.sh && make extension && pytest tests/gui && python docs/make_animator_pictures.py
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 from PIL import Image
 
 PROJECT = Path(__file__).resolve().parents[1]
-SCREENSHOTS = PROJECT / ".cache" / "gui" / "pictures"
+SCREENSHOTS = PROJECT / ".cache"
 PICTURES = PROJECT / "docs" / "pictures"
 
 VIEW = (0, 28, 1322, 904)
@@ -20,12 +20,13 @@ VIEW = (0, 28, 1322, 904)
 SIDEBAR = (1036, 80, 1296, 904)
 
 CUTS = {
-    "animator_shape": ("8_shape", VIEW),
-    "animator_source_beside": ("2_source_beside", VIEW),
-    "animator_motions": ("2_motions_problem", SIDEBAR),
-    "animator_patches": ("3_patches", VIEW),
-    "animator_heatmap": ("5_mean", VIEW),
-    "animator_pick": ("6_compare", VIEW),
+    "animator_shape": ("gui/pictures/8_shape", VIEW),
+    "animator_source_beside": ("gui/pictures/2_source_beside", VIEW),
+    "animator_motions": ("gui/pictures/2_motions_problem", SIDEBAR),
+    "animator_patches": ("gui/pictures/3_patches", VIEW),
+    "animator_heatmap": ("gui/pictures/5_mean", VIEW),
+    "animator_pick": ("gui/pictures/6_compare", VIEW),
+    "animator_overnight": ("gui_run/pictures/3_signals", VIEW),
 }
 """Screenshot and cut of each picture."""
 

@@ -4,15 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from w2w.core.ranking.windows import WindowSpec
-
-from .runs.clip_task import ClipResult
 
 Window = Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")]
 Stride = Annotated[
@@ -40,18 +36,6 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
             f"--stride must be at most the window's length (--window {window:g}), not {stride:g}"
         )
     return WindowSpec.of_length(window, stride)
-
-
-def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str, Any]:
-    """How many used clips are shorter than a window, and the longest window that half of them fill."""
-    durations = np.array([result.details["duration_s"] for result in results if result.used])
-    median = float(np.median(durations)) if len(durations) else 0.0
-    return {
-        "length_s": spec.length_s,
-        "stride_s": spec.stride_s,
-        "clips_shorter": int((durations < spec.length_s).sum()),
-        "longest_useful_s": math.floor(10 * median) / 10,
-    }
 
 
 def window_warning(content: dict[str, Any], used: int) -> str:

@@ -11,6 +11,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
     "tests/core/datasets": "broad dsads gait gait_sites",
+    "tests/core/findings": "advice_content best_regions counts finished_study label_notes new_folder summary",
     "tests/core/imu": "errors formats gaps presets text_tables vendor_formats",
     "tests/core/keypoints": "joint_sets limbs paths smoothing",
     "tests/core/motion": "activity_groups repair source",
@@ -24,8 +25,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "demo demo_library execute sensors status study_mixamo study_rehab sweep tables"
     ),
     "tests/headless/reports": (
-        "advice_text best_regions comparison console_tables counts label_notes page pictures report_data "
-        "signal_figure summary"
+        "advice_text comparison console_tables page pictures report_data signal_figure"
     ),
     "tests/headless/runs": (
         "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"
@@ -33,7 +33,8 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/headless/sweep": "figure maps report",
     "tests/headless/validation": "dsads figures paired report utd",
     "tests/scene": (
-        "evaluated fast_path fcurves load output patches playback render reshape study_file takes"
+        "evaluated fast_path fcurves load output packing patches playback render reshape "
+        "study_file study_record takes"
     ),
     "tests/ui": (
         "drawing jobs lists menus overlay panels patch_card properties result_panels results "

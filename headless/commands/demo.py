@@ -14,6 +14,7 @@ from rich.console import Console
 
 from w2w.core.body.body import Body
 from w2w.core.files import write_json
+from w2w.core.findings.finished_study import Study
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig
 
@@ -22,7 +23,7 @@ from ..reports.console_tables import show_labels
 from ..runs.folder import code_sha256, versions
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError
-from ..runs.study import RunPlan, Study
+from ..runs.study import RunPlan
 from ..runs.workers import Engine
 from .demo_library import ACTIVITIES, LABELS, write_demo_library
 from .execute import ended, execute

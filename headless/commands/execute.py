@@ -10,6 +10,8 @@ import typer
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
+from w2w.core.findings.finished_study import Study
+from w2w.core.findings.summary import study_counts, write_failure, write_results
 from w2w.core.results_folder import sensors_together
 
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, USAGE
@@ -18,12 +20,11 @@ from ..reports.console_tables import show_outcome, show_skipped, show_window_war
 from ..reports.draw import draw_study
 from ..reports.html import REPORT, write_report
 from ..reports.pictures import BLEND
-from ..reports.summary import study_counts, write_failure, write_results
 from ..runs.folder import FolderBusyError, make_folders, only_run, own_results
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError
 from ..runs.patch_mode import placeable
-from ..runs.study import RunPlan, Study, StudyError, run_study, write_config
+from ..runs.study import RunPlan, StudyError, run_study, write_config
 from ..runs.workers import EngineError
 from ..stopping import STOPPED
 
@@ -82,7 +83,7 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
     except (StudyError, EngineError, NoBlenderError) as error:
         monitor.announce("failed", str(error))
         if isinstance(error, StudyError):
-            write_failure(out, plan.library, error)
+            write_failure(out, plan.library, str(error), error.clips)
             show_skipped(skipped_files(error.clips, plan.library), monitor.console)
             show_window_warning(error.clips, plan.config.windows, monitor.console)
         raise ended(f"No result: {error}", NOTHING_TO_DO, monitor) from error

@@ -10,12 +10,13 @@ import typer
 from rich.console import Console
 
 from w2w.core.files import write_json
+from w2w.core.findings.advice_content import advice_content
 from w2w.core.results_folder import StudyResults, sensors_together
 from w2w.core.selection.advice import advise
 
 from ..console import USAGE
 from ..options import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
-from ..reports.advice_text import advice_content, show_advice, show_best_spot
+from ..reports.advice_text import show_advice, show_best_spot
 
 
 def place(

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from w2w.core.files import write_json
+from w2w.core.findings.finished_study import Study
+from w2w.core.findings.summary import DIGITS, place
 from w2w.core.ranking.agreement import rank_agreement
 
 from ..runs.own_files import json_content, refuse
-from ..runs.study import Study
-from .summary import DIGITS, place
 
 COMPARISON = "bodies.json"
 

@@ -15,6 +15,11 @@ from rich.table import Table
 
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
+from w2w.core.findings.best_regions import best_regions
+from w2w.core.findings.counts import counts_sentence, interval_text
+from w2w.core.findings.finished_study import ClipResult, Study
+from w2w.core.findings.label_notes import label_notes
+from w2w.core.findings.summary import study_counts, window_content
 from w2w.core.motion.library import Library
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.score_table import ScoreRow
@@ -24,17 +29,12 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import CANNOT_RANK, mean_caution
 
 from ..console import show_left_out
-from ..runs.clip_task import ClipResult
 from ..runs.picture_names import HEATMAPS
-from ..runs.study import RunPlan, Study
-from ..window_options import window_content, window_warning
+from ..runs.study import RunPlan
+from ..window_options import window_warning
 from .advice_text import show_advice, show_best_spot
-from .best_regions import best_regions
-from .counts import counts_sentence, interval_text
 from .html import REPORT
-from .label_notes import label_notes
 from .pictures import BLEND
-from .summary import study_counts
 
 
 def show_labels(library: Library, console: Console) -> None:

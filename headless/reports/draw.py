@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from w2w.core.findings.finished_study import Study
 from w2w.core.selection.subsets import Subset
 from w2w.scene.output import output_to
 
@@ -20,7 +21,6 @@ from ..needs_blender import NoBlenderError, missing_library
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import claim, remove_claimed
 from ..runs.picture_names import HEATMAPS, picture_files
-from ..runs.study import Study
 from ..runs.workers import run_alone
 from .pictures import BLEND, write_blend, write_pictures
 

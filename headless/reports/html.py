@@ -14,6 +14,9 @@ from rich.console import Console
 
 from w2w.core.body.body import Body
 from w2w.core.files import write_text
+from w2w.core.findings.best_regions import best_regions
+from w2w.core.findings.counts import clip_counts, counts_sentence, few_clips, interval_caution
+from w2w.core.findings.joint import joint_content
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import (
@@ -27,9 +30,6 @@ from w2w.core.selection.headline import (
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
 from ..window_options import window_warning
-from .best_regions import best_regions
-from .counts import clip_counts, counts_sentence, few_clips, interval_caution
-from .joint import joint_content
 from .report_data import MEAN_TITLE, as_script_json, title, view_data
 
 REPORT = "report.html"

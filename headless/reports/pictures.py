@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from w2w.core.colours import patch_colours, score_range
-from w2w.core.motion.motion import Motion
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset, best_single
 
@@ -55,21 +54,23 @@ def write_pictures(out: Path, subset: Subset) -> None:
 
 
 def write_blend(out: Path, subset: Subset) -> None:
-    """Save a finished study's `study.blend`: body, actions, parented empties and heatmaps."""
+    """Save a finished study's `study.blend`: body, actions, empties, heatmaps and what the panel shows."""
     with needs_blender():
         from w2w.scene.study_file import write_study
+        from w2w.scene.study_record import record_of
 
     study = StudyResults.load(out)
-    utility = study.utility
+    utility, body = study.utility, study.body()
     write_study(
         out / BLEND,
-        study.body(),
+        body,
         study.patches,
-        (Motion.load(out / "motions" / f"{clip.name}.npz") for clip in study.clips),
+        (study.motion(clip.name) for clip in study.clips),
         utility.expected_f1,
         utility.activities,
         utility.expected_mean,
         subset.order,
+        record=record_of(study, body),
     )
 
 

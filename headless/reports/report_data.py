@@ -11,12 +11,11 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.colours import colour_table
+from w2w.core.findings.best_regions import AT_MOST
+from w2w.core.findings.counts import few_clips
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import mean_caution
-
-from .best_regions import AT_MOST
-from .counts import few_clips
 
 MEAN_TITLE = "All activities (mean)"
 

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK, copy_file, write_features
 from w2w.core.files import file_sha256
+from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.motion_file import readable_size, unreadable
@@ -23,7 +24,7 @@ from w2w.core.study import copies_of, describe, record
 
 from ..needs_blender import NoBlenderError
 from .clip_records import finished, mark_source, marked_source, write_record
-from .clip_task import ClipResult, ClipTask, unfinished
+from .clip_task import ClipTask, unfinished
 from .guard import guarded, timed_out, untimed
 from .load_clip import load_clip
 

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from w2w.core.files import file_sha256, write_json
+from w2w.core.findings.finished_study import ClipResult
 
-from .clip_task import ClipResult, ClipTask, unfinished
+from .clip_task import ClipTask, unfinished
 from .own_files import files_of_record, remove_own
 
 

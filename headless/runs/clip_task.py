@@ -6,7 +6,6 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from w2w.core.clip_files import WORK, features_file
 from w2w.core.files import UNFINISHED
@@ -79,29 +78,3 @@ class ClipTask:
 def unfinished(path: Path) -> Path:
     """Where a motion or recording stands until the clip's record names it."""
     return path.with_name(f".{path.name}{UNFINISHED}")
-
-
-@dataclass(frozen=True)
-class ClipResult:
-    """What became of a clip.
-
-    Parameters
-    ----------
-    clip : Clip
-    reason : str
-        Why it was skipped; empty where it is used.
-    details : dict
-        What the summary says of a used clip: take, frames, rate, duration, windows, skeleton.
-    source_sha256 : str
-        Hash of the clip's file.
-    """
-
-    clip: Clip
-    reason: str
-    details: dict[str, Any]
-    source_sha256: str
-
-    @property
-    def used(self) -> bool:
-        """Whether the clip takes part in the ranking."""
-        return not self.reason

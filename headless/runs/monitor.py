@@ -26,9 +26,8 @@ from rich.progress import (
 
 from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
+from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.library import Library
-
-from .clip_task import ClipResult
 
 # What an event is called, and its facts, is a promise: docs/engineer.md lists them.
 

@@ -13,7 +13,9 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
 from w2w.core.clip_ranking import LabelledClip, rank_clips
-from w2w.core.files import file_sha256, write_json
+from w2w.core.files import write_json
+from w2w.core.findings.finished_study import ClipResult, Study
+from w2w.core.findings.summary import config_content
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
@@ -22,7 +24,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig, place_patches
 
-from .clip_task import ClipResult, ClipTask
+from .clip_task import ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers, versions
 from .monitor import RunMonitor
 from .workers import Engine, run_tasks
@@ -64,39 +66,6 @@ class RunPlan:
     engine: Engine
     pictures: bool = True
     report: bool = True
-
-
-@dataclass(frozen=True)
-class Study:
-    """A finished study, ready to be written down.
-
-    Parameters
-    ----------
-    library : Library
-    config : StudyConfig
-    body : Body
-    clips : tuple of ClipResult
-        What became of each clip, in the library's order.
-    results : StudyResults
-        The ranking, as it is read again from its folder.
-    advice : Advice
-        The choice under the config's constraints.
-    together : tuple of UtilityMap
-        What one classifier on the first chosen sensor, the first two, and so on reaches.
-    """
-
-    library: Library
-    config: StudyConfig
-    body: Body
-    clips: tuple[ClipResult, ...]
-    results: StudyResults
-    advice: Advice
-    together: tuple[UtilityMap, ...] = ()
-
-    @property
-    def used(self) -> list[ClipResult]:
-        """Clips that take part."""
-        return [result for result in self.clips if result.used]
 
 
 def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
@@ -141,18 +110,8 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
 
 def write_config(study: Study) -> None:
     """Save every parameter, the versions and the hashes of all inputs beside the results."""
-    out = study.results.out
-    write_json(
-        out / "config.json",
-        {
-            "parameters": study.config.as_dict(),
-            "body": {"name": study.body.name, "sha256": file_sha256(out / WORK / "body.npz")},
-            "versions": versions(),
-            "code_sha256": code_sha256(),
-            "labelled_by": study.library.labelled_by,
-            "inputs": {result.clip.file: result.source_sha256 for result in study.clips},
-        },
-    )
+    content = config_content(study, versions())
+    write_json(study.results.out / "config.json", content | {"code_sha256": code_sha256()})
 
 
 def _prepare(body: Body, config: StudyConfig, out: Path) -> PatchSet:

@@ -22,6 +22,7 @@ from typing import Any, TypeVar
 from joblib.externals.loky import get_reusable_executor
 
 from w2w.core.body.body import Body
+from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
@@ -33,7 +34,7 @@ from ..needs_blender import NoBlenderError
 from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor
 from .clip import record_death, work_in_worker
-from .clip_task import ClipResult, ClipTask
+from .clip_task import ClipTask
 from .guard import LIMIT_S, MEMORY, end_with, guarded, timed_out
 from .load_clip import load_clip
 

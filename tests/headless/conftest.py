@@ -14,15 +14,15 @@ import pytest
 from joblib.externals.loky import ProcessPoolExecutor
 from scipy.spatial.transform import Rotation
 
-from headless.reports.summary import write_results
 from headless.runs import workers
-from headless.runs.clip_task import ClipResult
 from headless.runs.folder import make_folders
 from headless.runs.guard import end_with
-from headless.runs.study import Study, write_config
+from headless.runs.study import write_config
 from w2w.core import study
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.clip_ranking import LabelledClip
+from w2w.core.findings.finished_study import ClipResult, Study
+from w2w.core.findings.summary import write_results
 from w2w.core.motion.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches

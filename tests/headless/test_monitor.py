@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from headless.runs.clip_task import ClipResult
 from headless.runs.folder import make_folders
 from headless.runs.monitor import EventLog, RunMonitor, read_state
+from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.library import Clip, Library
 
 HEADLESS = Path(__file__).resolve().parents[2] / "headless"

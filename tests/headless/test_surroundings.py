@@ -22,11 +22,12 @@ from headless.runs import clip_records
 from headless.runs import guard as worker_guard
 from headless.runs import monitor as watch
 from headless.runs.clip import WORK, do_clip, record_death
-from headless.runs.clip_task import ClipResult, ClipTask
+from headless.runs.clip_task import ClipTask
 from headless.runs.folder import make_folders
 from headless.runs.guard import guarded, timed_out
 from headless.runs.monitor import RunMonitor, read_state
 from w2w.core.files import write_npz
+from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.library import Clip, Library
 from w2w.core.study import StudyConfig, place_patches
 

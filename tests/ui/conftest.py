@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,8 @@ import w2w as extension
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.ui import preferences, signal_cache
+
+from ..made_run import make_run
 
 MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepping": ("right_knee", 0.8)}
 """Joint that each activity turns, and how far, radians."""
@@ -49,3 +52,15 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
             pelvis = np.column_stack([sway, np.zeros_like(sway), np.full_like(sway, 0.95)])
             Motion(rotations, pelvis, 30.0).save(folder / activity / f"{activity} {number}.npz")
     return folder
+
+
+@pytest.fixture(scope="session")
+def finished_run(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results folder of a run over real BVH clips and a broken one."""
+    return make_run(shared_data, tmp_path_factory.mktemp("overnight"))
+
+
+@pytest.fixture
+def summary(finished_run: Path) -> dict:
+    """What the run's summary says."""
+    return json.loads((finished_run / "summary.json").read_text())

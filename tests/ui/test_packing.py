@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import base64
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,9 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.ui import packing, signal_cache
+from w2w.core.ranking.utility import UtilityMap
+from w2w.scene import packing
+from w2w.ui import signal_cache
 from w2w.ui.state import (
     patches_of,
     utility_of,
@@ -57,6 +60,19 @@ def test_without_the_extension_heatmaps_are_plain_colour_attributes(library: Pat
         assert set(found["names"]) == set(expected)
         for name, colours in expected.items():
             np.testing.assert_array_equal(found[name], colours)
+
+
+def test_results_packed_by_earlier_versions_are_read_and_damaged_ones_refused(library: Path) -> None:
+    study = make_study(library).w2w
+    text = study.utility_text
+    earlier = base64.b85encode(base64.b64decode(text)).decode("ascii")
+    packing._unpacked.clear()
+    np.testing.assert_array_equal(
+        packing.unpack(study.utility_key, lambda: earlier, UtilityMap.load).f1, utility_of(study).f1
+    )
+    for damaged in (text[:-400], "eJ" + text[6:], "nothing of the kind", ""):
+        with pytest.raises(ValueError, match="packed results are damaged"):
+            packing.read_packed(damaged, UtilityMap.load)
 
 
 def pixels(attribute: bpy.types.Attribute) -> np.ndarray:

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 
-from .files import load_arrays, write_npz
+from .files import DAMAGED, load_arrays, write_npz
 from .motion.library import WORK_FOLDER
 from .ranking.inputs import PlaceBlocks, clip_inputs
 from .ranking.utility import inputs_of
@@ -17,6 +19,16 @@ from .ranking.windows import WindowSpec
 
 WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""
+
+
+def motion_file(out: Path, clip: str) -> Path:
+    """The motion of a clip on the study's body."""
+    return out / "motions" / f"{clip}.npz"
+
+
+def signals_file(out: Path, clip: str) -> Path:
+    """The recording of all patches of a clip."""
+    return out / "signals" / f"{clip}.npz"
 
 
 def features_file(out: Path, clip: str) -> Path:
@@ -90,8 +102,28 @@ def ranking_inputs(
     """What a classifier takes of a run's clips and copies, served from disk."""
     recordings = []
     for clip, found in zip(clips, windows, strict=True):
-        recordings.append(out / "signals" / f"{clip}.npz")
+        recordings.append(signals_file(out, clip))
         recordings += [copy_file(out, clip, copy) for copy in range(len(found.counts) - 1)]
     counts = [count for found in windows for count in found.counts]
     features = [features_file(out, clip) for clip in clips]
     return clip_inputs(inputs_of(classifier), features, recordings, counts, spec)
+
+
+STORED = "run-"
+"""How the key of signals in a results folder begins."""
+
+
+def signals_key(out: Path, clip: str) -> str:
+    """By which a clip's stored signals and windows are known again; empty where they cannot be read.
+
+    From the checksums that an npz file keeps of its arrays: the arrays themselves are not read.
+    """
+    digest = hashlib.sha256()
+    try:
+        for path in (signals_file(out, clip), features_file(out, clip)):
+            with ZipFile(path) as archive:
+                for member in archive.infolist():
+                    digest.update(f"{member.filename} {member.file_size} {member.CRC}\n".encode())
+    except (OSError, ValueError, *DAMAGED):
+        return ""
+    return STORED + digest.hexdigest()[:32]

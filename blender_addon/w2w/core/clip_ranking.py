@@ -120,17 +120,24 @@ def rank_clips(
     ValueError
         If fewer than two activities can be tested; the message says why.
     """
+    ranked = same_motions(clips, windows)
+    labels = WindowLabels.of(ranked, windows)
+    return rank_windows(inputs, labels, config, progress, work, classifier, pooling), ranked
+
+
+def same_motions(
+    clips: Sequence[Clip | LabelledClip], windows: Sequence[ClipWindows]
+) -> tuple[LabelledClip, ...]:
+    """The clips, each with the first that shows the same motion."""
     groups = same_clips(
         [clip.name for clip in clips],
         [clip.motion_key for clip in clips],
         np.array([found.signature for found in windows]),
     )
-    ranked = tuple(
+    return tuple(
         LabelledClip(clip.name, clip.activity, clip.subject, clips[int(np.argmax(groups == group))].name)
         for clip, group in zip(clips, groups, strict=True)
     )
-    labels = WindowLabels.of(ranked, windows)
-    return rank_windows(inputs, labels, config, progress, work, classifier, pooling), ranked
 
 
 def rank_windows(

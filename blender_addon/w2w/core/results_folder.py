@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from .body.body import Body
-from .clip_files import WORK, ClipWindows, ranking_inputs
+from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
 from .clip_ranking import LabelledClip, WindowLabels, rank_together
+from .motion.motion import Motion
 from .patches.patches import PatchSet
 from .ranking.inputs import PlaceBlocks
 from .ranking.utility import UtilityMap
@@ -74,8 +75,28 @@ class StudyResults:
         return StudyConfig.from_dict(self.parameters)
 
     def body(self) -> Body:
-        """The body of the study."""
-        return Body.load(self.out / WORK / "body.npz")
+        """The body of the study.
+
+        Raises
+        ------
+        ValueError
+            If it is not there or no body.
+        """
+        try:
+            return Body.load(self.out / WORK / "body.npz")
+        except OSError as error:
+            raise ValueError(
+                f"{self.out} is not the whole results folder of a run: {WORK}/body.npz cannot be read"
+            ) from error
+
+    def motion(self, clip: str) -> Motion:
+        """The motion of a clip on the study's body."""
+        return Motion.load(motion_file(self.out, clip))
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """What `summary.json` says."""
+        return json.loads((self.out / "summary.json").read_text(encoding="utf-8"))
 
     @cached_property
     def windows(self) -> tuple[ClipWindows, ...]:

@@ -18,6 +18,7 @@ from . import heatmap
 from .actions import show_action, write_action
 from .body import BodyObjects, add_body
 from .patches import patch_empties, place_patches
+from .study_record import StudyRecord, with_scene, write_record
 
 EMPTY_SIZE, CHOSEN_SIZE = 0.006, 0.018
 """Size of the empties, metres: small, so that they do not hide the heatmap, but for the chosen ones."""
@@ -34,6 +35,7 @@ def write_study(
     chosen: Sequence[int],
     low: float | None = None,
     high: float | None = None,
+    record: StudyRecord | None = None,
 ) -> None:
     """Write a study to a .blend file, whole or not at all.
 
@@ -58,6 +60,8 @@ def write_study(
         Chosen patches in order of choice.
     low, high : float, optional
         F1 at the ends of the colour map; each heatmap's own range by default.
+    record : StudyRecord, optional
+        What W2W's panel shows of the study when it opens the file.
 
     Raises
     ------
@@ -73,8 +77,10 @@ def write_study(
     objects = add_body(body, name="Body")
     objects.mesh.data.materials.append(heatmap.heatmap_material())
     heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high)
-    _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
-    _add_actions(objects, motions)
+    collections = _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
+    actions = _add_actions(objects, motions)
+    if record is not None:
+        write_record(objects.mesh, with_scene(record, actions, collections))
     _set_up_view(objects.mesh, body.height)
     _save(Path(path))
 
@@ -93,8 +99,10 @@ def _add_empties(
     activities: Sequence[str],
     mean: np.ndarray,
     chosen: Sequence[int],
-) -> None:
-    empties = patch_empties(place_patches(mesh, patches, size=EMPTY_SIZE))
+) -> tuple[str, str]:
+    """Add an empty a patch; gives the names of the collections of all and of the chosen ones."""
+    placed = place_patches(mesh, patches, size=EMPTY_SIZE)
+    empties = patch_empties(placed)
     for number, empty in enumerate(empties):
         empty[heatmap.MEAN] = float(mean[number])
         for activity, score in zip(activities, utility_f1[number], strict=True):
@@ -110,26 +118,28 @@ def _add_empties(
         empty.show_name = empty.show_in_front = True
         collection.objects.link(empty)
         empty.select_set(True)  # names of selected objects are bright
+    return placed.name, collection.name
 
 
 def _property_name(activity: str) -> str:
     return (heatmap.PREFIX + activity).encode()[:63].decode(errors="ignore")
 
 
-def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> None:
-    """Write the motions at the first one's rate and show that one."""
+def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, bpy.types.Action]:
+    """Write the motions at the first one's rate and show that one; gives the actions by clip."""
     scene = bpy.context.scene
-    first = None
+    first, actions = None, {}
     for motion in motions:
         if first is None:
             _set_rate(scene, motion.rate)
-        action = write_action(objects.armature, motion, _action_name(motion))
+        action = actions[motion.clip] = write_action(objects.armature, motion, _action_name(motion))
         if first is None:
             first = action
             scene.frame_start, scene.frame_end = 1, motion.n_frames
     if first is not None:
         show_action(objects.armature, first)
     scene.frame_set(1)
+    return actions
 
 
 def _set_rate(scene: bpy.types.Scene, rate: float) -> None:

@@ -91,13 +91,13 @@ def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
     UnusableMotion
         If Blender cannot import the file.
     """
-    before = _existing_data()
+    before = existing_data()
     try:
         with same_timing():
             import_file(path)
-            yield [item for item in _new_data(before) if isinstance(item, bpy.types.Object)]
+            yield [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
     finally:
-        bpy.data.batch_remove(_new_data(before))
+        bpy.data.batch_remove(new_data(before))
 
 
 def import_file(path: Path) -> None:
@@ -330,11 +330,13 @@ def _object_curves(item: bpy.types.Object, action: bpy.types.Action) -> dict:
     return {}
 
 
-def _existing_data() -> set[int]:
+def existing_data() -> set[int]:
+    """What is in the file, to be told from what comes later."""
     return {item.session_uid for item in _all_data()}
 
 
-def _new_data(before: set[int]) -> list[bpy.types.ID]:
+def new_data(before: set[int]) -> list[bpy.types.ID]:
+    """What has come into the file since `existing_data`."""
     return [item for item in _all_data() if item.session_uid not in before]
 
 

@@ -11,12 +11,15 @@ from . import (
     jobs,
     lists,
     menus,
+    open_results,
+    opened_files,
     overlay,
     panels,
     pick_tool,
     preferences,
     properties,
     result_panels,
+    save_results,
     source_view,
 )
 from . import step1_body as body_ops
@@ -37,10 +40,13 @@ MODULES: tuple[ModuleType, ...] = (
     utility_ops,
     lists,
     menus,
+    open_results,
+    save_results,
     panels,
     result_panels,
     pick_tool,
     overlay,
+    opened_files,
 )
 """Modules with classes to register; those with a `register` of their own do it themselves."""
 

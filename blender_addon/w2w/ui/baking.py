@@ -87,7 +87,10 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     if lost:
         yield from bake_steps(mesh, lost, 0.0, 0.4)
     ranked_as, config = rank_settings(study), config_of(study)
-    used = [LabelledClip(clip.name, clip.activity, clip.subject) for clip in (study.clips[i] for i in clips)]
+    used = [
+        LabelledClip(clip.name, clip.activity, clip.subject, clip.motion_key)
+        for clip in (study.clips[i] for i in clips)
+    ]
     keys = [study.clips[i].signals for i in clips]
     body, patches = body_of(mesh), patches_of(mesh)
     utility = yield from in_thread(
@@ -166,9 +169,14 @@ def _rank(
 ) -> UtilityMap:
     """Rank clips by their signals under keys."""
     windows = [signal_cache.windows_of(key) for key in keys]
-    files = [signal_cache.path_of(key) for key in keys]
-    counts = [len(found.is_test) for found in windows]
-    inputs = clip_inputs(inputs_of(config.classifier), files, files, counts, config.windows)
+    features = [signal_cache.path_of(key) for key in keys]
+    recordings = [
+        path
+        for key, found in zip(keys, windows, strict=True)
+        for path in signal_cache.recordings_of(key, found)
+    ]
+    counts = [count for found in windows for count in found.counts]
+    inputs = clip_inputs(inputs_of(config.classifier), features, recordings, counts, config.windows)
     return rank_clips(clips, windows, inputs, config, told, pooling=pooling)[0]
 
 

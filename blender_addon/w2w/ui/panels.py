@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import bpy
 
 from ..scene.source_beside import source_collections
 from . import jobs
 from .result_panels import W2WPanel
 from .shape import draw_sliders
+from .source_view import has_source
 from .state import (
     BAKED,
     bake_settings,
@@ -114,11 +113,13 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
             column.operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
             layout.operator("w2w.load_body", icon="FILE_FOLDER")
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
+            layout.operator("w2w.open_results", icon="IMPORT")
             return
         row = layout.row(align=True)
         row.prop(body, "name", text="", icon="OUTLINER_OB_MESH")
         row.operator("w2w.select_body", text="", icon="RESTRICT_SELECT_OFF")
         row.operator("w2w.add_body", text="", icon="ADD")
+        row.operator("w2w.open_results", text="", icon="IMPORT")
         layout.prop(body.w2w, "show_armature")
         other = body_of_object(context.object)
         if context.object is not None and context.object.type == "MESH" and other is not body:
@@ -204,7 +205,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         )
         row = layout.row(align=True)
         row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
-        if Path(clip.file).suffix.lower() in (".fbx", ".bvh"):
+        if has_source(clip):
             shown = bool(source_collections(clip.name))
             row.operator("w2w.show_source", text="Source Beside", icon="ARMATURE_DATA", depress=shown)
 
@@ -317,10 +318,12 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         layout.prop(study, "by_subject")
         if not study.by_subject:
             layout.prop(study, "folds")
-        row = layout.row()
+        row = layout.row(align=True)
         row.scale_y = 1.2
         ranked = utility_of(study) is not None
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
+        if ranked:
+            row.operator("w2w.save_results", text="", icon="EXPORT")
         missing = missing_for_rank(current_body(context)) or unreadable_ranking(study)
         if missing:
             draw_text(layout, context, missing, icon="INFO")

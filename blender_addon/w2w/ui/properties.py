@@ -99,6 +99,12 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
     baked_as: StringProperty(name="Baked As", description="Settings that the signals were baked with")
     bake_path: StringProperty(name="Bake Path", description="How the surface was read, and why")
     problem: StringProperty(name="Problem", description="Why this file cannot be used")
+    motion_key: StringProperty(
+        name="Motion", description="Clips of an equal key show the same motion; empty where nothing is known"
+    )
+    stored_as: StringProperty(
+        name="Stored As", description="Name of its files in the results folder that it was opened from"
+    )
 
 
 class W2W_PG_activity(bpy.types.PropertyGroup):
@@ -137,6 +143,13 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         default=False,
         update=updates.show_armature,
     )
+
+    results_folder: StringProperty(
+        name="Results Folder",
+        description="Folder of the run that this study was opened from: its signals are there",
+    )
+    results_near: StringProperty(options={"HIDDEN"})
+    parameters: StringProperty(options={"HIDDEN"})
 
     clips: CollectionProperty(type=W2W_PG_clip)
     clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
@@ -198,13 +211,20 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         name="Window",
         description="Seconds of signal that an activity is recognised from",
         default=WindowSpec().length_s,
-        min=0.2,
-        max=30,
+        min=0.1,
+        max=600,
+        soft_min=0.2,
+        soft_max=30,
         precision=1,
         unit="TIME_ABSOLUTE",
     )
     folds: IntProperty(
-        name="Folds", description="Parts of the cross-validation; no clip is in two", default=5, min=2, max=20
+        name="Folds",
+        description="Parts of the cross-validation; no clip is in two",
+        default=5,
+        min=2,
+        max=1000,
+        soft_max=20,
     )
     classifier: EnumProperty(
         name="Classifier",
@@ -269,7 +289,7 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         name="Target F1",
         description="Mean over activities of the best F1 among the chosen places that the set shall reach",
         default=0.9,
-        min=0.05,
+        min=0.01,
         max=1.0,
         precision=2,
         subtype="FACTOR",

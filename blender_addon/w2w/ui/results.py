@@ -17,9 +17,9 @@ from ..core.selection.headline import (
 )
 from ..core.selection.subsets import best_single, greedy_subset
 from ..scene import heatmap
+from ..scene.packing import pack
 from ..scene.patches import patch_empties
-from .packing import pack
-from .state import patches_of, utility_of, without_updates
+from .state import config_of, patches_of, utility_of, without_updates
 
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
@@ -207,8 +207,15 @@ def choose(body: bpy.types.Object) -> None:
     utility = utility_of(study)
     if utility is None or patches is None:
         return
-    subset = greedy_subset(utility.f1[:, ticked(study)], study.target, study.max_places or None)
     study.chosen.clear()
+    config = config_of(study)
+    try:
+        terms = config.constraints.terms(patches)
+        subset = greedy_subset(utility.f1[:, ticked(study)], config.target, config.max_places, **terms)
+    except ValueError as error:
+        study.verdict = str(error)[0].upper() + str(error)[1:]
+        mark_chosen(body)
+        return
     for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True):
         row = study.chosen.add()
         row.patch, row.label, row.f1 = patch, patches.names[patch], value

@@ -27,8 +27,7 @@ class W2W_OT_show_source(bpy.types.Operator):
         cls.poll_message_set("The active clip has no armature of its own")
         if mesh is None or context.mode != "OBJECT" or jobs.running is not None or not len(mesh.w2w.clips):
             return False
-        clip = mesh.w2w.clips[mesh.w2w.clip_index]
-        return clip.action is not None and Path(clip.file).suffix.lower() in (".fbx", ".bvh")
+        return has_source(mesh.w2w.clips[mesh.w2w.clip_index])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Import it afresh, into a collection of its own."""
@@ -44,6 +43,12 @@ class W2W_OT_show_source(bpy.types.Operator):
             return jobs.show_error(self, f"{clip.name}: {error}")
         bpy.ops.w2w.preview_clip(index=mesh.w2w.clip_index)
         return {"FINISHED"}
+
+
+def has_source(clip: bpy.types.PropertyGroup) -> bool:
+    """Whether a clip's own armature can be shown; of a run's clips only the name of the file is known."""
+    file = Path(clip.file)
+    return clip.action is not None and file.suffix.lower() in (".fbx", ".bvh") and file.is_absolute()
 
 
 CLASSES = (W2W_OT_show_source,)

@@ -4,20 +4,24 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import bpy
 
 from ..core.body.shapes import RANGES
-from ..core.imu.synthesis import Synthesis
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import CLASSIFIERS, UtilityMap
 from ..core.ranking.windows import WindowSpec
 from ..core.study import StudyConfig
+from ..scene.packing import unpack
 from ..scene.patches import PATCH
-from .packing import unpack
+
+SINGLE, DIGITS = 1e-6, 6
+"""How far a property, in single precision, may be from the value it was given, and the decimals it keeps."""
 
 _depth = 0
 
@@ -72,20 +76,28 @@ def body_of_object(item: bpy.types.Object | None) -> bpy.types.Object | None:
 
 
 def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
-    """The study's parameters as core takes them."""
-    return StudyConfig(
+    """The study's parameters as core takes them; what the panel does not show is as in the run opened."""
+    run = StudyConfig.from_dict(json.loads(study.parameters)) if study.parameters else StudyConfig()
+    length = _as_given(study.window_s, run.windows.length_s)
+    return replace(
+        run,
         patches=study.patch_count,
         patch_mode=study.patch_method,
-        synthesis=Synthesis(rate_hz=study.rate),
+        synthesis=replace(run.synthesis, rate_hz=_as_given(study.rate, run.synthesis.rate_hz)),
         sensor=study.sensor,
-        windows=WindowSpec.of_length(study.window_s),
+        windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
         classifier=study.classifier,
         folds=study.folds,
         by_subject=study.by_subject,
-        target=study.target,
+        target=_as_given(study.target, run.target),
         max_places=study.max_places or None,
         seed=study.seed,
     )
+
+
+def _as_given(shown: float, given: float) -> float:
+    """A property's value: the run's where it is that in single precision, else in few decimals."""
+    return given if abs(shown - given) <= SINGLE * abs(given) else round(shown, DIGITS)
 
 
 def patches_of(body: bpy.types.Object) -> PatchSet | None:

@@ -9,8 +9,10 @@ from bpy.props import StringProperty
 from ..core.adopt.smpl import BodyError, load_body
 from ..core.body.body import Body
 from ..scene.body import add_body, armature_of, body_of
+from ..scene.study_record import has_record
 from . import jobs
 from .jobs import dismiss, show_error
+from .restore import restore
 from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
 from .state import body_of_object, current_body, without_updates
 
@@ -122,6 +124,8 @@ class W2W_OT_use_mesh(bpy.types.Operator):
         mesh = body_of_object(context.object) or context.object
         try:
             body_of(mesh)
+            if has_record(mesh) and not mesh.w2w.is_body:
+                restore(mesh)
         except ValueError as error:
             return show_error(self, str(error))
         make_study(context, mesh)

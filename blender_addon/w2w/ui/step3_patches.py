@@ -8,9 +8,9 @@ import bpy
 from ..core.patches.geodesics import exact_is_available
 from ..core.patches.patches import sample_patches
 from ..scene.body import body_of
+from ..scene.packing import pack
 from ..scene.patches import place_patches, remove_patches
 from . import jobs, results
-from .packing import pack
 from .state import current_body
 from .step2_motions import can_change
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from w2w.core.motion.labels import LabelCheck
+from ..motion.labels import LabelCheck
 
 NAMED = 3
 """Files named in a sentence; `summary.json` has them all."""

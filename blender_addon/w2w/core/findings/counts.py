@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from w2w.core.ranking.f1 import FEWEST_CLIPS
-from w2w.core.ranking.utility import UtilityMap
+from ..ranking.f1 import FEWEST_CLIPS
+from ..ranking.utility import UtilityMap
 
 TOO_FEW = "too few clips"
 """Stands in a table's cell where an interval would."""

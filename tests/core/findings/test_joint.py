@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the sensors reach together is the headline, whatever the proxy promises."""
 
-from headless.reports.joint import joint_content
+from w2w.core.findings.joint import joint_content
 
 
 def scores_of(*scores):

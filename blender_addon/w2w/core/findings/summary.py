@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,17 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_json, write_text
-from w2w.core.motion.library import Library
-from w2w.core.results_folder import UTILITY
-
-from ..runs.clip_task import ClipResult
-from ..runs.study import Study, StudyError
-from ..window_options import window_content
-from .advice_text import DIGITS, advice_content, place_content
+from ..clip_files import WORK
+from ..csv_tables import csv_text
+from ..files import file_sha256, write_json, write_text
+from ..motion.library import Library
+from ..ranking.windows import WindowSpec
+from ..results_folder import UTILITY
+from .advice_content import DIGITS, advice_content, place_content
 from .best_regions import best_regions
 from .counts import clip_counts, few_clips
+from .finished_study import ClipResult, Study
 from .label_notes import label_content
 
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
@@ -35,13 +35,13 @@ def write_results(study: Study) -> None:
     write_json(out / "summary.json", summary(study))
 
 
-def write_failure(out: Path, library: Library, error: StudyError) -> None:
+def write_failure(out: Path, library: Library, problem: str, clips: Sequence[ClipResult]) -> None:
     """Write a `summary.json` that says what was wrong, with every clip and why it was skipped."""
-    skipped = _skipped(error.clips, library)
-    used = [result.clip.file for result in error.clips if result.used]
+    skipped = _skipped(clips, library)
+    used = [result.clip.file for result in clips if result.used]
     found = len(library.clips) + len(library.skipped)
     content = {
-        "problem": str(error),
+        "problem": problem,
         "clips": {"found": found, "used": len(used), "skipped": len(skipped)},
         "labelled_by": library.labelled_by,
         "labels": label_content(library.check),
@@ -100,6 +100,29 @@ def summary(study: Study) -> dict[str, Any]:
         "regions": _regions(study),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),
+    }
+
+
+def config_content(study: Study, versions: dict[str, str]) -> dict[str, Any]:
+    """Every parameter, the versions and the hashes of all inputs."""
+    return {
+        "parameters": study.config.as_dict(),
+        "body": {"name": study.body.name, "sha256": file_sha256(study.results.out / WORK / "body.npz")},
+        "versions": versions,
+        "labelled_by": study.library.labelled_by,
+        "inputs": {result.clip.file: result.source_sha256 for result in study.clips},
+    }
+
+
+def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str, Any]:
+    """How many used clips are shorter than a window, and the longest window that half of them fill."""
+    durations = np.array([result.details["duration_s"] for result in results if result.used])
+    median = float(np.median(durations)) if len(durations) else 0.0
+    return {
+        "length_s": spec.length_s,
+        "stride_s": spec.stride_s,
+        "clips_shorter": int((durations < spec.length_s).sum()),
+        "longest_useful_s": math.floor(10 * median) / 10,
     }
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.utility import UtilityMap
+from ..patches.patches import PatchSet
+from ..ranking.utility import UtilityMap
 
 AT_MOST = 10
 """Regions listed."""

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A choice of sensors as plain values on file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..patches.patches import PatchSet
+from ..ranking.utility import UtilityMap
+from ..selection.advice import Advice
+from ..selection.headline import (
+    as_good_as,
+    best_spot_sentence,
+    more_clips,
+    reliability_sentence,
+    where_to_wear,
+)
+from ..selection.subsets import Subset
+from .counts import interval_caution
+from .joint import joint_content
+
+DIGITS = 6
+"""Decimals of an F1 on file."""
+
+
+def advice_content(
+    advice: Advice, utility: UtilityMap, patches: PatchSet, together: Sequence[UtilityMap]
+) -> dict[str, Any]:
+    """The choice as plain values."""
+    return {
+        "best_single_patch": {
+            **place_content(advice.best, utility, patches),
+            "where": where_to_wear(advice.best, utility, patches, advice.allowed),
+            "sentence": best_spot_sentence(advice.best, utility, patches, advice.allowed),
+            "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
+            "clips_rank_placements": utility.can_rank,
+        },
+        "map_reliability": None if np.isnan(utility.reliability) else _f1(utility.reliability),
+        "more_clips_per_activity": more_clips(utility),
+        "map_sentence": reliability_sentence(utility),
+        "interval_caution": interval_caution(utility),
+        "joint": joint_of(advice, together),
+        "subset": {
+            **subset_content(advice.subset, utility, patches),
+            "alternatives": [[patches.names[p] for p in places] for places in advice.alternatives],
+        },
+        "exact": None
+        if advice.exact is None
+        else {
+            **subset_content(advice.exact, utility, patches),
+            "proven": advice.exact.proven,
+        },
+        "greedy_and_exact": advice.gap_sentence(),
+        "next_sensor": None
+        if advice.next_place < 0
+        else {
+            "patch": advice.next_place,
+            "name": patches.names[advice.next_place],
+            "gain": _f1(advice.next_gain),
+        },
+        "together": together_content(together),
+    }
+
+
+def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """A set of places with its reach."""
+    return {
+        "target": subset.target,
+        "reached": subset.reached,
+        "sentence": subset.sentence(),
+        "best_reachable": _f1(subset.best_reachable),
+        "cost": subset.cost,
+        "places": [
+            {**place_content(patch, utility, patches), "mean_max_f1_so_far": _f1(value)}
+            for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True)
+        ],
+    }
+
+
+def place_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """One patch by number, name and place, with its scores."""
+    return {
+        "patch": int(patch),
+        "name": patches.names[patch],
+        "region": patches.regions[patch],
+        "vertex": int(patches.vertices[patch]),
+        "mean_f1": _f1(utility.mean[patch]),
+        "mean_f1_interval": [_f1(utility.mean_low[patch]), _f1(utility.mean_high[patch])],
+        "expected_f1": _f1(utility.expected_mean[patch]),
+        "expected_f1_interval": [_f1(utility.expected_low[patch]), _f1(utility.expected_high[patch])],
+        "rank_interval": [int(utility.rank_low[patch]), int(utility.rank_high[patch])],
+        "f1": {name: _f1(value) for name, value in zip(utility.activities, utility.f1[patch], strict=True)},
+    }
+
+
+def together_content(together: Sequence[UtilityMap]) -> list[dict[str, Any]]:
+    """What one classifier on the first sensor, the first two, and so on reached."""
+    return [
+        {
+            "sensors": number,
+            "classifier": tested.classifier,
+            "mean_f1": _f1(tested.mean[0]),
+            "mean_f1_interval": [_f1(tested.mean_low[0]), _f1(tested.mean_high[0])],
+            "f1": {name: _f1(value) for name, value in zip(tested.activities, tested.f1[0], strict=True)},
+        }
+        for number, tested in enumerate(together, start=1)
+    ]
+
+
+def joint_of(advice: Advice, together: Sequence[UtilityMap]) -> dict[str, Any] | None:
+    """What the chosen sensors reach together; None where they were not tested so."""
+    subset = advice.subset
+    return joint_content(together_content(together), subset.target, len(subset.order), advice.least)
+
+
+def _f1(value: float) -> float:
+    return round(float(value), DIGITS)

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A finished study, ready to be written down: by the command line, or from Blender's panel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..body.body import Body
+from ..motion.library import Clip, Library
+from ..ranking.utility import UtilityMap
+from ..results_folder import StudyResults
+from ..selection.advice import Advice
+from ..study import StudyConfig
+
+
+@dataclass(frozen=True)
+class ClipResult:
+    """What became of a clip.
+
+    Parameters
+    ----------
+    clip : Clip
+    reason : str
+        Why it was skipped; empty where it is used.
+    details : dict
+        What the summary says of a used clip: take, frames, rate, duration, windows, skeleton.
+    source_sha256 : str
+        Hash of the clip's file.
+    """
+
+    clip: Clip
+    reason: str
+    details: dict[str, Any]
+    source_sha256: str
+
+    @property
+    def used(self) -> bool:
+        """Whether the clip takes part in the ranking."""
+        return not self.reason
+
+
+@dataclass(frozen=True)
+class Study:
+    """A finished study, ready to be written down.
+
+    Parameters
+    ----------
+    library : Library
+    config : StudyConfig
+    body : Body
+    clips : tuple of ClipResult
+        What became of each clip, in the library's order.
+    results : StudyResults
+        The ranking, as it is read again from its folder.
+    advice : Advice
+        The choice under the config's constraints.
+    together : tuple of UtilityMap
+        What one classifier on the first chosen sensor, the first two, and so on reaches.
+    """
+
+    library: Library
+    config: StudyConfig
+    body: Body
+    clips: tuple[ClipResult, ...]
+    results: StudyResults
+    advice: Advice
+    together: tuple[UtilityMap, ...] = ()
+
+    @property
+    def used(self) -> list[ClipResult]:
+        """Clips that take part."""
+        return [result for result in self.clips if result.used]

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A results folder of a study that no run has made: from its parts, as `w2w run` would have left it."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..body.body import Body
+from ..clip_files import (
+    WORK,
+    ClipWindows,
+    copy_file,
+    features_file,
+    motion_file,
+    ranking_inputs,
+    signals_file,
+)
+from ..clip_ranking import LabelledClip, rank_clips, same_motions
+from ..files import UNFINISHED, load_arrays, write_json, write_npz
+from ..imu.recording import ImuRecording
+from ..motion.library import Clip, Library
+from ..motion.motion import Motion
+from ..patches.patches import PatchSet
+from ..ranking.pooling import Pooling
+from ..ranking.utility import UtilityMap
+from ..results_folder import StudyResults, sensors_together
+from ..selection.advice import advise
+from ..study import StudyConfig
+from .finished_study import ClipResult, Study
+from .summary import config_content, write_results
+
+FOLDERS = ("motions", "signals", f"{WORK}/features", f"{WORK}/copies")
+
+
+@dataclass(frozen=True, eq=False)
+class SavedClip:
+    """A clip and where its parts are.
+
+    Parameters
+    ----------
+    clip : Clip
+        Its name is that of its files.
+    motion : Motion or None
+        None where no motion tells what moved the body.
+    features : Path
+        File with its windows.
+    recordings : tuple of Path
+        Files with its signals: its own, then those of its copies, which may not have been kept.
+    details : dict
+        What the summary is to say of it, beside its windows.
+    """
+
+    clip: Clip
+    motion: Motion | None
+    features: Path
+    recordings: tuple[Path, ...]
+    details: dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class StudyParts:
+    """All that a results folder is made of.
+
+    Parameters
+    ----------
+    config : StudyConfig
+    body : Body
+    patches : PatchSet
+    clips : tuple of SavedClip
+    utility : UtilityMap or None
+        The ranking of these clips; None where they are to be ranked.
+    library : Library
+        The clips again, and what was left out.
+    versions : dict of str to str
+        Of the programs at work.
+    """
+
+    config: StudyConfig
+    body: Body
+    patches: PatchSet
+    clips: tuple[SavedClip, ...]
+    utility: UtilityMap | None
+    library: Library
+    versions: dict[str, str]
+
+
+def write_folder(folder: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
+    """Write a results folder, whole or not at all.
+
+    Parameters
+    ----------
+    folder : Path
+        New, or empty.
+    parts : StudyParts
+    told : callable
+        Given the fraction done; what it raises ends the work.
+
+    Raises
+    ------
+    ValueError
+        If the folder is not empty, the clips cannot be ranked, or the constraints not be met.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ValueError(f"{folder} is not empty: choose a new folder for the results")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(
+        dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
+    ) as temporary:
+        out = Path(temporary) / "results"
+        _write(out, parts, told)
+        if folder.exists():
+            folder.rmdir()
+        out.replace(folder)
+
+
+def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
+    for name in FOLDERS:
+        (out / name).mkdir(parents=True)
+    parts.body.save(out / WORK / "body.npz")
+    parts.patches.save(out / WORK / "patches.npz")
+    results = []
+    for number, saved in enumerate(parts.clips):
+        told(0.4 * number / len(parts.clips))
+        results.append(_write_clip(out, saved, parts.patches))
+    utility, ranked = _ranked(out, parts, told)
+    told(0.8)
+    config = parts.config
+    advice = advise(utility, parts.patches, config.target, config.max_places, config.constraints)
+    study = StudyResults(out, utility, parts.patches, ranked, config.as_dict())
+    told(0.85)
+    together = sensors_together(study, advice.subset.order)
+    finished = Study(parts.library, config, parts.body, tuple(results), study, advice, together)
+    write_json(out / "config.json", config_content(finished, parts.versions))
+    write_results(finished)
+
+
+def _write_clip(out: Path, saved: SavedClip, patches: PatchSet) -> ClipResult:
+    clip = saved.clip
+    if saved.motion is not None:
+        saved.motion.save(motion_file(out, clip.name))
+    data = load_arrays(saved.recordings[0], ("acc", "gyr", "rate"), "does not hold baked signals")
+    labels = (clip.activity, clip.subject, clip.name)
+    recording = ImuRecording(data["acc"], data["gyr"], float(data["rate"]), patches.names, *labels)
+    recording.save(signals_file(out, clip.name))
+    for number, copy in enumerate(path for path in saved.recordings[1:] if path.is_file()):
+        shutil.copyfile(copy, copy_file(out, clip.name, number))
+    needed = ("features", "is_test", "signature")
+    windows = load_arrays(saved.features, needed, "does not hold a clip's windows", ("counts",))
+    windows.setdefault("counts", np.array([len(windows["is_test"])]))
+    write_npz(features_file(out, clip.name), windows)
+    own = int(windows["counts"][0])
+    details = {"windows": own, "test_windows": int(windows["is_test"].sum())}
+    return ClipResult(clip, "", {**saved.details, **details}, "")
+
+
+def _ranked(
+    out: Path, parts: StudyParts, told: Callable[[float], None]
+) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+    """The ranking and its clips, made anew where it is not of these clips."""
+    clips = [saved.clip for saved in parts.clips]
+    names = [clip.name for clip in clips]
+    windows = [ClipWindows.read(out, name) for name in names]
+    if parts.utility is not None:
+        return parts.utility, same_motions(clips, windows)
+    config = parts.config
+    inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
+    pooling = Pooling.on(parts.body, parts.patches)
+    return rank_clips(clips, windows, inputs, config, lambda done: told(0.4 + 0.4 * done), pooling=pooling)

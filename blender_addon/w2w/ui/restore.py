@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A finished run as a study of the panel's: from the record in a .blend file, or from a results folder."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path, PurePath
+
+import bpy
+
+from ..core.clip_files import STORED, features_file, signals_file
+from ..core.study import StudyConfig
+from ..scene.packing import pack
+from ..scene.patches import patch_empties
+from ..scene.study_record import StoredClip, StudyRecord, read_record, remove_record
+from . import results, signal_cache
+from .state import bake_settings, rank_settings, without_updates
+
+SUMMARY = "summary.json"
+"""File that a results folder is known by."""
+
+
+def restore(mesh: bpy.types.Object) -> str:
+    """Make a study of the record that lies beside a mesh; says what was found.
+
+    Raises
+    ------
+    ValueError
+        If the record is damaged or not of this mesh; nothing has been changed then.
+    """
+    record = read_record(mesh)
+    placed, chosen = (bpy.data.collections.get(name) for name in record.collections)
+    empties = patch_empties(placed) if placed is not None else []
+    if len(empties) != len(record.patches) or any(empty.parent is not mesh for empty in empties):
+        raise ValueError(f"the patches of '{mesh.name}' are no longer in the file as the run left them")
+    check_fits(mesh, record)
+    study = mesh.w2w
+    study.patch_size = empties[0].empty_display_size
+    study.patch_collection, study.chosen_collection = placed, chosen
+    for empty in empties:  # without W2W their names are the only marks; the panel has its own
+        empty.show_name = empty.show_in_front = False
+        empty.select_set(False)
+    study.results_near = os.curdir
+    actions = {clip.name: bpy.data.actions.get(clip.action) for clip in record.clips if clip.action}
+    fill(mesh, record, actions)
+    remove_record(mesh)
+    return opened_text(mesh)
+
+
+def check_fits(mesh: bpy.types.Object, record: StudyRecord) -> None:
+    """Refuse a record whose parts do not belong together.
+
+    Raises
+    ------
+    ValueError
+    """
+    patches, utility = record.patches, record.utility
+    if len(patches.labels) != len(mesh.data.vertices) or patches.triangles.max() >= len(patches.labels):
+        raise ValueError(f"the patches are of another body than '{mesh.name}'")
+    if utility.f1.shape != (len(patches), len(utility.activities)):
+        raise ValueError(f"the ranking is of other patches than those of '{mesh.name}'")
+    try:
+        config_of_run(record)
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"the parameters of the run cannot be understood: {error}") from error
+
+
+def config_of_run(record: StudyRecord) -> StudyConfig:
+    """The parameters of the run that a record is of."""
+    return StudyConfig.from_dict(record.parameters)
+
+
+def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.types.Action | None]) -> None:
+    """Give a body that has its patches everything else that a run found."""
+    study, config = mesh.w2w, config_of_run(record)
+    study.is_body, study.has_shape = True, record.is_own_body
+    study.parameters = json.dumps(record.parameters)
+    study.patches_text, study.patches_key = pack(record.patches)
+    _set_parameters(study, config)
+    study.clips.clear()
+    for stored in record.clips:
+        _add_clip(study, stored, actions.get(stored.name))
+    settings = bake_settings(study)
+    for clip in study.clips:
+        clip.baked_as = settings if clip.signals else ""
+    results.store(mesh, record.utility, rank_settings(study))
+    results.show_colours(bpy.context)
+    link_signals(study)
+
+
+def link_signals(study: bpy.types.PropertyGroup) -> None:
+    """Look for a run's signals in its results folder: near the .blend file, else where it was at first."""
+    folder = _found_folder(study)
+    if folder is None:
+        return
+    study.results_folder = str(folder)
+    for clip in study.clips:
+        if clip.signals.startswith(STORED) and PurePath(clip.stored_as).name == clip.stored_as:
+            signal_cache.link(clip.signals, folder, clip.stored_as)
+
+
+def opened_text(mesh: bpy.types.Object) -> str:
+    """What was opened, and which signals are not there, in sentences."""
+    study = mesh.w2w
+    stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
+    text = (
+        f"Opened a finished run: {len(stored)} clips on {len(patch_empties(study.patch_collection))} patches"
+    )
+    folder = Path(study.results_folder) if study.results_folder else None
+    lost = [clip for clip in stored if folder is None or not _has_files(folder, clip.stored_as)]
+    if not lost:
+        return text
+    where = f"in {folder}" if folder is not None else "beside this file"
+    return (
+        f"{text}. The signals of {len(lost)} clips are not {where}: put the file back into its results "
+        "folder and open it there, or bake them again (step 4)"
+    )
+
+
+def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
+    with without_updates():
+        study.patch_count, study.patch_method, study.patch_seed = (
+            config.patches,
+            config.patch_mode,
+            config.seed,
+        )
+        study.sensor, study.rate, study.seed = config.sensor, config.synthesis.rate_hz, config.seed
+        study.window_s, study.classifier = config.windows.length_s, config.classifier
+        study.folds, study.by_subject = config.folds, config.by_subject
+        study.target, study.max_places = config.target, config.max_places or 0
+
+
+def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.types.Action | None) -> None:
+    clip = study.clips.add()
+    clip.name, clip.file, clip.subject = stored.name, stored.file, stored.subject
+    clip.action, clip.activity = action, stored.activity
+    clip.n_frames, clip.rate = stored.n_frames, stored.rate
+    clip.skeleton, clip.scale = stored.skeleton, stored.scale
+    clip.signals, clip.problem = stored.signals, stored.problem
+    clip.stored_as = stored.name if stored.signals else ""
+    clip.motion_key = stored.motion_key
+    if action is None and not stored.problem:
+        clip.problem = "its motion is no longer where the run left it"
+
+
+def _found_folder(study: bpy.types.PropertyGroup) -> Path | None:
+    places = []
+    if study.results_near and bpy.data.filepath:
+        places.append((Path(bpy.data.filepath).parent / study.results_near).resolve())
+    if study.results_folder:
+        places.append(Path(study.results_folder))
+    return next((place for place in places if (place / SUMMARY).is_file()), None)
+
+
+def _has_files(folder: Path, clip: str) -> bool:
+    return signals_file(folder, clip).is_file() and features_file(folder, clip).is_file()

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Save Results: the panel's study as a results folder, which the command line and Python read."""
+
+from __future__ import annotations
+
+import platform
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+
+from ..core.findings.new_folder import SavedClip, StudyParts, write_folder
+from ..core.motion.library import Clip, Library, unique_names
+from ..core.motion.motion import Motion
+from ..core.study import StudyConfig
+from ..scene.actions import read_action
+from ..scene.body import armature_of, body_of
+from . import signal_cache
+from .jobs import Step, Steps, in_thread, start
+from .state import (
+    BAKED,
+    bake_settings,
+    config_of,
+    current_body,
+    patches_of,
+    rank_settings,
+    state_of,
+    utility_of,
+)
+from .step2_motions import can_change
+
+TITLE = "Save Results"
+
+
+class W2W_OT_save_results(bpy.types.Operator):
+    """Save the study as a results folder, as w2w run leaves one, in a new or empty folder"""
+
+    bl_idname = "w2w.save_results"
+    bl_label = TITLE
+    bl_options = {"REGISTER"}
+
+    directory: StringProperty(
+        name="Folder", description="A new or empty folder", subtype="DIR_PATH", options={"SKIP_SAVE"}
+    )
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a ranking."""
+        if not can_change(cls, context):
+            return False
+        cls.poll_message_set("Rank the patches first (step 5)")
+        body = current_body(context)
+        return utility_of(body.w2w) is not None and patches_of(body) is not None
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Ask for the folder."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Start the work."""
+        folder = Path(bpy.path.abspath(self.directory))
+        return start(self, context, TITLE, save_steps(current_body(context), folder))
+
+
+def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
+    """Read the study from the scene, clip by clip, then write the folder in a thread."""
+    study = mesh.w2w
+    if study.ranked_as != rank_settings(study):
+        raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
+    left_out = {activity.name for activity in study.activities if not activity.use}
+    ranked = [
+        clip
+        for clip in study.clips
+        if state_of(clip, bake_settings(study)) == BAKED and clip.activity.strip()
+    ]
+    lost = [clip.name for clip in ranked if not signal_cache.has(clip.signals)]
+    if lost:
+        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
+    clips = [clip for clip in ranked if clip.activity not in left_out]
+    names = unique_names([f"{clip.name}.npz" for clip in clips])
+    armature, saved = armature_of(mesh), []
+    for number, (clip, name) in enumerate(zip(clips, names, strict=True)):
+        yield Step(0.3 * number / len(clips), clip.name)
+        saved.append(_saved(armature, clip, name))
+    patches, body = patches_of(mesh), body_of(mesh)
+    parts = StudyParts(
+        _config(study, len(patches)),
+        body,
+        patches,
+        tuple(saved),
+        utility_of(study) if len(clips) == len(ranked) else None,
+        _library(study, saved, left_out),
+        {"python": platform.python_version(), "bpy": bpy.app.version_string},
+    )
+    yield from in_thread(lambda told: write_folder(folder, parts, told), f"writing {folder.name}", 0.3, 1.0)
+    text = f"Saved {len(clips)} clips and their ranking in {folder}"
+    return f"{text}, ranked anew without {', '.join(sorted(left_out))}" if parts.utility is None else text
+
+
+def _config(study: bpy.types.PropertyGroup, n_patches: int) -> StudyConfig:
+    given = config_of(study).as_dict()
+    return StudyConfig.from_dict(given | {"patches": n_patches})
+
+
+def _saved(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str) -> SavedClip:
+    """A clip as it is in the scene, under a name for its files."""
+    file = clip.file if clip.file and not Path(clip.file).is_absolute() else name
+    windows = signal_cache.windows_of(clip.signals)
+    motion = _motion(armature, clip, name)
+    return SavedClip(
+        Clip(Path(file), file, name, clip.activity, clip.subject, clip.motion_key),
+        motion,
+        signal_cache.path_of(clip.signals),
+        tuple(signal_cache.recordings_of(clip.signals, windows)),
+        {
+            "take": "",
+            "skeleton": clip.skeleton,
+            "frames": clip.n_frames,
+            "frame_rate": clip.rate,
+            "duration_s": round(clip.n_frames / clip.rate, 4),
+            "scale": clip.scale,
+        },
+    )
+
+
+def _motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str) -> Motion | None:
+    """The motion of a clip; None where its action moves the body in ways that no motion file tells."""
+    try:
+        return read_action(armature, clip.action).labelled(clip.activity, clip.subject, name)
+    except ValueError:
+        return None
+
+
+def _library(study: bpy.types.PropertyGroup, saved: list[SavedClip], left_out: set[str]) -> Library:
+    skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
+    skipped += [
+        (clip.name, f"{clip.activity} is not ticked") for clip in study.clips if clip.activity in left_out
+    ]
+    return Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
+
+
+def _export_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.operator("w2w.save_results", text="Results of W2W (folder)")
+
+
+CLASSES = (W2W_OT_save_results,)
+
+
+def register() -> None:
+    """Register the operator and its place in File > Export."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.TOPBAR_MT_file_export.append(_export_menu)
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    bpy.types.TOPBAR_MT_file_export.remove(_export_menu)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

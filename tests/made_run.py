@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run over real BVH clips and a broken one, as it is left overnight."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from headless.reports.draw import draw_alone
+from headless.reports.pictures import write_blend
+from w2w.core.results_folder import StudyResults
+from w2w.core.selection.advice import advise
+
+ACTIVITIES = ("bow", "run", "walk-left")
+N_PATCHES = 48
+
+
+def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
+    """Run `w2w run` into a folder and save its study.blend; the pictures beside it are left out.
+
+    Returns
+    -------
+    Path
+        The results folder.
+    """
+    for activity in ACTIVITIES:
+        (folder / "clips" / activity).mkdir(parents=True)
+        for file in sorted((data / "bvh/bandai_namco").glob(f"dataset-1_{activity}_*.bvh")):
+            shutil.copy(file, folder / "clips" / activity)
+    (folder / "clips" / "bow" / "broken.bvh").write_text("HIERARCHY")
+    options = f"--patches {patches} --stride 0.5 --forbid foot --max 3 --target 0.85 --workers 1"
+    done = subprocess.run(
+        [sys.executable, "-m", "headless", "run", folder / "clips", "--out", folder / "results"]
+        + [*options.split(), "--no-pictures"],
+        cwd=Path(__file__).resolve().parents[1],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise RuntimeError(done.stdout + done.stderr)
+    study = StudyResults.load(folder / "results")
+    config = study.config()
+    advice = advise(study.utility, study.patches, config.target, config.max_places, config.constraints)
+    why = draw_alone(write_blend, study.out, advice.subset)
+    if why:
+        raise RuntimeError(why)
+    return study.out

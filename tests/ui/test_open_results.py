@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A results folder opened into any scene: as if it had been computed there."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.core.clip_files import motion_file, signals_file
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.motion.skinning import patch_matrices
+from w2w.core.results_folder import StudyResults
+from w2w.scene.bake import PatchBaker
+from w2w.scene.body import body_of
+from w2w.ui import jobs, signal_cache
+from w2w.ui.open_results import open_steps
+from w2w.ui.state import (
+    BAKED,
+    FAILED,
+    bake_settings,
+    config_of,
+    patches_of,
+    rank_settings,
+    state_of,
+    utility_of,
+)
+
+from ..scene.conftest import difference
+from .made_study import names_in_file
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+@pytest.fixture
+def opened(finished_run: Path) -> bpy.types.Object:
+    """The run's body, in a scene that holds another body and plays 25 frames a second."""
+    bpy.context.scene.render.fps = 25
+    bpy.ops.w2w.add_body()
+    assert bpy.ops.w2w.open_results(filepath=str(finished_run / "summary.json")) == {"FINISHED"}
+    return bpy.context.scene.w2w.body
+
+
+def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, summary: dict) -> None:
+    study, run = opened.w2w, StudyResults.load(finished_run)
+    assert jobs.message.text == "Opened a finished run: 9 clips on 48 patches"
+    np.testing.assert_array_equal(utility_of(study).f1, run.utility.f1)
+    np.testing.assert_array_equal(patches_of(opened).triangles, run.patches.triangles)
+    np.testing.assert_allclose(body_of(opened).vertices, run.body().vertices, atol=1e-6)
+    assert [place.patch for place in study.chosen] == [
+        place["patch"] for place in summary["subset"]["places"]
+    ]
+    assert study.verdict == summary["subset"]["sentence"]
+    states = [state_of(clip, bake_settings(study)) for clip in study.clips]
+    assert states == [BAKED] * 9 + [FAILED]
+    assert study.ranked_as == rank_settings(study)
+    assert config_of(study) == run.config()
+    assert study.has_shape
+    clip = study.clips[3]
+    stored = ImuRecording.load(signals_file(finished_run, clip.name))
+    np.testing.assert_array_equal(signal_cache.recording(clip.signals).gyr, stored.gyr)
+
+
+def test_motions_keep_their_speed_and_the_patches_ride(opened: bpy.types.Object, finished_run: Path) -> None:
+    run, clip = StudyResults.load(finished_run), opened.w2w.clips[4]
+    baker = PatchBaker(opened, patches_of(opened))
+    frames = baker.by_frame(clip.action)
+    while True:
+        try:
+            next(frames)
+        except StopIteration as stop:
+            bake = stop.value
+            break
+    assert bake.rate == pytest.approx(run.motion(clip.name).rate, rel=1e-5)
+    truth = patch_matrices(run.body(), run.patches.triangles, run.motion(clip.name))
+    distance, _ = difference(bake.matrices, truth)
+    assert distance < 1e-4
+
+
+def test_a_motion_that_is_gone_costs_its_clip_alone(finished_run: Path, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(finished_run, tmp_path / "results"))
+    gone = StudyResults.load(folder).clips[0].name
+    motion_file(folder, gone).unlink()
+    assert bpy.ops.w2w.open_results(filepath=str(folder)) == {"FINISHED"}
+    clips = bpy.context.scene.w2w.body.w2w.clips
+    assert clips[gone].problem == "its motion is no longer where the run left it"
+    assert [clip.action is not None for clip in clips] == [False, *[True] * 8, False]
+
+
+@pytest.mark.parametrize("lost", ["summary.json", "utility.npz", ".w2w/body.npz"])
+def test_what_is_no_results_folder_says_why_and_leaves_nothing(
+    finished_run: Path, tmp_path: Path, lost: str
+) -> None:
+    folder = Path(shutil.copytree(finished_run, tmp_path / "results"))
+    (folder / lost).unlink()
+    before = names_in_file()
+    with pytest.raises(RuntimeError, match=Path(lost).name):
+        bpy.ops.w2w.open_results(filepath=str(folder))
+    assert jobs.message.is_error
+    assert jobs.message.text.startswith(f"{folder} is not the ")
+    assert names_in_file() == before
+
+
+def test_esc_leaves_the_scene_as_it_was(finished_run: Path) -> None:
+    bpy.ops.w2w.add_body()
+    body, before = bpy.context.scene.w2w.body, names_in_file()
+    steps = open_steps(finished_run)
+    while next(steps).fraction < 0.8:
+        pass
+    assert names_in_file() != before
+    steps.close()
+    assert names_in_file() == before
+    assert bpy.context.scene.w2w.body == body

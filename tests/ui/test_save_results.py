@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's study as a results folder: what reads a run's folder reads it too."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import w2w
+from headless.__main__ import APP
+from w2w.core.motion.skinning import patch_matrices
+from w2w.core.results_folder import StudyResults
+from w2w.ui import jobs, signal_cache
+from w2w.ui.save_results import save_steps
+from w2w.ui.state import utility_of
+
+from .made_study import make_study
+from .test_restore import open_file
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def save(folder: Path) -> dict:
+    """Save the panel's study; gives what the summary says."""
+    assert bpy.ops.w2w.save_results(directory=str(folder)) == {"FINISHED"}
+    return json.loads((folder / "summary.json").read_text())
+
+
+def content(folder: Path) -> list[str]:
+    """Everything in a folder."""
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+
+
+def test_the_command_line_and_python_read_a_study_of_the_panel(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    summary = save(tmp_path / "saved")
+    assert jobs.message.text == f"Saved 9 clips and their ranking in {tmp_path / 'saved'}"
+    assert [place["patch"] for place in summary["subset"]["places"]] == [
+        place.patch for place in body.w2w.chosen
+    ]
+    for command in (["place"], ["tables"], ["report"]):
+        done = CliRunner().invoke(APP, [*command, str(tmp_path / "saved")])
+        assert done.exit_code == 0, done.output
+    assert (tmp_path / "saved" / "report.html").is_file()
+    ranking = w2w.open_results(tmp_path / "saved")
+    np.testing.assert_array_equal(ranking.utility.f1, utility_of(body.w2w).f1)
+    assert ranking.together([place.patch for place in body.w2w.chosen])
+
+
+def test_a_saved_study_opens_again_with_its_signals(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    recording = signal_cache.recording(body.w2w.clips[2].signals)
+    f1 = utility_of(body.w2w).f1
+    save(tmp_path / "saved")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert bpy.ops.w2w.open_results(filepath=str(tmp_path / "saved")) == {"FINISHED"}
+    again = bpy.context.scene.w2w.body
+    np.testing.assert_array_equal(utility_of(again.w2w).f1, f1)
+    np.testing.assert_array_equal(signal_cache.recording(again.w2w.clips[2].signals).acc, recording.acc)
+
+
+def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path, tmp_path: Path) -> None:
+    run = StudyResults.load(finished_run)
+    body = open_file(finished_run / "study.blend")
+    body.w2w.target, body.w2w.max_places = 1.0, 2
+    summary = save(tmp_path / "saved")
+    saved = StudyResults.load(tmp_path / "saved")
+    np.testing.assert_array_equal(saved.utility.f1, run.utility.f1)
+    assert saved.clips == run.clips
+    assert saved.config().constraints == run.config().constraints
+    assert (saved.config().target, saved.config().max_places) == (1.0, 2)
+    assert saved.config().windows == run.config().windows
+    assert [place["patch"] for place in summary["subset"]["places"]] == [
+        place.patch for place in body.w2w.chosen
+    ]
+    assert summary["skipped"] == run.summary["skipped"]
+    name = run.clips[4].name
+    np.testing.assert_allclose(
+        patch_matrices(saved.body(), saved.patches.triangles, saved.motion(name)),
+        patch_matrices(run.body(), run.patches.triangles, run.motion(name)),
+        atol=1e-4,
+    )
+
+
+def test_an_activity_that_is_not_ticked_is_left_out_and_said(finished_run: Path, tmp_path: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    body.w2w.activities["run"].use = False
+    summary = save(tmp_path / "saved")
+    assert jobs.message.text.endswith("ranked anew without run")
+    saved = StudyResults.load(tmp_path / "saved")
+    assert saved.utility.activities == ("bow", "walk_left")
+    assert summary["clips"] == {"found": 10, "used": 6, "ranked": 6, "skipped": 4}
+    assert {"run is not ticked"} < {entry["reason"] for entry in summary["skipped"]}
+
+
+def test_a_folder_with_something_in_it_is_left_alone(finished_run: Path, tmp_path: Path) -> None:
+    open_file(finished_run / "study.blend")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years of work")
+    with pytest.raises(RuntimeError, match="is not empty: choose a new folder for the results"):
+        bpy.ops.w2w.save_results(directory=str(tmp_path / "mine"))
+    assert content(tmp_path) == ["mine", "mine/thesis.txt"]
+
+
+def test_a_ranking_of_other_clips_is_not_saved(finished_run: Path, tmp_path: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    body.w2w.clips[0].activity = "greeting"
+    with pytest.raises(RuntimeError, match="rank again first"):
+        bpy.ops.w2w.save_results(directory=str(tmp_path / "saved"))
+    assert not content(tmp_path)
+
+
+def test_esc_leaves_no_half_written_folder(finished_run: Path, tmp_path: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    steps = save_steps(body, tmp_path / "saved")
+    while next(steps).fraction <= 0.3:
+        pass
+    steps.close()
+    for _ in range(1200):  # the thread ends at its next step
+        if not content(tmp_path):
+            break
+        time.sleep(0.05)
+    assert not content(tmp_path)
