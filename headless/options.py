@@ -126,6 +126,15 @@ Must = Annotated[
         help="Use at least one place in each of these regions: 'left wrist'.", rich_help_panel=PANEL
     ),
 ]
+EveryActivity = Annotated[
+    float,
+    typer.Option(
+        min=0,
+        max=1,
+        help="Expected F1 that sensors worn together should reach for every activity, beside the mean.",
+        rich_help_panel=PANEL,
+    ),
+]
 MaxPlaces = Annotated[
     int | None, typer.Option("--max", min=1, help="Maximum number of sensors.", rich_help_panel=PANEL)
 ]

@@ -147,6 +147,16 @@ def test_a_set_is_tested_together(ranking):
     assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
 
 
+def test_a_set_is_chosen_to_be_worn_together(ranking):
+    worn = ranking.wear_together(1.0, max_sensors=2, constraints=w2w.Constraints(forbid=("left",)))
+    assert 1 <= len(worn.order) <= 2
+    assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
+    assert worn.promise.mean[0] == pytest.approx(ranking.utility.expected_mean[worn.order[0]])
+    assert "on other clips" in worn.sentence()
+    with pytest.raises(ValueError, match="ridge"):
+        replace(ranking, classifier="trees").wear_together()
+
+
 def test_constraints_hold(ranking):
     free = ranking.smallest_set(0.5)
     region = ranking.patches.regions[free.order[0]]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,16 @@ from typing import Any
 import numpy as np
 
 from .core.body.body import Body
-from .core.clip_ranking import WindowLabels, rank_together
+from .core.clip_ranking import WindowLabels, choose_worn, rank_together
 from .core.csv_tables import csv_text
 from .core.files import write_text
 from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
 from .core.ranking.inputs import PlaceBlocks
+from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
 from .core.selection.constraints import Constraints
+from .core.selection.joint import JointSet
 from .core.selection.subsets import Subset, best_single, exact_subset, greedy_subset
 from .core.study import StudyConfig
 
@@ -130,6 +132,49 @@ class Ranking:
         terms = (constraints or Constraints()).terms(self.patches)
         choose = exact_subset if exact else greedy_subset
         return choose(self.f1, target, max_sensors, **terms)
+
+    def wear_together(
+        self,
+        target: float = 0.9,
+        every_activity: float = 0.0,
+        max_sensors: int | None = None,
+        constraints: Constraints | None = None,
+    ) -> JointSet:
+        """Choose patches by one classifier on all of them, with what they would reach on other clips.
+
+        Parameters
+        ----------
+        target : float
+            Expected macro F1 to reach.
+        every_activity : float
+            Expected F1 that no activity may fall short of; 0 for none.
+        max_sensors : int, optional
+        constraints : Constraints, optional
+            Where sensors may and must go, and what they cost there.
+
+        Returns
+        -------
+        JointSet
+            ``order`` holds the patches, ``promise`` the expected F1 of the first, the first two, and so on.
+
+        Raises
+        ------
+        ValueError
+            If the constraints cannot be met, or the classifier is not the ridge.
+        """
+        config = replace(
+            self.config,
+            target=target,
+            every_activity=every_activity,
+            max_places=max_sensors,
+            constraints=constraints or Constraints(),
+        )
+        pooling = Pooling.on(self.body, self.patches)
+        of_clips = (self.inputs, self.labels, config, self.utility, self.patches, pooling)
+        worn = choose_worn(*of_clips, self.classifier)
+        if worn is None:
+            raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
+        return worn
 
     def together(self, patches: Sequence[int]) -> tuple[UtilityMap, ...]:
         """Train one classifier on patches worn together: the first, the first two, and so on.

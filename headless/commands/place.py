@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,12 +12,12 @@ from rich.console import Console
 
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import advice_content
-from w2w.core.results_folder import StudyResults, sensors_together
+from w2w.core.results_folder import StudyResults, choose_to_wear, sensors_together
 from w2w.core.selection.advice import advise
 
 from ..console import USAGE
-from ..options import Costs, Forbid, MaxPlaces, Must, Only, parse_wishes
-from ..reports.advice_text import show_advice, show_best_spot
+from ..options import Costs, EveryActivity, Forbid, MaxPlaces, Must, Only, parse_wishes
+from ..reports.advice_text import show_advice, show_best_spot, show_worn
 
 
 def place(
@@ -30,6 +31,7 @@ def place(
             show_default=False,
         ),
     ] = None,
+    every_activity: EveryActivity = 0.0,
     only: Only = "",
     forbid: Forbid = "",
     must: Must = "",
@@ -53,9 +55,16 @@ def place(
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
-    tested = sensors_together(study, advice.subset.order) if together else ()
+    worn, tested = None, ()
+    if together:
+        wished = {"target": goal, "every_activity": every_activity, "max_places": max_places}
+        with console.status("Choosing sensors to wear together"):
+            worn = choose_to_wear(study, replace(study.config(), **wished, constraints=constraints))
+            tested = sensors_together(study, advice.subset.order)
     show_best_spot(advice, study.utility, study.patches, console)
+    if worn is not None:
+        show_worn(worn, study.patches, console)
     show_advice(advice, study.utility, study.patches, tested, console)
     if out is not None:
-        write_json(out, advice_content(advice, study.utility, study.patches, tested))
+        write_json(out, advice_content(advice, study.utility, study.patches, tested, worn))
         console.print(f"\nWritten to {out}")

@@ -22,7 +22,7 @@ from w2w.core.ranking.utility import unavailable
 from w2w.core.study import StudyConfig
 
 from ..console import SKIPPED, USAGE
-from ..options import Costs, Forbid, MaxPlaces, Must, Only, parse_bodies, parse_wishes
+from ..options import Costs, EveryActivity, Forbid, MaxPlaces, Must, Only, parse_bodies, parse_wishes
 from ..reports.comparison import keep_foreign_comparison, write_comparison
 from ..reports.console_tables import show_comparison, show_labels
 from ..runs.guard import LIMIT_S, MEMORY
@@ -78,6 +78,7 @@ def run(
     target: Annotated[
         float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")
     ] = 0.90,
+    every_activity: EveryActivity = 0.0,
     only: Only = "",
     forbid: Forbid = "",
     must: Must = "",
@@ -145,6 +146,7 @@ def run(
             folds=folds,
             by_subject=by_subject,
             target=target,
+            every_activity=every_activity,
             max_places=max_places,
             constraints=parse_wishes(only, forbid, must, costs),
             seed=seed,

@@ -22,6 +22,7 @@ from w2w.core.selection.headline import (
     mean_caution,
     reliability_sentence,
 )
+from w2w.core.selection.joint import JointSet
 
 AT_MOST = 12
 """Sensors listed on the screen; the files have them all."""
@@ -39,6 +40,24 @@ def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, conso
         console.print(f"Caution: {warning}.", style="yellow")
 
 
+def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
+    """Print the sensors to wear together, and what they would reach on other clips."""
+    made = worn.promise
+    console.print(f"[bold]{_capital(worn.sentence())}.[/bold]")
+    table = Table(title="Worn together, sensor by sensor", title_justify="left")
+    for heading in ("", "place", "expected F1", "95 % interval", "on these clips"):
+        table.add_column(heading, justify="left" if heading == "place" else "right", overflow="fold")
+    for number, patch in enumerate(worn.order):
+        table.add_row(
+            str(number + 1),
+            patches.names[patch],
+            f"{made.mean[number]:.3f}",
+            interval_text(made.low[number], made.high[number], ""),
+            f"{made.raw[number].mean():.3f}",
+        )
+    console.print(table)
+
+
 def show_advice(
     advice: Advice,
     utility: UtilityMap,
@@ -49,7 +68,7 @@ def show_advice(
     """Print the chosen set sensor by sensor, and what the choice rests on."""
     names = patches.names
     caution = mean_caution(utility)
-    table = Table(title="The set, sensor by sensor", title_justify="left")
+    table = Table(title="The set by the paper's algorithm 2, sensor by sensor", title_justify="left")
     table.add_column("")
     table.add_column("place", overflow="fold")
     if together:
@@ -70,7 +89,7 @@ def show_advice(
     console.print(table)
     joint = joint_of(advice, together)
     if joint is not None:
-        console.print(f"[bold]{_capital(joint['sentence'])}.[/bold]")
+        console.print(f"{_capital(joint['sentence'])}.")
     else:
         console.print("The sensors were not tested together.")
     console.print(f"By the best-of proxy: {advice.subset.sentence()}; {advice.gap_sentence()}.")

@@ -32,7 +32,7 @@ from ..console import show_left_out
 from ..runs.picture_names import HEATMAPS
 from ..runs.study import RunPlan
 from ..window_options import window_warning
-from .advice_text import show_advice, show_best_spot
+from .advice_text import show_advice, show_best_spot, show_worn
 from .html import REPORT
 from .pictures import BLEND
 
@@ -62,6 +62,8 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_window_warning(study.clips, study.config.windows, console)
     show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
+    if study.worn is not None:
+        show_worn(study.worn, study.results.patches, console)
     show_advice(study.advice, utility, study.results.patches, study.together, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")

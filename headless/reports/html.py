@@ -99,7 +99,8 @@ def page(
     """
     utility, spot = study.utility, summary["best_single_patch"]
     best = spot["patch"]
-    chosen = [place["patch"] for place in summary["subset"]["places"]]
+    worn = summary.get("worn_together")
+    chosen = [place["patch"] for place in (worn or summary["subset"])["places"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": _capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
@@ -118,6 +119,7 @@ def page(
         repeats=reliability_sentence(utility),
         notes=_notes(summary),
         left_out=left_out_sentences(utility.left_out),
+        worn=worn,
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
         body=body,
         utility=utility,

@@ -12,10 +12,13 @@ import numpy as np
 
 from .clip_files import ClipWindows
 from .motion.library import Clip
+from .patches.patches import PatchSet
+from .ranking.classifiers.ridge import Ridge
 from .ranking.inputs import PlaceBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap, utility_map
-from .selection.subsets import multi_sensor_check
+from .selection.joint import JointSet, SetTests, choose_together
+from .selection.subsets import Terms, multi_sensor_check
 from .study import StudyConfig, same_clips
 
 
@@ -152,6 +155,36 @@ def rank_windows(
     """Train and test at every patch; as `rank_clips`, for windows whose motions are known."""
     protocol = labels.protocol(config, classifier)
     return utility_map(inputs, labels.activity, **protocol, progress=progress, work=work, pooling=pooling)
+
+
+def choose_worn(
+    inputs: np.ndarray | PlaceBlocks,
+    labels: WindowLabels,
+    config: StudyConfig,
+    utility: UtilityMap,
+    patches: PatchSet,
+    pooling: Pooling,
+    classifier: Any = None,
+) -> JointSet | None:
+    """Choose the patches to wear together, under the config's target and constraints.
+
+    Returns
+    -------
+    JointSet or None
+        None for other classifiers than the ridge, which would take too long.
+
+    Raises
+    ------
+    ValueError
+        If the constraints cannot be met.
+    """
+    protocol = labels.protocol(config, classifier)
+    if protocol.pop("classifier") != Ridge.name:
+        return None
+    wishes = config.constraints.terms(patches)
+    terms = Terms.checked(utility.f1, config.max_places, **wishes)
+    tests = SetTests.of(inputs, labels.activity, **protocol, pooling=pooling)
+    return choose_together(tests, utility.expected_mean, terms, config.target, config.every_activity)
 
 
 def rank_together(

@@ -12,12 +12,14 @@ from typing import Any
 
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
-from .clip_ranking import LabelledClip, WindowLabels, rank_together
+from .clip_ranking import LabelledClip, WindowLabels, choose_worn, rank_together
 from .motion.motion import Motion
 from .patches.patches import PatchSet
 from .ranking.inputs import PlaceBlocks
+from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.windows import WindowSpec
+from .selection.joint import JointSet
 from .study import StudyConfig
 
 UTILITY = "utility.npz"
@@ -133,6 +135,20 @@ def _clips(used: list[dict[str, Any]]) -> tuple[LabelledClip, ...]:
 
 AT_MOST = 6
 """Sensors that are tested together: the classifier's width grows with each."""
+
+
+def choose_to_wear(study: StudyResults, config: StudyConfig) -> JointSet | None:
+    """Choose the patches to wear together from a finished ranking, as `choose_worn` does.
+
+    Parameters
+    ----------
+    study : StudyResults
+    config : StudyConfig
+        The run's own, or with another target and other constraints.
+    """
+    pooling = Pooling.on(study.body(), study.patches)
+    inputs = study.inputs(config.classifier)
+    return choose_worn(inputs, study.labels(), config, study.utility, study.patches, pooling)
 
 
 def sensors_together(study: StudyResults, order: Sequence[int]) -> tuple[UtilityMap, ...]:

@@ -56,6 +56,8 @@ class StudyConfig:
         Leave one subject out at a time instead.
     target : float
         Mean-max F1 the recommended set of places shall reach.
+    every_activity : float
+        Expected F1 that the sensors worn together shall reach for each activity; 0 for none.
     max_places : int or None
         Most places in that set.
     constraints : Constraints
@@ -81,6 +83,7 @@ class StudyConfig:
     folds: int = 5
     by_subject: bool = False
     target: float = 0.90
+    every_activity: float = 0.0
     max_places: int | None = None
     constraints: Constraints = field(default_factory=Constraints)
     seed: int = 0
@@ -89,6 +92,8 @@ class StudyConfig:
     def __post_init__(self) -> None:
         if not 0 < self.target <= 1:
             raise ValueError(f"target must be an F1 above 0 and at most 1, not {self.target}")
+        if not 0 <= self.every_activity <= 1:
+            raise ValueError(f"every_activity must be an F1 from 0 to 1, not {self.every_activity}")
         if self.folds < 2:
             raise ValueError(f"folds must be at least 2, not {self.folds}")
         if self.classifier not in CLASSIFIERS:

@@ -101,6 +101,7 @@ def test_another_choice_from_the_same_ranking(study):
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
     free, _ = chosen(out, "--no-together")
     assert free["together"] == []
+    assert free["worn_together"] is None
     left, output = chosen(out, "--only", "left", "--must", "left arm", "--max", 3, "--target", 1)
     regions = [place["region"] for place in left["subset"]["places"]]
     assert all(region.startswith("left") for region in regions)
@@ -108,7 +109,27 @@ def test_another_choice_from_the_same_ranking(study):
     assert len(left["together"]) == len(regions)
     assert left["subset"]["best_reachable"] <= free["subset"]["best_reachable"]
     assert "one classifier on all sensors" in output
+    worn = left["worn_together"]
+    assert worn["sentence"][1:] in " ".join(output.split())
+    assert all(place["region"].startswith("left") for place in worn["places"])
+    promised = [place["expected_f1_so_far"] for place in worn["places"]]
+    assert promised == sorted(promised)
+    assert worn["expected_f1"] == promised[-1]
+    low, high = worn["expected_f1_interval"]
+    assert low <= worn["expected_f1"] <= high
     assert before == {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
+
+
+def test_every_activity_may_be_asked_to_reach_an_f1(study):
+    out, _ = study
+    asked, output = chosen(out, "--target", 0.05, "--every-activity", 1)
+    worn = asked["worn_together"]
+    assert worn["every_activity"] == 1
+    assert worn["reached"] == (min(worn["f1"].values()) >= 1)
+    assert "for every activity" in output
+    free = chosen(out, "--target", 0.05)[0]["worn_together"]
+    assert free["reached"]
+    assert len(free["places"]) == 1
 
 
 @pytest.mark.parametrize(

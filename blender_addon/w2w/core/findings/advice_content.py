@@ -18,6 +18,7 @@ from ..selection.headline import (
     reliability_sentence,
     where_to_wear,
 )
+from ..selection.joint import JointSet
 from ..selection.subsets import Subset
 from .counts import interval_caution
 from .joint import joint_content
@@ -27,7 +28,11 @@ DIGITS = 6
 
 
 def advice_content(
-    advice: Advice, utility: UtilityMap, patches: PatchSet, together: Sequence[UtilityMap]
+    advice: Advice,
+    utility: UtilityMap,
+    patches: PatchSet,
+    together: Sequence[UtilityMap],
+    worn: JointSet | None = None,
 ) -> dict[str, Any]:
     """The choice as plain values."""
     return {
@@ -42,6 +47,7 @@ def advice_content(
         "more_clips_per_activity": more_clips(utility),
         "map_sentence": reliability_sentence(utility),
         "interval_caution": interval_caution(utility),
+        "worn_together": None if worn is None else worn_content(worn, utility, patches),
         "joint": joint_of(advice, together),
         "subset": {
             **subset_content(advice.subset, utility, patches),
@@ -62,6 +68,30 @@ def advice_content(
             "gain": _f1(advice.next_gain),
         },
         "together": together_content(together),
+    }
+
+
+def worn_content(worn: JointSet, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """Patches chosen to be worn together, with what the first, the first two, and so on would reach."""
+    made = worn.promise
+    return {
+        "sentence": worn.sentence(),
+        "target": worn.target,
+        "every_activity": worn.every_activity,
+        "reached": worn.reached,
+        "cost": worn.cost,
+        "expected_f1": _f1(made.mean[-1]),
+        "expected_f1_interval": [_f1(made.low[-1]), _f1(made.high[-1])],
+        "f1": {name: _f1(value) for name, value in zip(worn.activities, made.f1[-1], strict=True)},
+        "places": [
+            {
+                **place_content(patch, utility, patches),
+                "expected_f1_so_far": _f1(made.mean[number]),
+                "expected_f1_so_far_interval": [_f1(made.low[number]), _f1(made.high[number])],
+                "mean_f1_so_far": _f1(made.raw[number].mean()),
+            }
+            for number, patch in enumerate(worn.order)
+        ],
     }
 
 

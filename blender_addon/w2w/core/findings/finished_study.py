@@ -11,6 +11,7 @@ from ..motion.library import Clip, Library
 from ..ranking.utility import UtilityMap
 from ..results_folder import StudyResults
 from ..selection.advice import Advice
+from ..selection.joint import JointSet
 from ..study import StudyConfig
 
 
@@ -55,6 +56,8 @@ class Study:
         The ranking, as it is read again from its folder.
     advice : Advice
         The choice under the config's constraints.
+    worn : JointSet or None
+        The patches chosen to be worn together; None where the classifier takes too long for that.
     together : tuple of UtilityMap
         What one classifier on the first chosen sensor, the first two, and so on reaches.
     """
@@ -65,6 +68,7 @@ class Study:
     clips: tuple[ClipResult, ...]
     results: StudyResults
     advice: Advice
+    worn: JointSet | None = None
     together: tuple[UtilityMap, ...] = ()
 
     @property

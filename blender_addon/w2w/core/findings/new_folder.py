@@ -30,7 +30,7 @@ from ..motion.motion import Motion
 from ..patches.patches import PatchSet
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
-from ..results_folder import StudyResults, sensors_together
+from ..results_folder import StudyResults, choose_to_wear, sensors_together
 from ..selection.advice import advise
 from ..study import StudyConfig
 from .finished_study import ClipResult, Study
@@ -135,8 +135,9 @@ def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
     advice = advise(utility, parts.patches, config.target, config.max_places, config.constraints)
     study = StudyResults(out, utility, parts.patches, ranked, config.as_dict())
     told(0.85)
+    worn = choose_to_wear(study, config)
     together = sensors_together(study, advice.subset.order)
-    finished = Study(parts.library, config, parts.body, tuple(results), study, advice, together)
+    finished = Study(parts.library, config, parts.body, tuple(results), study, advice, worn, together)
     write_json(out / "config.json", config_content(finished, parts.versions))
     write_results(finished)
 

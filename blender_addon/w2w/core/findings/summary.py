@@ -96,7 +96,7 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
-        **advice_content(study.advice, utility, patches, study.together),
+        **advice_content(study.advice, utility, patches, study.together, study.worn),
         "regions": _regions(study),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),

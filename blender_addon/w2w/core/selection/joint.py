@@ -345,6 +345,22 @@ class JointSet:
     reached: bool
     cost: float
 
+    def sentence(self) -> str:
+        """Say in words what the set would reach on other clips."""
+        made, count = self.promise, len(self.order)
+        sensors = "1 sensor reaches" if count == 1 else f"{count} sensors worn together reach"
+        text = (
+            f"{sensors} an expected F1 of {made.mean[-1]:.3f} on other clips "
+            f"(95 % interval {made.low[-1]:.2f} to {made.high[-1]:.2f}; target {self.target:g}"
+        )
+        if self.every_activity:
+            worst = int(made.f1[-1].argmin())
+            text += (
+                f", {self.every_activity:g} for every activity, of which {self.activities[worst]} has the "
+                f"lowest, {made.f1[-1, worst]:.3f}"
+            )
+        return text + (")" if self.reached else "); no more sensors are allowed, or more add nothing")
+
 
 def choose_together(
     tests: SetTests,
