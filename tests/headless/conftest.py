@@ -30,7 +30,8 @@ from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
-from w2w.core.selection.subsets import multi_sensor_check
+from w2w.core.selection.joint import SetTests, choose_together
+from w2w.core.selection.subsets import Terms, multi_sensor_check
 from w2w.core.study import StudyConfig
 
 
@@ -135,6 +136,12 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         StudyResults(out, utility, patches, ranked, config.as_dict()),
         advice,
+        choose_together(
+            SetTests.of(features, activity, **protocol, pooling=pooling),
+            utility.expected_mean,
+            Terms.checked(utility.f1, 5, None, (), None),
+            config.target,
+        ),
         tuple(together),
     )
     write_config(drawn)

@@ -275,8 +275,8 @@ def promise(
             for pair in tests.pairs
             for here, there in (pair, pair[::-1])
         ]
-    gain = np.nan_to_num(np.nanmean(gains, axis=0)) if gains else 0.0
-    f1 = level_of[tests.whole] + gain
+    shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
+    f1 = level_of[tests.whole] + np.nansum(gains, axis=0) / shown
     mean = np.maximum.accumulate(np.clip([alone, *f1[1:].mean(axis=1)], 0, 1))
     f1 = np.maximum.accumulate(np.clip(f1 + (mean - f1.mean(axis=1))[:, None], 0, 1))
     apart = [_mean(level_of[one]) - _mean(level_of[other]) for one, other in tests.pairs]
