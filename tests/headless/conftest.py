@@ -138,7 +138,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         advice,
         choose_together(
             SetTests.of(features, activity, **protocol, pooling=pooling),
-            utility.expected_mean,
+            (utility.expected_mean, utility.expected_low, utility.expected_high),
             Terms.checked(utility.f1, 5, None, (), None),
             config.target,
         ),

@@ -184,7 +184,8 @@ def choose_worn(
     wishes = config.constraints.terms(patches)
     terms = Terms.checked(utility.f1, config.max_places, **wishes)
     tests = SetTests.of(inputs, labels.activity, **protocol, pooling=pooling)
-    return choose_together(tests, utility.expected_mean, terms, config.target, config.every_activity)
+    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
+    return choose_together(tests, expected, terms, config.target, config.every_activity)
 
 
 def rank_together(

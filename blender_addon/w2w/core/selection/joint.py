@@ -244,7 +244,12 @@ class Promise:
 
 
 def promise(
-    tests: SetTests, terms: Terms, order: Sequence[int], choose: Grow, alone: float, level: float = 0.95
+    tests: SetTests,
+    terms: Terms,
+    order: Sequence[int],
+    choose: Grow,
+    alone: tuple[float, float, float],
+    level: float = 0.95,
 ) -> Promise:
     """What the first patch of a set, the first two, and so on would reach on other clips.
 
@@ -259,8 +264,8 @@ def promise(
     order : sequence of int
     choose : callable
         Chooses a set from the tests of a half.
-    alone : float
-        Expected macro F1 of the first patch alone, as its map gives it.
+    alone : tuple of three floats
+        Expected macro F1 of the first patch alone and its interval, as its map gives them.
     level : float
         Confidence of the interval.
     """
@@ -277,7 +282,7 @@ def promise(
         ]
     shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
     f1 = level_of[tests.whole] + np.nansum(gains, axis=0) / shown
-    mean = np.maximum.accumulate(np.clip([alone, *f1[1:].mean(axis=1)], 0, 1))
+    mean = np.maximum.accumulate(np.clip([alone[0], *f1[1:].mean(axis=1)], 0, 1))
     f1 = np.maximum.accumulate(np.clip(f1 + (mean - f1.mean(axis=1))[:, None], 0, 1))
     apart = [_mean(level_of[one]) - _mean(level_of[other]) for one, other in tests.pairs]
     if gains:
@@ -286,7 +291,9 @@ def promise(
     else:
         variance = np.ones(size)
     reach = norm.ppf((1 + level) / 2) * np.sqrt(variance)
-    return Promise(f1, mean, np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1), raw)
+    low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
+    low[0], high[0] = alone[1:]
+    return Promise(f1, mean, low, high, raw)
 
 
 def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
@@ -364,7 +371,7 @@ class JointSet:
 
 def choose_together(
     tests: SetTests,
-    expected_mean: np.ndarray,
+    expected: Sequence[np.ndarray],
     terms: Terms,
     target: float = 0.9,
     every_activity: float = 0.0,
@@ -374,8 +381,8 @@ def choose_together(
     Parameters
     ----------
     tests : SetTests
-    expected_mean : ndarray, shape (N,)
-        Expected macro F1 of each patch alone, by which the first is chosen.
+    expected : three ndarrays, shape (N,)
+        Expected macro F1 of each patch alone, by which the first is chosen, and its interval.
     terms : Terms
     target : float
     every_activity : float
@@ -390,8 +397,8 @@ def choose_together(
         return grow(half, terms, size, worst=worst, among=OF_HALVES)
 
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
-        order = grow(tests.whole, terms, size, expected_mean, worst, start=order)
-        made = promise(tests, terms, order, choose, float(expected_mean[order[0]]))
+        order = grow(tests.whole, terms, size, expected[0], worst, start=order)
+        made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
         fewest = _fewest(order, terms)
         good = (made.mean >= target - ROUNDING) & (made.f1.min(axis=1) >= every_activity - ROUNDING)
         good[: fewest - 1] = False
