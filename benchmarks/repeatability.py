@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Does the advice hold for others? Disjoint halves of a library choose, and each other's scores judge.
 
-    python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 4] [--workers 2]
+    python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 4] [--workers 2] [--sets 4]
 
 Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity,
 HDM05 (performers choose and other performers judge) and Bandai-Namco (styles likewise). Printed for each,
@@ -9,8 +9,10 @@ over all halvings and both ways: the promise of the chosen patch and what it del
 the raw F1 of the best patch as a naive user would read it, the gain over an average patch, Spearman's
 rho of the two halves' expected maps (mean, and by activity), the share of patches whose interval holds
 the other half's value, how many patches are said to be as good as the best, and the reliability that a
-half says of its map with the correlation that the other half's map then has with it. Then the same with
-labels shuffled between clips, where there is nothing to find.
+half says of its map with the correlation that the other half's map then has with it. For sets of 2 to
+`--sets` sensors (0 for none): what a set chosen by one half was promised to give, what it delivers on the
+other, and its gain there over sets drawn at random. Then the same with labels shuffled between clips, where
+there is nothing to find.
 """
 
 from __future__ import annotations
@@ -33,6 +35,8 @@ from w2w.core.ranking.inputs import PlaceBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.joint import SetTests, chosen_by_halves, grow, promise, random_sets
+from w2w.core.selection.subsets import Terms
 from w2w.core.study import StudyConfig
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
@@ -57,16 +61,25 @@ class Library:
         pooling = Pooling.on(study.body(), study.patches)
         return cls(study.inputs("ridge"), study.labels(), files, study.config(), pooling)
 
-    def rank(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray | None = None) -> UtilityMap:
-        """Rank on some windows."""
-        labels = WindowLabels(
-            (self.labels.activity if activity is None else activity)[rows],
-            self.labels.motion[rows],
-            self.labels.subject[rows],
-            self.labels.is_test[rows],
+    def part(self, rows: np.ndarray, activity: np.ndarray) -> WindowLabels:
+        """Labels of some windows."""
+        return WindowLabels(
+            activity[rows], self.labels.motion[rows], self.labels.subject[rows], self.labels.is_test[rows]
         )
+
+    def rank(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray) -> UtilityMap:
+        """Rank on some windows."""
         config = replace(self.config, by_subject=by_subject)
-        return rank_windows(SomeWindows(self.inputs, rows), labels, config, pooling=self.pooling)
+        inputs = SomeWindows(self.inputs, rows)
+        return rank_windows(inputs, self.part(rows, activity), config, pooling=self.pooling)
+
+    def sets(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray) -> SetTests:
+        """What sets are chosen and judged by, on some windows."""
+        labels = self.part(rows, activity)
+        protocol = labels.protocol(replace(self.config, by_subject=by_subject))
+        del protocol["classifier"]
+        inputs = SomeWindows(self.inputs, rows)
+        return SetTests.of(inputs, labels.activity, **protocol, pooling=self.pooling)
 
 
 def halves_of_clips(library: Library, number: int) -> np.ndarray:
@@ -154,7 +167,9 @@ def prepared(name: str, scratch: Path, workers: int) -> Library:
     return Library.open(out)
 
 
-def judged(library: Library, case: Case, halvings: int, shuffle: bool) -> Iterator[dict[str, float]]:
+def judged(
+    library: Library, case: Case, halvings: int, shuffle: bool, largest: int
+) -> Iterator[dict[str, float]]:
     """What each half promised and the other delivered."""
     activity = library.labels.activity
     for number in range(halvings):
@@ -163,9 +178,14 @@ def judged(library: Library, case: Case, halvings: int, shuffle: bool) -> Iterat
             mixed = np.random.default_rng(number).permutation(library.labels.activity[first])
             activity = mixed[np.searchsorted(motions, library.labels.motion)]
         half = case.halve(library, number)
-        maps = [library.rank(np.flatnonzero(rows), case.by_subject, activity) for rows in (half, ~half)]
-        for here, there in (maps, maps[::-1]):
-            yield compare(here, there)
+        sides = [(np.flatnonzero(rows), case.by_subject, activity) for rows in (half, ~half)]
+        maps = [library.rank(*side) for side in sides]
+        tests = [library.sets(*side) for side in sides] if largest > 1 else []
+        for here, there in ((0, 1), (1, 0)):
+            found = compare(maps[here], maps[there])
+            if tests:
+                found |= compare_sets(maps[here], tests[here], tests[there], largest)
+            yield found
 
 
 def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
@@ -190,6 +210,26 @@ def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
     }
 
 
+def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: int) -> dict[str, float]:
+    terms = Terms.checked(utility.f1, largest, None, (), None)
+    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
+    order = grow(here.whole, terms, largest, expected[0])
+    made = promise(here, terms, order, chosen_by_halves, tuple(float(one[order[0]]) for one in expected))
+    drawn = [there.whole.f1_of_first(one) for one in random_sets(terms, largest, seed=99)]
+    delivered = np.nanmean(there.whole.f1_of_first(order), axis=1)
+    of_size = {
+        "promise": made.mean,
+        "delivery": delivered,
+        "gain": delivered - np.nanmean(drawn, axis=(0, 2)),
+        "naive": np.nanmean(made.raw, axis=1),
+    }
+    return {
+        f"{what} of {number}": float(values[number - 1])
+        for number in range(2, largest + 1)
+        for what, values in of_size.items()
+    }
+
+
 def rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
     return float(spearmanr(one, other)[0]) if np.ptp(one) > 0 and np.ptp(other) > 0 else np.nan
 
@@ -208,12 +248,13 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", choices=CASES, default=list(CASES))
     parser.add_argument("--halvings", type=int, default=4)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--sets", type=int, default=4)
     given = parser.parse_args()
     given.scratch.mkdir(parents=True, exist_ok=True)
     for name in given.only:
         library = prepared(name, given.scratch, given.workers)
         for shuffle in (False, True):
-            found = list(judged(library, CASES[name], given.halvings, shuffle))
+            found = list(judged(library, CASES[name], given.halvings, shuffle, given.sets))
             mean = {key: np.nanmean([row[key] for row in found]) for key in found[0]}
             words = "  ".join(f"{key} {value:.3f}" for key, value in mean.items())
             difference = mean["promise"] - mean["delivery"]

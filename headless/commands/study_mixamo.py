@@ -102,7 +102,7 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
     columns, patches = list(places), list(places.values())
     rows = score_table(study.utility, patches, group_of)
     show_scores(rows, columns, f"F1 at the 11 placements, {side} side", console)
-    write_scores(study.out / "tables.csv", rows, columns, patches)
+    write_scores(study.out / "tables.csv", rows, columns, patches, study.utility)
     unusual = [placement.name for placement in PLACEMENTS if not placement.common]
     common = [placement.name for placement in PLACEMENTS if placement.common]
     tested = [name for name in dict.fromkeys(group_of.values()) if name]

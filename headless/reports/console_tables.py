@@ -179,12 +179,16 @@ def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, co
 
 
 def write_scores(
-    path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], places: Sequence[int], utility: UtilityMap
+    path: Path,
+    rows: Sequence[ScoreRow],
+    columns: Sequence[str],
+    places: Sequence[int],
+    utility: UtilityMap | None = None,
 ) -> None:
     """Write one line a cell: group, activity, place, patch, F1, its interval, motions and windows.
 
-    The last lines, "expected mean", are what other clips would show; of them `same_as_best` means
-    the best patch of all.
+    With a map, the last lines, "expected mean", are what other clips would show; of them
+    `same_as_best` means the best patch of all.
     """
     lines = [
         ["group", "activity", "placement", "patch", "f1", "low", "high", "same_as_best", "motions", "windows"]
@@ -195,7 +199,7 @@ def write_scores(
             scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
             same = "yes" if row.best[number] else "no"
             lines.append([*head, column, place, *scores, same, row.clips, row.windows])
-    for column, place in zip(columns, places, strict=True):
+    for column, place in zip(columns, places, strict=True) if utility is not None else ():
         scores = (utility.expected_mean, utility.expected_low, utility.expected_high)
         cells = [f"{values[place]:.{DIGITS}f}" for values in scores]
         equal = "yes" if utility.as_good[place] else "no"

@@ -16,7 +16,7 @@ from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.naming import find_places
 from w2w.core.results_folder import StudyResults
 from w2w.scene.body import armature_of
-from w2w.scene.heatmap import heatmap_names
+from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names
 from w2w.scene.patches import patch_empties
 from w2w.scene.study_record import RECORD
 from w2w.ui import jobs, preferences, signal_cache
@@ -61,8 +61,8 @@ def test_ranking_choice_and_regions_are_the_runs(
         place["patch"] for place in summary["subset"]["places"]
     ]
     assert study.verdict == summary["subset"]["sentence"]
-    assert study.regions[0].f1 == pytest.approx(run.utility.mean.max())
-    assert heatmap_names(opened) == ["Mean F1", *(f"F1: {name}" for name in run.utility.activities)]
+    assert study.regions[0].f1 == pytest.approx(run.utility.expected_mean.max())
+    assert heatmap_names(opened) == [MEAN, *(f"{PREFIX}{name}" for name in run.utility.activities)]
     assert config_of(study) == run.config()
     assert not W2W_PT_utility.missing(None, bpy.context)
     assert study.ranked_as == rank_settings(study)

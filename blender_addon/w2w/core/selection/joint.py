@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.stats import norm
@@ -271,7 +271,7 @@ def promise(
     """
     size = len(order)
     with threadpool_limits(1):
-        drawn = _random_sets(terms, size, tests.seed)
+        drawn = random_sets(terms, size, tests.seed)
         among = dict.fromkeys([tests.whole, *(one for pair in tests.pairs for one in pair)])
         level_of = {one: _level(one, drawn) for one in among}
         raw = tests.whole.f1_of_first(order)
@@ -303,7 +303,12 @@ def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
     return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
 
 
-def _random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
+def chosen_by_halves(half: Tests, terms: Terms, size: int, worst: bool = False) -> tuple[int, ...]:
+    """Choose as `grow` does, among fewer candidates."""
+    return grow(half, terms, size, worst=worst, among=OF_HALVES)
+
+
+def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
     """Orders drawn from what is allowed, the required ones first."""
     rng = np.random.default_rng([seed, 4])
     sets = []
@@ -392,10 +397,7 @@ def choose_together(
     JointSet
     """
     worst, order = every_activity > 0, ()
-
-    def choose(half: Tests, terms: Terms, size: int) -> tuple[int, ...]:
-        return grow(half, terms, size, worst=worst, among=OF_HALVES)
-
+    choose = partial(chosen_by_halves, worst=worst)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order = grow(tests.whole, terms, size, expected[0], worst, start=order)
         made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
