@@ -20,7 +20,7 @@ test: setup lint
 
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup
-	.venv/bin/python -m pytest -n 2 --dist worksteal -m slow tests/core tests/scene tests/headless
+	.venv/bin/python -m pytest -n 2 --dist worksteal -m slow --ignore=tests/gui tests
 
 lint: setup
 	.venv/bin/ruff check .

@@ -277,6 +277,7 @@ def test_without_blender_a_sentence_says_how_to_get_it(tmp_path):
     assert "pip install '.[blender]'" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_documents_examples_run(library, monkeypatch):
     monkeypatch.chdir(library.parent)
     run = [sys.executable, "-m", "headless", "run", "MY_CLIPS", "--out", "RESULTS", "--patches", "24"]

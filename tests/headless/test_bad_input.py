@@ -73,6 +73,7 @@ def amass(path, frames=90, **changed):
     write_npz(path, arrays | changed, compress=True)
 
 
+@pytest.mark.slow
 def test_everything_bad_at_once_costs_only_itself(shared_data, library, tmp_path):
     with (shared_data / "motions.csv").open(newline="", encoding="utf-8") as stream:
         negatives = [row["file"] for row in csv.DictReader(stream) if row["activity"] == "negative"]

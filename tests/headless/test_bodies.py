@@ -61,6 +61,7 @@ def test_betas_from_a_motion_shape_a_model(tmp_path, bundled_body):
     assert shaped.height == pytest.approx(1.05 * plain.height)
 
 
+@pytest.mark.slow
 def test_a_study_on_two_bodies_says_how_far_they_agree(tmp_path):
     library = tmp_path / "library"
     write_demo_library(library, clips_per_activity=2)

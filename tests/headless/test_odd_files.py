@@ -67,6 +67,7 @@ def add_bad(folder):
         stream.truncate(3 * 2**30)
 
 
+@pytest.mark.slow
 def test_a_run_over_all_of_them_ends_with_its_report(library, tmp_path):
     add_bad(library / "walking")
     out = tmp_path / "out"
@@ -96,6 +97,7 @@ def test_one_such_file_alone_is_refused_at_once(tmp_path, command, file):
     assert BAD[file] in " ".join(result.output.split())
 
 
+@pytest.mark.slow
 def test_under_a_locale_that_knows_no_accents(library, shared_data, tmp_path):
     """The console can spell neither the folder nor the file; the result must not be lost for it."""
     os.rename(library / "running", library / "läuft")  # noqa: PTH104

@@ -186,6 +186,7 @@ def test_a_signal_ends_a_run(start, tmp_path, temporary, stage, number, to_all):
     assert nothing_is_left(temporary)
 
 
+@pytest.mark.slow
 def test_a_signal_ends_the_workers_too_and_the_next_run_goes_on(start, tmp_path, temporary):
     out = tmp_path / "out"
     for number, to_all in ((signal.SIGTERM, False), (signal.SIGHUP, True), (signal.SIGINT, True)):
@@ -222,6 +223,7 @@ def test_a_run_that_is_told_to_survive_the_terminal_does(tmp_path):
     assert process.returncode == 2
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_run_that_is_killed_and_the_next_one_cleans_up(start, tmp_path, temporary):
     process = start("--no-pictures", "--no-report")
     out = tmp_path / "out"

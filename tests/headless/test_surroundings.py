@@ -150,6 +150,7 @@ def test_writing_a_clips_results_is_not_its_own_time(task, monkeypatch):
     assert {name for name, timed in slow if not timed} == {"file_sha256", "write_features", "write_json"}
 
 
+@pytest.mark.slow
 def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(task, tmp_path):
     moving(tmp_path / "clip.npz", frames=200_000)
     config = StudyConfig(patches=512)

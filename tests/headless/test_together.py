@@ -54,6 +54,7 @@ def study(tmp_path):
     return StudyResults(tmp_path, None, None, tuple(clips), parameters)
 
 
+@pytest.mark.slow
 def test_one_network_reads_the_windows_of_all_sensors(study, monkeypatch):
     pytest.importorskip("torch")
     monkeypatch.setattr(Spied, "channels", [], raising=False)

@@ -137,6 +137,7 @@ def test_nothing_half_written_stays_behind(tmp_path, monkeypatch):
     assert set(bpy.data.scenes) == scenes
 
 
+@pytest.mark.slow
 def test_a_library_has_a_folder_an_activity_and_says_who_moves(tmp_path):
     advances = []
     paths = write_demo_library(tmp_path / "library", clips_per_activity=2, seed=5, progress=advances.append)

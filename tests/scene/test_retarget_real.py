@@ -14,6 +14,8 @@ from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.scene.takes import read_clip
 
+pytestmark = pytest.mark.slow
+
 SEGMENTS = [
     (JOINT_INDEX[f"{side}_{start}"], JOINT_INDEX[f"{side}_{end}"])
     for side in ("left", "right")

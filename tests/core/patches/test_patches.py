@@ -47,6 +47,7 @@ def test_the_seed_chooses_the_first_patch(bundled_body) -> None:
     np.testing.assert_array_equal(one.triangles, two.triangles)
 
 
+@pytest.mark.slow
 def test_2048_patches_work(bundled_body) -> None:
     patches = sample_patches(bundled_body, 2048, mode="fast")
     assert len(set(patches.vertices.tolist())) == 2048

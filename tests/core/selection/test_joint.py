@@ -103,6 +103,7 @@ def test_the_promise_is_what_another_library_of_the_kind_gives():
     assert abs(np.mean(differences)) < 0.05
 
 
+@pytest.mark.slow
 def test_where_labels_mean_nothing_nothing_is_promised():
     promised = []
     for seed in range(4):

@@ -49,6 +49,7 @@ def test_units_on_request(shared_data, tmp_path):
     assert 'acc_unit: "g"' in (tmp_path / "b.csv").read_text()
 
 
+@pytest.mark.slow
 def test_bands_on_request(shared_data, tmp_path):
     shaken = {}
     for name, options in {"as is": [], "narrow": ["--band", 3], "root": ["--root-band", 1]}.items():

@@ -146,6 +146,7 @@ def vidimu(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_vidimu_is_compared_by_angular_velocity_alone(vidimu, tmp_path):
     result = CliRunner().invoke(
         APP, ["validate", "vidimu", str(vidimu), "--out", str(tmp_path), "--folds", "2"]

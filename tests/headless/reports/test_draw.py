@@ -20,6 +20,7 @@ from w2w.core.selection.subsets import Subset
 ROOT = Path(__file__).resolve().parents[3]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="spoils a library as Linux finds it")
 def test_blender_aborts_while_it_renders(tmp_path, motions):
     out = tmp_path / "out"
@@ -52,6 +53,7 @@ def test_blender_aborts_while_it_renders(tmp_path, motions):
     assert "no heatmaps: Blender crashed" in " ".join(status.stdout.split())
 
 
+@pytest.mark.slow
 def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
     subset = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
     assert draw_alone(draw_figure, drawn_results, subset) == ""

@@ -229,6 +229,7 @@ def test_a_users_library_is_not_overwritten_by_the_built_in_one(tmp_path, name):
     assert not list(tmp_path.glob("*/Sit*"))
 
 
+@pytest.mark.slow
 def test_the_built_in_library_is_written_again_also_over_that_of_an_earlier_version(tmp_path):
     assert demo_library(tmp_path, "--clips", "2")[0] == 0
     assert demo_library(tmp_path, "--clips", "1")[0] == 0
@@ -306,6 +307,7 @@ print(after)
 """
 
 
+@pytest.mark.slow
 def test_a_kill_at_any_rename_leaves_what_the_next_run_knows_as_its_own(library, tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", KILLED, library, tmp_path],

@@ -46,6 +46,7 @@ def library(shared_data, tmp_path):
     return tmp_path / "library"
 
 
+@pytest.mark.slow
 def test_a_full_disk_damage_and_a_vanished_file(library, tmp_path):
     out = tmp_path / "out"
     code, said = run(library, out, FULL_AT)

@@ -88,6 +88,7 @@ def told(_):
     pass
 
 
+@pytest.mark.slow
 def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(tasks):
     bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
     results = run_tasks([tasks[0], bad, *tasks[2:]], 2, "", told)
@@ -97,6 +98,7 @@ def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(tasks
     assert kept["reason"] == results[1].reason  # a later run does not try it again
 
 
+@pytest.mark.slow
 def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
     bad = HangingTask(tasks[0].clip, tasks[0].out, tasks[0].config, "inputs", 8.0, safe_process=os.getpid())
     start = time.monotonic()
@@ -140,6 +142,7 @@ def undisturbed(library, tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_two_runs_into_one_folder(library, tmp_path):
     out = tmp_path / "out"
     first = subprocess.Popen(command(library, out), cwd=ROOT, stdout=subprocess.DEVNULL)
@@ -250,6 +253,7 @@ def cluster(tmp_path):
         process.wait(timeout=30)
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed(library, undisturbed, cluster, tmp_path):
     address, processes = cluster
     out = tmp_path / "out"

@@ -14,7 +14,7 @@ from w2w.core.clip_files import ClipWindows
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 
 PLACES = 10
 
