@@ -13,7 +13,7 @@ from .pooling import Pooling, centred
 from .reliability import agreement, of_all
 
 UNPROVEN = 0.5
-"""Share of a map's contrast that is believed where the clips cannot be halved."""
+"""Share of a map's contrast, and of a set's gain, that is believed where the clips cannot be halved."""
 
 FLATTEST, STEEPEST = 0.02, 20.0
 """Least F1 by unit of the map's score, so that patches keep their order, and most, as its range is narrow."""
