@@ -227,12 +227,13 @@ def step_utility(driver: Driver) -> Script:
     yield from driver.look("5_mean")
     yield from driver.scroll_sidebar(12)
     yield from driver.look("5_places")
-    x, y = yield from driver.find("target")
+    x, y = yield from driver.reach("target")
     yield from driver.drag(x, y, -60)
     report["target_after_drag"] = round(study().target, 3)
     report["chosen_after_drag"] = len(study().chosen)
     yield from undo_and_redo(driver, "target", lambda: (round(study().target, 3), len(study().chosen)))
-    yield from driver.press("w2w.select_patch")
+    x, y = yield from driver.reach("w2w.select_patch")
+    yield from driver.click(x, y)
     report["picked_in_table"] = study().picked
     yield from driver.look("5_table_pick")
     study().view = "A3"

@@ -169,6 +169,15 @@ class Driver:
                             return x, near
         raise LookupError(f"the sidebar has no button for {wanted!r}, only {seen}")
 
+    def reach(self, wanted: str) -> Generator[None, None, tuple[int, int]]:
+        """Scroll the sidebar down until a button is in view; where it is."""
+        for _ in range(8):
+            try:
+                return (yield from self.find(wanted))
+            except LookupError:
+                yield from self.scroll_sidebar(4)
+        return (yield from self.find(wanted))
+
     def press(self, wanted: str) -> Script:
         """Find a button of the sidebar and click it."""
         x, y = yield from self.find(wanted)

@@ -39,7 +39,7 @@ def main(zip_path: str, report: str) -> None:
                 "resources": bpy.utils.resource_path("USER"),
                 "baked": sum(bool(clip.signals) for clip in study.clips),
                 "heatmaps": len(bpy.context.scene.w2w.body.data.color_attributes),
-                "best_f1": study.regions[0].f1,
+                "best_expected_f1": study.regions[0].f1,
             }
         )
     )
