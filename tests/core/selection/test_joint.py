@@ -138,3 +138,13 @@ def test_the_same_seed_chooses_and_promises_the_same(tests):
     one, two = (choose_together(found, alone(found), terms(3), 1.0) for found in (tests, again))
     assert one.order == two.order
     np.testing.assert_array_equal(one.promise.mean, two.promise.mean)
+
+
+def test_a_half_goes_on_where_it_stopped_and_ends_as_if_it_had_not(tests):
+    (half, _), free = tests.pairs[0], terms(cost=np.linspace(1, 3, N))
+    scratch = grow(half, free, 4, among=joint.OF_HALVES)
+    whole = joint.chosen_by_halves(half, free, 4)
+    other = terms(allowed=np.arange(N) >= 4)
+    assert min(joint.chosen_by_halves(half, other, 2)) >= 4
+    assert joint.chosen_by_halves(half, free, 2) == whole[:2]
+    assert joint.chosen_by_halves(half, free, 4) == whole == scratch

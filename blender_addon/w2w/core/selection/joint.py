@@ -58,6 +58,7 @@ class Tests:
     ) -> None:
         self._scores, self._labels, self._trial = scores, labels, trial
         self._n_activities, self._pooling = n_activities, pooling
+        self.grown: tuple[Terms | None, bool, tuple[int, ...]] = (None, False, ())
 
     @cached_property
     def alone(self) -> tuple[np.ndarray, np.ndarray]:
@@ -206,8 +207,8 @@ def grow(
         In order of choice.
     """
     order = list(start)
-    area = 0.0
     with threadpool_limits(1):
+        area = float(tests.added(order[:-1], np.array(order[-1:]), worst)[0]) if len(order) > 1 else 0.0
         while len(order) < min(size, terms.max_size):
             missing = [options for options in terms.required if not np.isin(order, options).any()]
             candidates = missing[0] if missing else np.setdiff1d(np.flatnonzero(terms.allowed), order)
@@ -306,8 +307,12 @@ def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
 
 
 def chosen_by_halves(half: Tests, terms: Terms, size: int, worst: bool = False) -> tuple[int, ...]:
-    """Choose as `grow` does, among fewer candidates."""
-    return grow(half, terms, size, worst=worst, among=OF_HALVES)
+    """Choose as `grow` does, among fewer candidates; goes on from what was chosen under the same terms."""
+    terms_before, worst_before, before = half.grown
+    start = before if terms_before is terms and worst_before == worst else ()
+    if len(start) < size:
+        half.grown = terms, worst, grow(half, terms, size, worst=worst, among=OF_HALVES, start=start)
+    return half.grown[2][:size]
 
 
 def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
