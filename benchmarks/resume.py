@@ -5,9 +5,9 @@
 
 `w2w run` on ten short real clips is killed with all its workers (SIGKILL, which nothing can catch); what goes
 on from there is killed again, up to so many times in a row, and then left to finish. Half of the kills wait
-until a drawn number of clips is finished, and then a random part of the time that a clip takes; a quarter
-wait for a step after the clips (ranking, choosing, testing together, writing), and then a random part of
-the time that it takes; a quarter fall at any time between start and end. Printed are the kills, how many
+until a drawn number of clips is finished, and then a random part of half the time that a clip takes; a
+quarter wait for a step after the clips (ranking, choosing, testing together, writing), and then a random part
+of the time that it takes; a quarter fall at any time between start and end. Printed are the kills, how many
 clips were finished at each and at which step it fell, and how often bytes differed, half-written files stayed
 behind or a finished clip was done again: 0, or it is a fault.
 """
@@ -47,7 +47,13 @@ CLIPS = {
     "kirbycope__godot-4.3-sandbox-3d/Kicking_Left.fbx": "kicking",
 }
 BAKING = "turning motions to signals"
-AFTERWARDS = ("ranking places", "choosing places", "testing the sensors together", "writing results")
+AFTERWARDS = (
+    "ranking places",
+    "choosing places",
+    "choosing sensors to wear together",
+    "testing the sensors together",
+    "writing results",
+)
 """Steps of a run, as it writes them down for `w2w status`."""
 
 KINDS = {"clips": 0.5, "afterwards": 0.25, "anywhere": 0.25}
@@ -166,7 +172,7 @@ def _kill_once(library: Path, out: Path, workers: int, pace: Pace, rng: np.rando
     kind = rng.choice(list(KINDS), p=list(KINDS.values()))
     if kind == "clips" and len(before) < len(CLIPS) - 1:
         wanted = rng.integers(len(before) + 1, len(CLIPS))
-        seconds = rng.uniform(0, pace.clip)
+        seconds = rng.uniform(0, pace.clip / 2)
 
         def reached() -> bool:
             return len(finished_clips(out)) >= wanted

@@ -19,7 +19,7 @@ CLIPS = {
     "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
     "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
 }
-KILLS = 8
+KILLS = 12
 FULL_AT = 150_000
 """Bytes: motions fit on this disk, signals do not."""
 
