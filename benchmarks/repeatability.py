@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from w2w.core.clip_ranking import WindowLabels, rank_windows
+from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
 from w2w.core.ranking.inputs import PlaceBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
@@ -75,11 +75,8 @@ class Library:
 
     def sets(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray) -> SetTests:
         """What sets are chosen and judged by, on some windows."""
-        labels = self.part(rows, activity)
-        protocol = labels.protocol(replace(self.config, by_subject=by_subject))
-        del protocol["classifier"]
-        inputs = SomeWindows(self.inputs, rows)
-        return SetTests.of(inputs, labels.activity, **protocol, pooling=self.pooling)
+        config = replace(self.config, by_subject=by_subject)
+        return set_tests(SomeWindows(self.inputs, rows), self.part(rows, activity), config, self.pooling)
 
 
 def halves_of_clips(library: Library, number: int) -> np.ndarray:

@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from w2w.core.clip_ranking import set_tests
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.joint import LARGEST_SET, SetTests, choose_together, grow
+from w2w.core.selection.joint import LARGEST_SET, choose_together, grow
 from w2w.core.selection.subsets import Terms
 
 BASELINE_CANDIDATES = 4
@@ -41,11 +42,9 @@ def main() -> None:
     given = parser.parse_args()
     study = StudyResults.load(given.results)
     config, labels, utility = study.config(), study.labels(), study.utility
-    protocol = labels.protocol(config)
-    del protocol["classifier"]
     pooling = Pooling.on(study.body(), study.patches)
     inputs = study.inputs("ridge")
-    _, tests = timed("preparing", lambda: SetTests.of(inputs, labels.activity, **protocol, pooling=pooling))
+    _, tests = timed("preparing", lambda: set_tests(inputs, labels, config, pooling))
     n_patches = len(utility.mean)
     terms = Terms.checked(utility.f1, None, None, (), None)
     best = int(utility.expected_mean.argmax())

@@ -157,6 +157,15 @@ def rank_windows(
     return utility_map(inputs, labels.activity, **protocol, progress=progress, work=work, pooling=pooling)
 
 
+def set_tests(
+    inputs: np.ndarray | PlaceBlocks, labels: WindowLabels, config: StudyConfig, pooling: Pooling
+) -> SetTests:
+    """All that sets of patches are chosen and judged by, dealt as the config says."""
+    protocol = labels.protocol(config)
+    del protocol["classifier"]  # always the ridge
+    return SetTests.of(inputs, labels.activity, **protocol, pooling=pooling)
+
+
 def choose_worn(
     inputs: np.ndarray | PlaceBlocks,
     labels: WindowLabels,
@@ -178,12 +187,11 @@ def choose_worn(
     ValueError
         If the constraints cannot be met.
     """
-    protocol = labels.protocol(config, classifier)
-    if protocol.pop("classifier") != Ridge.name:
+    if (config.classifier if classifier is None else classifier) != Ridge.name:
         return None
     wishes = config.constraints.terms(patches)
     terms = Terms.checked(utility.f1, config.max_places, **wishes)
-    tests = SetTests.of(inputs, labels.activity, **protocol, pooling=pooling)
+    tests = set_tests(inputs, labels, config, pooling)
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
     return choose_together(tests, expected, terms, config.target, config.every_activity)
 

@@ -68,7 +68,7 @@ def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: in
     """Expected scores of all patches from the maps of all clips and of disjoint halves of them.
 
     What one half shows and the other shows again is signal; what it does not is noise. From that
-    follow how widely to pool, how far to shrink, and how sure the result is.
+    follow how far sides are pooled, how far to shrink, and how sure the result is.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class _Repeat:
 
     Attributes
     ----------
-    shares : ndarray, shape (parts, A)
+    shares : ndarray, shape (2, A)
         For `Pooling.apply`.
     slope, slope_by_activity : float
         F1 by unit of the pooled map, about its mean.
@@ -134,10 +134,10 @@ class _Repeat:
         both = np.logical_and.reduce(shown) if shown else np.zeros(len(whole), dtype=bool)
         if not both.any():
             return cls._unproven(maps, pooling)
-        soft = [(a[both], b[both]) for a, b in maps_of(maps.score, plan)]
+        scores = [(a[both], b[both]) for a, b in maps_of(maps.score, plan)]
         raw = [(a[both], b[both]) for a, b in maps_of(maps.raw, plan)]
-        shares = pooling.learn(soft if plan.disjoint else [], int(both.sum()))
-        pooled = [(pooling.apply(a, shares), pooling.apply(b, shares)) for a, b in soft]
+        shares = pooling.learn(scores if plan.disjoint else [], int(both.sum()))
+        pooled = [(pooling.apply(a, shares), pooling.apply(b, shares)) for a, b in scores]
         slope, by_activity = _slope(_means(pooled), _means(raw)), _slope(pooled, raw)
         variance = _variance(_means(raw), slope, pooled, plan.shrink)
         if plan.disjoint:
@@ -157,9 +157,9 @@ class _Repeat:
 
     @classmethod
     def _unproven(cls, maps: TrialMaps, pooling: Pooling) -> _Repeat:
-        soft, raw = maps.score[0], maps.raw[0]
-        shares = pooling.learn([], len(soft))
-        pooled = pooling.apply(soft, shares)
+        score, raw = maps.score[0], maps.raw[0]
+        shares = pooling.learn([], len(score))
+        pooled = pooling.apply(score, shares)
         slopes = [
             UNPROVEN * _slope([(one, one)], [(other, other)])
             for one, other in ((pooled.mean(axis=0), raw.mean(axis=0)), (pooled, raw))

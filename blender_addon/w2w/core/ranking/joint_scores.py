@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,7 +73,7 @@ class JointScores:
         scores : ndarray, shape (V, A), float32
             Logarithms of the classes' probabilities, but for a term that all classes share.
         """
-        bases = [fit.wear(self._kernels(fit, worn), len(worn) + 1) for fit in self._fits]
+        bases = [fit.wear([self._features[patch] for patch in worn]) for fit in self._fits]
 
         def scores(candidate: int) -> np.ndarray:
             inputs = self._features[candidate]
@@ -86,21 +87,10 @@ class JointScores:
         """Scores (V, A) by the first patch, by the first two, and so on."""
 
         def of_fit(fit: _Fit) -> list[np.ndarray]:
-            kernels, scores = None, []
-            for count, patch in enumerate(order, start=1):
-                own = fit.kernels(self._features[patch])
-                kernels = own if kernels is None else _Kernels(*map(np.add, kernels, own))
-                scores.append(fit.scores(kernels, count))
-            return scores
+            sums = fit.sums_of_kernels(self._features[patch] for patch in order)
+            return [fit.scores(kernels, count) for count, kernels in enumerate(sums, start=1)]
 
         return [np.concatenate(of_size) for of_size in zip(*self._parallel(of_fit, self._fits), strict=True)]
-
-    def _kernels(self, fit: _Fit, worn: Sequence[int]) -> _Kernels | None:
-        total = None
-        for patch in worn:
-            own = fit.kernels(self._features[patch])
-            total = own if total is None else _Kernels(*map(np.add, total, own))
-        return total
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         with ThreadPoolExecutor(self._workers) as pool:
@@ -181,18 +171,24 @@ class _Fit:
             within @ within.T, within @ means.T, means @ means.T, tested @ within.T, tested @ means.T
         )
 
+    def sums_of_kernels(self, features: Iterable[np.ndarray]) -> Iterator[_Kernels]:
+        """The kernels of the first patch, of the first two, and so on."""
+        return accumulate(map(self.kernels, features), lambda total, own: _Kernels(*map(np.add, total, own)))
+
     def scores(self, kernels: _Kernels, count: int) -> np.ndarray:
         """Scores (v, A) by `count` patches."""
         worn = self._explain(kernels, self.ridge * count)
         return self._scores(worn.scores, worn.norms)
 
-    def wear(self, kernels: _Kernels | None, count: int) -> _Worn:
-        """What patches worn explain where `count` will be worn."""
-        if kernels is not None:
-            return self._explain(kernels, self.ridge * count)
+    def wear(self, features: Sequence[np.ndarray]) -> _Worn:
+        """What patches of features (W, D) explain where one more will be worn."""
+        ridge = self.ridge * (len(features) + 1)
+        if features:
+            *_, kernels = self.sums_of_kernels(features)
+            return self._explain(kernels, ridge)
         trained, tested, classes = len(self.member), len(self.training.tested), len(self.counts)
         nothing = ((trained, classes), (tested, trained), (tested, classes), (classes,))
-        return _Worn(None, *(np.zeros(shape, np.float32) for shape in nothing), self.ridge * count)
+        return _Worn(None, *(np.zeros(shape, np.float32) for shape in nothing), ridge)
 
     def _explain(self, kernels: _Kernels, ridge: float) -> _Worn:
         matrix = kernels.within_within.copy()

@@ -221,7 +221,7 @@ def utility_map(
     ValueError
         If fewer than two activities can be tested; the message says why.
     """
-    activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
+    clip = np.asarray(clip)
     model = _model(classifier, seed, work)
     scored = hasattr(model, "score_splits")
     trial = planned(activity, clip, subject, is_test, activities, folds, seed, halvings * scored)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ from scipy.spatial.distance import squareform
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from .constraints import Constraints
-from .subsets import ROUNDING, Subset, best_single, exact_subset, greedy_subset, marginal_gain
+from .subsets import ROUNDING, Subset, best_single, exact_subset, fewest, greedy_subset, marginal_gain
 
 
 def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.ndarray:
@@ -198,15 +197,9 @@ def advise(
             )
             for place in subset.order
         ),
-        least=_least(subset, terms["required"]),
+        least=fewest(subset.order, terms["required"]),
         allowed=terms["allowed"],
     )
-
-
-def _least(subset: Subset, required: Sequence[np.ndarray]) -> int:
-    order = np.array(subset.order)
-    first = [int(np.flatnonzero(np.isin(order, places))[0]) + 1 for places in required]
-    return max(first, default=1)
 
 
 def _sensors(subset: Subset) -> str:

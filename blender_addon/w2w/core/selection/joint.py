@@ -19,7 +19,7 @@ from ..ranking.joint_scores import JointScores, Training
 from ..ranking.map_scores import class_auc, rank_score, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
-from .subsets import ROUNDING, Terms
+from .subsets import ROUNDING, Terms, fewest
 
 MOST_WINDOWS = 1000
 """Windows that a choice rests on, evenly drawn where there are more: time grows with their square."""
@@ -136,10 +136,11 @@ class SetTests:
 
         Parameters and errors are those of `utility_map`.
         """
-        rows = _evenly(np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool), MOST_WINDOWS)
+        activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
+        rows = _evenly(activity, clip, is_test, MOST_WINDOWS)
         subject = None if subject is None else np.asarray(subject)[rows]
-        labels_of = np.asarray(activity)[rows], np.asarray(clip)[rows], subject, np.asarray(is_test)[rows]
-        work = planned(*labels_of, activities, folds, seed, SET_HALVINGS)
+        labels = (activity[rows], clip[rows], subject, is_test[rows])
+        work = planned(*labels, activities, folds, seed, SET_HALVINGS)
         source = SomeWindows(as_blocks(inputs), rows[work.used])
         model = Ridge(workers=workers)
         ridge = float(np.median(model.choose_alphas(source, work.labels, work.fold, work.is_test)))
@@ -411,12 +412,12 @@ def choose_together(
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order = grow(tests.whole, terms, size, expected[0], worst, start=order)
         made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
-        fewest = _fewest(order, terms)
+        least = fewest(order, terms.required)
         good = (made.mean >= target - ROUNDING) & (made.f1.min(axis=1) >= every_activity - ROUNDING)
-        good[: fewest - 1] = False
-        if good.any() or (len(order) > fewest and made.mean[-1] <= made.mean[-2]):
+        good[: least - 1] = False
+        if good.any() or (len(order) > least and made.mean[-1] <= made.mean[-2]):
             break
-    enough = int(good.argmax()) + 1 if good.any() else max(fewest, int(made.mean.argmax()) + 1)
+    enough = int(good.argmax()) + 1 if good.any() else max(least, int(made.mean.argmax()) + 1)
     order = order[:enough]
     return JointSet(
         order,
@@ -427,10 +428,3 @@ def choose_together(
         bool(good.any()),
         float(terms.cost[list(order)].sum()),
     )
-
-
-def _fewest(order: Sequence[int], terms: Terms) -> int:
-    """How many of the first it takes to have one wherever one must be."""
-    chosen = np.array(order)
-    firsts = [np.flatnonzero(np.isin(chosen, options)) for options in terms.required]
-    return max((int(found[0]) + 1 for found in firsts if len(found)), default=1)

@@ -62,6 +62,13 @@ Requirement = int | Sequence[int]
 """A place that must be chosen, or several of which one must be."""
 
 
+def fewest(order: Sequence[int], required: Sequence[np.ndarray]) -> int:
+    """How many of the first places chosen it takes to have one wherever one must be."""
+    chosen = np.array(order)
+    firsts = [np.flatnonzero(np.isin(chosen, options)) for options in required]
+    return max((int(found[0]) + 1 for found in firsts if len(found)), default=1)
+
+
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
     """The allowed place with the highest expected macro F1; of equals the highest on these clips."""
     open_places = np.flatnonzero(_mask(allowed, len(utility.mean)))
