@@ -12,7 +12,7 @@ from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
 from w2w.core.findings.finished_study import Study
 from w2w.core.findings.summary import study_counts, write_failure, write_results
-from w2w.core.results_folder import choose_to_wear, sensors_together
+from w2w.core.results_folder import sensors_together
 
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, USAGE
 from ..needs_blender import NoBlenderError
@@ -70,11 +70,9 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
     failed = {}
     try:
         study = run_study(plan, body, out, monitor)
-        with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
-            worn = choose_to_wear(study.results, plan.config)
         with monitor.step("testing the sensors together"):
             tested = sensors_together(study.results, study.advice.subset.order)
-        study = replace(study, worn=worn, together=tested)
+        study = replace(study, together=tested)
         with monitor.step("writing results"):
             write_config(study)
             write_results(study)

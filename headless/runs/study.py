@@ -20,7 +20,7 @@ from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults
+from w2w.core.results_folder import StudyResults, choose_to_wear
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig, place_patches
 
@@ -96,8 +96,9 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     if not used:
         raise StudyError("no clip can be used; why each cannot stands in the table", clips)
     remove_leftovers(out, {clip.name for clip in used})
+    pooling = Pooling.on(body, patches)
     try:
-        utility, ranked = _rank(used, Pooling.on(body, patches), config, out, monitor)
+        utility, ranked = _rank(used, pooling, config, out, monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
@@ -105,7 +106,9 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     with monitor.step("choosing places"):
         advice = _choose(utility, patches, config)
     results = StudyResults(out, utility, patches, ranked, config.as_dict())
-    return Study(plan.library, config, body, clips, results, advice)
+    with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
+        worn = choose_to_wear(results, config, pooling)
+    return Study(plan.library, config, body, clips, results, advice, worn)
 
 
 def write_config(study: Study) -> None:

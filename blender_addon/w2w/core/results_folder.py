@@ -137,7 +137,9 @@ AT_MOST = 6
 """Sensors that are tested together: the classifier's width grows with each."""
 
 
-def choose_to_wear(study: StudyResults, config: StudyConfig) -> JointSet | None:
+def choose_to_wear(
+    study: StudyResults, config: StudyConfig, pooling: Pooling | None = None
+) -> JointSet | None:
     """Choose the patches to wear together from a finished ranking, as `choose_worn` does.
 
     Parameters
@@ -145,8 +147,10 @@ def choose_to_wear(study: StudyResults, config: StudyConfig) -> JointSet | None:
     study : StudyResults
     config : StudyConfig
         The run's own, or with another target and other constraints.
+    pooling : Pooling, optional
+        Over the skin of the study's body, which takes seconds to make.
     """
-    pooling = Pooling.on(study.body(), study.patches)
+    pooling = pooling or Pooling.on(study.body(), study.patches)
     inputs = study.inputs(config.classifier)
     return choose_worn(inputs, study.labels(), config, study.utility, study.patches, pooling)
 

@@ -129,13 +129,14 @@ def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
     for number, saved in enumerate(parts.clips):
         told(0.4 * number / len(parts.clips))
         results.append(_write_clip(out, saved, parts.patches))
-    utility, ranked = _ranked(out, parts, told)
+    pooling = Pooling.on(parts.body, parts.patches)
+    utility, ranked = _ranked(out, parts, pooling, told)
     told(0.8)
     config = parts.config
     advice = advise(utility, parts.patches, config.target, config.max_places, config.constraints)
     study = StudyResults(out, utility, parts.patches, ranked, config.as_dict())
     told(0.85)
-    worn = choose_to_wear(study, config)
+    worn = choose_to_wear(study, config, pooling)
     together = sensors_together(study, advice.subset.order)
     finished = Study(parts.library, config, parts.body, tuple(results), study, advice, worn, together)
     write_json(out / "config.json", config_content(finished, parts.versions))
@@ -162,7 +163,7 @@ def _write_clip(out: Path, saved: SavedClip, patches: PatchSet) -> ClipResult:
 
 
 def _ranked(
-    out: Path, parts: StudyParts, told: Callable[[float], None]
+    out: Path, parts: StudyParts, pooling: Pooling, told: Callable[[float], None]
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     """The ranking and its clips, made anew where it is not of these clips."""
     clips = [saved.clip for saved in parts.clips]
@@ -172,5 +173,4 @@ def _ranked(
         return parts.utility, same_motions(clips, windows)
     config = parts.config
     inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
-    pooling = Pooling.on(parts.body, parts.patches)
     return rank_clips(clips, windows, inputs, config, lambda done: told(0.4 + 0.4 * done), pooling=pooling)
