@@ -16,11 +16,11 @@ demo: setup
 	@.venv/bin/w2w demo --out demo_output
 
 test: setup lint
-	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(TESTS)
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" $(TESTS)
 
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup
-	.venv/bin/python -m pytest -n 2 --dist worksteal -m slow --ignore=tests/gui tests
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m slow --ignore=tests/gui tests
 
 lint: setup
 	.venv/bin/ruff check .
@@ -30,7 +30,7 @@ lint: setup
 # What reads, plays and writes through Blender, again with its next series.
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
-	.venv-blender-5/bin/python -m pytest -n 2 --dist worksteal tests/scene tests/ui \
+	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.

@@ -139,7 +139,7 @@ def test_everything_bad_at_once_costs_only_itself(shared_data, library, tmp_path
         assert file in output
 
 
-def test_labels_of_any_kind_are_kept_and_never_become_paths(library, tmp_path):
+def test_labels_of_any_kind_are_kept_and_never_become_paths(tmp_path):
     names = [
         "walk, ein Gang",
         "../../etc/passwd",
@@ -149,27 +149,28 @@ def test_labels_of_any_kind_are_kept_and_never_become_paths(library, tmp_path):
         "[red]bold[/red]",
         "C:\\x|y?",
     ]
-    files = sorted(path.relative_to(library).as_posix() for path in library.rglob("*.fbx"))
-    rows = []
+    library = tmp_path / "library"
+    library.mkdir()
+    amass(library / "not listed.npz")
+    draw, rows = np.random.default_rng(1), []
     for number, name in enumerate(names):
         for copy in range(2):
-            target = f"clip {number} {copy}.fbx"
-            shutil.copy(library / files[(number + 2 * copy) % 4], library / target)
+            target = f"clip {number} {copy}.npz"
+            amass(library / target, poses=(0.01 * draw.normal(size=(90, 72))).cumsum(axis=0))
             rows.append((target, name, f"{number} {copy}"))
     with (library / "labels.csv").open("w", newline="", encoding="utf-8") as stream:
         csv.writer(stream).writerows([("file", "activity", "motion_key"), *rows])
     out = tmp_path / "results" / "out"
     labels = ("--labels", library / "labels.csv", "--exact-labels")
     code, output = run(library, out, *labels, "--patches", 4)
-    assert code in (0, 1), output
+    assert code == 0, output
     content = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert {entry["file"] for entry in content["skipped"]} == set(files)
+    assert {entry["file"] for entry in content["skipped"]} == {"not listed.npz"}
     for name in names:
         assert name.split()[0] in output
     assert {path.name for path in tmp_path.iterdir()} == {"library", "results"}
     assert {path.name for path in (tmp_path / "results").iterdir()} == {"out"}
-    if code == 0:
-        assert set(content["activities"]) == set(names)
+    assert set(content["activities"]) == set(names)
 
 
 def test_a_library_without_or_with_one_usable_clip_is_said(library, tmp_path):

@@ -163,6 +163,7 @@ def test_text_ply_of_mixed_polygons(tmp_path):
     assert polygons.tolist() == [[0, 1, 2, 3], [0, 1, 2, -1]]
 
 
+@pytest.mark.slow
 def test_adopted_bodies_keep_smpl_s_topology_and_the_convention(adopted):
     for body in adopted.values():
         assert has_smpl_topology(body)
@@ -180,6 +181,7 @@ def test_adopted_bodies_keep_smpl_s_topology_and_the_convention(adopted):
     assert adopted["woman A"].height == pytest.approx(1.658, abs=0.002)
 
 
+@pytest.mark.slow
 def test_an_official_model_of_smpl_s_faces_knows_its_sides(tmp_path, adopted, smpl_faces):
     body = adopted["man T"]
     regressor = np.zeros((N_JOINTS, 6890))
@@ -201,6 +203,7 @@ def test_an_official_model_of_smpl_s_faces_knows_its_sides(tmp_path, adopted, sm
     assert official.joints[JOINT_INDEX["left_wrist"], 0] > 0.5
 
 
+@pytest.mark.slow
 def test_a_t_pose_file_is_not_bent(adopted, shared_data, smpl_faces):
     vertices, polygons = read_mesh(shared_data / "smpl_body" / "human_man.obj")
     order = np.empty(6890, dtype=int)
@@ -210,6 +213,7 @@ def test_a_t_pose_file_is_not_bent(adopted, shared_data, smpl_faces):
     assert np.abs(offset - offset[0]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_an_a_pose_file_is_brought_to_the_t_pose(adopted, shared_data, smpl_faces):
     """The same two people stand in a T-pose in other files, which the A-pose files never saw."""
     for name, file in (("man A", "human_man.obj"), ("woman A", "human_woman.obj")):
@@ -223,6 +227,7 @@ def test_an_a_pose_file_is_brought_to_the_t_pose(adopted, shared_data, smpl_face
         assert np.percentile(gap, 95) < 0.009
 
 
+@pytest.mark.slow
 def test_weights_move_the_parts_that_smpl_s_move(adopted):
     """The published sensor vertices follow the joints their papers name."""
     for body in adopted.values():
@@ -242,6 +247,7 @@ def turned_shoulders(body, turns):
     return posed - np.median(posed, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "file"), [("man T", "m"), ("woman T", "f")])
 def test_a_body_adopted_in_a_t_pose_can_take_the_a_pose(adopted, shared_data, name, file):
     """The A-pose file is the T-pose with both shoulders turned by 40 degrees and nothing else.
