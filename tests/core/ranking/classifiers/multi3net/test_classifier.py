@@ -49,6 +49,7 @@ def generator(torch):
     return lambda epoch: torch.Generator().manual_seed(100 + epoch)
 
 
+@pytest.mark.slow
 @WAYS
 def test_learns_what_it_can_and_finds_noise_harder(settings):
     pytest.importorskip("torch")
@@ -88,6 +89,7 @@ def test_single_precision_is_the_same_within_rounding(torch):
     torch.testing.assert_close(alone.weights[0], together.weights[2], rtol=1e-3, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_group_size_changes_nothing_but_rounding():
     pytest.importorskip("torch")
     windows, labels, fold, _ = library()
