@@ -226,7 +226,7 @@ class BodyRenderer:
         return self._pictures()
 
     def _shade_pass(self) -> list[_Shade]:
-        """The white body in studio light, with five samples a pixel: slow, but done once (16 look the same)."""
+        """The white body in studio light, with five samples a pixel (16 look alike): slow, but done once."""
         shading = self._scene.display.shading
         covered = [picture[..., 3] > 0.5 for picture in self._flat_pass()]
         shading.light, shading.color_type, shading.show_cavity = "STUDIO", "SINGLE", True

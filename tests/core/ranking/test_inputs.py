@@ -80,6 +80,23 @@ def test_some_windows_of_a_source():
     assert np.shares_memory(all_of_them, array)
 
 
+def test_of_files_only_the_wanted_windows_are_read(tmp_path):
+    array = np.random.default_rng(3).normal(size=(40, 6, 50)).astype(np.float32)
+    paths = [tmp_path / f"{number}.npz" for number in range(8)]
+    for number, path in enumerate(paths):
+        write_npz(path, {"features": array[5 * number : 5 * number + 5]})
+    files = FeatureFiles(paths)
+    for rows in ([0, 3, 4, 17, 39], range(40), [9, 2, 2]):
+        rows = np.array(rows)
+        np.testing.assert_array_equal(SomeWindows(files, rows).places(1, 4), array[rows, 1:4])
+    few = SomeWindows(files, np.array([7, 30]))
+    tracemalloc.start()
+    few.places(0, 6)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < array.nbytes / 4
+
+
 def test_intervals_are_the_same_bytes_whatever_the_block():
     rng = np.random.default_rng(1)
     truth, clip = np.arange(300) % 3, np.arange(300) // 3

@@ -67,14 +67,16 @@ class StoredArray:
             raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
         return cls(path, offset, shape, dtype)
 
-    def columns(self, first: int, last: int) -> np.ndarray:
-        """The part from `first` to before `last` of the second axis, as a copy.
+    def columns(self, first: int, last: int, rows: np.ndarray | None = None) -> np.ndarray:
+        """The part from `first` to before `last` of the second axis, of all rows or of some, as a copy.
 
         The file is mapped for the moment of the copy only, so that its pages do not count
         as this process's memory.
         """
         whole = np.memmap(self.path, self.dtype, "r", self.offset, self.shape)
-        return np.array(whole[:, first:last])
+        if rows is None or len(rows) == len(whole):
+            return np.array(whole[:, first:last])
+        return np.array(whole[rows, first:last])
 
 
 BLOCK_BYTES = 256 * 2**20
@@ -136,11 +138,14 @@ class SomeWindows:
         return (len(self.rows), *self.source.shape[1:])
 
     def places(self, first: int, last: int) -> np.ndarray:
-        """The wanted windows of some patches; no second copy where the source has made one."""
+        """The wanted windows of some patches; of files no others are read."""
+        rising = (np.diff(self.rows) > 0).all()
+        if rising and isinstance(self.source, FeatureFiles):
+            return self.source.places(first, last, self.rows)
         block = self.source.places(first, last)
         if np.array_equal(self.rows, np.arange(len(block))):
             return block
-        if not getattr(self.source, "fresh", False) or (np.diff(self.rows) <= 0).any():
+        if not getattr(self.source, "fresh", False) or not rising:
             return block[self.rows]
         for target, row in enumerate(self.rows):  # moved up one by one: each stands at its place or after it
             block[target] = block[row]
@@ -214,11 +219,14 @@ class FeatureFiles:
         """(W, N, D)."""
         return (int(self._starts[-1]), *self._parts[0].shape[1:])
 
-    def places(self, first: int, last: int) -> np.ndarray:
-        """Features of some patches, shape (W, last - first, D)."""
-        block = np.empty((len(self), last - first, *self.shape[2:]), dtype=np.float32)
-        for part, start in zip(self._parts, self._starts, strict=False):
-            block[start : start + part.shape[0]] = part.columns(first, last)
+    def places(self, first: int, last: int, windows: np.ndarray | None = None) -> np.ndarray:
+        """Features of some patches, shape (W, last - first, D): of all windows or of some, rising."""
+        wanted = np.arange(len(self)) if windows is None else windows
+        block = np.empty((len(wanted), last - first, *self.shape[2:]), dtype=np.float32)
+        ends = np.searchsorted(wanted, self._starts)
+        for part, start, begin, end in zip(self._parts, self._starts, ends, ends[1:], strict=False):
+            if begin < end:
+                block[begin:end] = part.columns(first, last, wanted[begin:end] - start)
         return block
 
     def __len__(self) -> int:

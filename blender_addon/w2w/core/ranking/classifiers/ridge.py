@@ -157,6 +157,7 @@ class Ridge:
                 for done, _ in enumerate(pool.map(score, range(first, last), held), start=first + 1):
                     if progress is not None:
                         progress(done / n_sensors)
+                del held  # before the next is read
 
     def choose_alphas(
         self, features: np.ndarray | PlaceBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
