@@ -18,6 +18,7 @@ from ..body.body import Body
 from ..body.landmarks import SENSOR_SITES
 from ..body.regions import regions_of
 from .patches import PatchSet
+from .products import PRODUCTS
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,9 @@ def resolve(name: str, body: Body, patches: PatchSet) -> int:
     Parameters
     ----------
     name : str
-        A placement ("wrist", "right ankle"; the left one by default), a published sensor site
-        ("TransPose head"), a patch's own name, or words that name a region ("left wrist").
+        A placement ("wrist", "right ankle"; the left one by default), a product ("watch", "shoe"), a
+        published sensor site ("TransPose head"), a patch's own name, or words that name a region
+        ("left wrist").
     body : Body
     patches : PatchSet
         Of the same body.
@@ -107,11 +109,13 @@ def resolve(name: str, body: Body, patches: PatchSet) -> int:
 
 
 def _places() -> dict[str, str]:
-    """Region of every placement by its name, alone and with its side."""
-    places = {placement.name: placement.on(DEFAULT_SIDE) for placement in PLACEMENTS}
-    for side in ("left", "right"):
+    """Region of every placement and product by its name, alone and with its side."""
+    meant = {placement.name: placement.region for placement in PLACEMENTS}
+    meant |= {name: product.region for name, product in PRODUCTS.items()}
+    places = {name: region.replace("*", DEFAULT_SIDE) for name, region in meant.items()}
+    for side in SIDES:
         places |= {
-            f"{side} {placement.name}": placement.on(side) for placement in PLACEMENTS if placement.sided
+            f"{side} {name}": region.replace("*", side) for name, region in meant.items() if "*" in region
         }
     return places
 
@@ -256,8 +260,8 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
         Name of each place, as in `PatchSet.names`.
     wish : str
         A side ("left", "right", "middle": on neither), a part of the body with or without its
-        side ("head", "left arm"), a place's own name, or words of a region's name ("left wrist",
-        "pocket"), or one of the 11 placements ("waist").
+        side ("head", "left arm"), a product ("belt", "right shoe"), a place's own name, words of a
+        region's name ("left wrist", "pocket"), or one of the 11 placements ("waist").
 
     Returns
     -------
@@ -278,6 +282,8 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
     rest = words.removeprefix(side).strip()
     if rest in PARTS:
         return _on_side(regions, side, PARTS[rest])
+    if rest in PRODUCTS:
+        return _on_side(regions, side, PRODUCTS[rest].reach)
     try:
         return places_named(regions, words)
     except ValueError:
@@ -286,8 +292,8 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
         if not (meant or known):
             parts = ", ".join([*SIDES, MIDDLE, *PARTS])
             raise ValueError(
-                f"no place is called {wish!r}: write a part of the body ({parts}), or words of a region's "
-                "name, such as 'left wrist' or 'thigh front'"
+                f"no place is called {wish!r}: write a part of the body ({parts}), a product "
+                f"({', '.join(PRODUCTS)}), or words of a region's name, such as 'left wrist' or 'thigh front'"
             ) from None
         return _on_side(regions, side, meant)
 

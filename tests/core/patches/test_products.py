@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everyday products are understood wherever words for spots on the body are."""
+
+import numpy as np
+import pytest
+
+from w2w.core.body.regions import regions_of
+from w2w.core.patches.naming import ALL, find_places, resolve
+from w2w.core.patches.patches import sample_patches
+from w2w.core.patches.products import PRODUCTS
+
+
+@pytest.fixture(scope="module")
+def patches(bundled_body):
+    return sample_patches(bundled_body, 512, seed=0, mode="fast")
+
+
+def test_products_are_made_of_regions_that_a_body_has(bundled_body):
+    names = set(regions_of(bundled_body)[1])
+    for product in PRODUCTS.values():
+        assert set(product.reach) <= set(ALL)
+        assert product.region.replace("*", "left") in names
+        assert product.region.removeprefix("* ") in product.reach
+
+
+@pytest.mark.parametrize("name", PRODUCTS)
+def test_a_product_is_one_patch_to_wear_and_all_it_touches_to_wish_for(name, bundled_body, patches):
+    patch = resolve(name, bundled_body, patches)
+    touched = find_places(patches.regions, patches.names, name)
+    assert patch in touched
+    sides = [find_places(patches.regions, patches.names, f"{side} {name}") for side in ("left", "right")]
+    assert set(np.concatenate(sides)) <= set(touched)
+    assert all(patches.regions[place].startswith("right ") for place in sides[1])
+
+
+def test_the_other_side_is_asked_for_by_name(bundled_body, patches):
+    assert patches.regions[resolve("right watch", bundled_body, patches)] == "right wrist dorsal"
+    assert patches.regions[resolve("right phone in pocket", bundled_body, patches)] == "right front pocket"
+    with pytest.raises(ValueError, match="did you mean"):
+        resolve("wach", bundled_body, patches)
+
+
+def test_a_finger_is_still_one_finger(patches):
+    rings = find_places(patches.regions, patches.names, "left ring finger")
+    assert {patches.regions[place] for place in rings} == {"left ring finger"}
