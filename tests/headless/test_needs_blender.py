@@ -101,6 +101,7 @@ def test_commands_that_do_not(tmp_path, drawn_results):
     assert "No run was started" in " ".join(outputs[3].split())
 
 
+@pytest.mark.slow
 def test_npz_motions_need_it_for_pictures_only(tmp_path, motions):
     out = tmp_path / "out"
     code, output = w2w(tmp_path, "run", motions, "--out", out, "--patches", 8, "--workers", 1, "--log-json")

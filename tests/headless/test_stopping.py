@@ -169,6 +169,7 @@ def nothing_is_left(temporary):
     return folders in ([], [f"w2w-{os.getuid()}"]) and not list(temporary.glob("w2w-*/run-*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stage", "number", "to_all"),
     [
@@ -212,6 +213,7 @@ def test_machines_are_told_in_one_line(start, tmp_path):
     assert events[-1]["problem"] == SENTENCE
 
 
+@pytest.mark.slow
 def test_a_run_that_is_told_to_survive_the_terminal_does(motions, tmp_path):
     process = subprocess.Popen(
         ["nohup", sys.executable, "-m", "headless", "run", motions, "--out", tmp_path / "out",

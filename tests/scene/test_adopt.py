@@ -54,6 +54,7 @@ def test_a_rigged_fbx_with_official_bone_names(shared_data, smpl_truth):
         assert body.weights[vertex, JOINT_INDEX[joint]] > 0.5
 
 
+@pytest.mark.slow
 def test_the_fbx_and_the_bare_mesh_of_the_same_man_agree(shared_data):
     rigged = adopt_file(shared_data / "smpl_body" / FIXTURE)
     bare = adopt_file(shared_data / "smpl_body" / "human_man.obj")

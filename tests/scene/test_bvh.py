@@ -94,6 +94,7 @@ def by_name(clips):
     return {file.rsplit("/", 1)[1].removesuffix(".bvh"): clip for file, clip in clips.items()}
 
 
+@pytest.mark.slow
 def test_every_file_that_moves_is_used_and_others_refused_truly(carried):
     clips, skipped = carried
     assert len(clips) == 77
@@ -102,6 +103,7 @@ def test_every_file_that_moves_is_used_and_others_refused_truly(carried):
         assert reason in skipped[file]
 
 
+@pytest.mark.slow
 def test_skeletons_are_known_by_name(carried):
     skeletons = {file.split("/")[1]: clip["skeleton"] for file, clip in carried[0].items()}
     assert skeletons == {
@@ -113,12 +115,14 @@ def test_skeletons_are_known_by_name(carried):
     }
 
 
+@pytest.mark.slow
 def test_limbs_point_where_the_source_s_do(carried):
     angles = np.concatenate([clip["angles"] for clip in carried[0].values()])
     assert np.median(angles) <= 0.1
     assert np.percentile(angles, 99) <= 1
 
 
+@pytest.mark.slow
 def test_no_clip_jumps_from_a_t_pose(carried):
     for file, clip in carried[0].items():
         speeds = clip["speeds"]
@@ -126,6 +130,7 @@ def test_no_clip_jumps_from_a_t_pose(carried):
         assert speeds.max() < 15, file  # metres a second of any joint
 
 
+@pytest.mark.slow
 def test_leading_t_poses_are_dropped_and_nothing_else(carried):
     for name, clip in by_name(carried[0]).items():
         rows = int(clip["row"]["frames"]) if clip["row"] else 2503
@@ -133,6 +138,7 @@ def test_leading_t_poses_are_dropped_and_nothing_else(carried):
         assert clip["n_frames"] == rows - led, name
 
 
+@pytest.mark.slow
 def test_bodies_stand_on_the_ground_at_their_size(carried, bundled_body):
     """Whatever the file's unit, its scale follows from the legs, so hips are as high as the body's."""
     hips = bundled_body.joints[0, 2]
@@ -143,6 +149,7 @@ def test_bodies_stand_on_the_ground_at_their_size(carried, bundled_body):
         assert np.median(clip["trunk_tilt"]) < 45, file
 
 
+@pytest.mark.slow
 def test_walking_and_running_are_as_fast_as_people_are(carried):
     walks = {f: c["travel"] / c["seconds"] for f, c in carried[0].items() if "walk_" in f}
     runs = {f: c["travel"] / c["seconds"] for f, c in carried[0].items() if "_run_" in f}
@@ -151,12 +158,14 @@ def test_walking_and_running_are_as_fast_as_people_are(carried):
     assert all(1.5 < speed < 5 for speed in runs.values()), runs
 
 
+@pytest.mark.slow
 def test_feet_that_stand_are_flat(carried):
     """Though the offsets of most of these files are no rest pose, and CMU's splay the legs."""
     tilts = {file: clip["foot_tilt"].max() for file, clip in carried[0].items()}
     assert np.mean(np.array(list(tilts.values())) < 10) > 0.95, tilts
 
 
+@pytest.mark.slow
 def test_knees_bend_about_their_hinge(carried):
     """Twist is right where bending a knee turns it about the body's left-right axis."""
     bending = [file for file, clip in carried[0].items() if len(clip["knee_hinges"]) and "pybvh" not in file]

@@ -289,6 +289,7 @@ def test_smpl_s_shoulders_change_only_shoulders(bundled_body):
     np.testing.assert_allclose(swapped, weights, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_registration_finds_the_rig_of_a_body_it_knows(bundled_body):
     """The target is the template itself, smaller and posed, so rig and weights are known."""
     rotations = np.tile(np.eye(3), (1, N_JOINTS, 1, 1))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is said of a ranking: a patch where one stands out, parts of the body where many are as good."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -146,6 +146,14 @@ def test_of_subjects_it_says_how_many_times_as_many():
     assert reliability_sentence(utility) == (
         "Halves of these subjects agree about the patches at .43 (all of them at .60); "
         "about 3.8 times as many would make it .85"
+    )
+
+
+def test_what_noise_may_show_is_not_sold_as_agreement():
+    utility = replace(ranked([0.5], [True], of_all(0.61), 14), can_rank=False)
+    assert reliability_sentence(utility) == (
+        "Halves of these clips agree about the patches at .61 (all of them at .76), as smooth maps of noise "
+        "may; if there is more to it, about 12 more clips an activity would make it .85"
     )
 
 

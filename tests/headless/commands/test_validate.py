@@ -91,6 +91,7 @@ def mmfit(tmp_path_factory):
     return folder.parent
 
 
+@pytest.mark.slow
 def test_mmfit_is_simulated_ranked_and_reported(mmfit, tmp_path):
     result = CliRunner().invoke(
         APP, ["validate", "mmfit", str(mmfit), "--out", str(tmp_path), "--folds", "2"]

@@ -90,17 +90,20 @@ def reliability_sentence(utility: UtilityMap) -> str:
     halves, everything = of_halves(utility.reliability), utility.reliability
     units = "subjects" if utility.by_subject else "clips"
     whole = f"all of them at {short(everything)}"
-    text = f"Halves of these {units} agree about the patches at {short(halves)} ({whole})"
+    chance, then = "", ";"
+    if not utility.can_rank:
+        chance, then = ", as smooth maps of noise may", "; if there is more to it,"
+    text = f"Halves of these {units} agree about the patches at {short(halves)} ({whole}){chance}"
     factor = clips_needed(everything)
     if factor <= 1:
         return f"{text}, enough to read the map by" if utility.can_rank else text
     if factor > FAR:
         return f"{text}; more than {FAR:g} times as many would be needed to make it {short(WANTED)}"
     if utility.by_subject:
-        return f"{text}; about {factor:.1f} times as many would make it {short(WANTED)}"
+        return f"{text}{then} about {factor:.1f} times as many would make it {short(WANTED)}"
     count = more_clips(utility)
     more = f"about {count} more clip{'' if count == 1 else 's'} an activity"
-    return f"{text}; {more} would make it {short(WANTED)}"
+    return f"{text}{then} {more} would make it {short(WANTED)}"
 
 
 def more_clips(utility: UtilityMap) -> int | None:
