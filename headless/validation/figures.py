@@ -65,8 +65,7 @@ def site_bars_figure(path: str | Path, found: SiteValidation, title: str) -> Non
             (0.2, SIMULATED, "simulated", found.simulated),
         ):
             score = utility.mean if mean else utility.f1[:, number]
-            low = utility.mean_low if mean else utility.f1_low[:, number]
-            high = utility.mean_high if mean else utility.f1_high[:, number]
+            low, high = utility.mean_interval if mean else utility.f1_interval[:, :, number]
             ax.bar(places + offset, score, 0.36, color=colour, label=label)
             ax.vlines(places + offset, low, high, color=FAINT, linewidth=1.2)
         rho = "no ranking" if np.isnan(agreement.spearman) else f"ρ = {agreement.spearman:.2f}"
