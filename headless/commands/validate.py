@@ -11,14 +11,17 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from w2w.core.datasets.berkeley_mhad import read_berkeley_mhad
 from w2w.core.datasets.mmfit import read_mmfit
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.datasets.vidimu import read_vidimu
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.validation.mhad import MHAD
 
 from ..console import USAGE
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
+from ..validation.by_protocol import run_protocol, write_protocol
 from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
 from ..validation.paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
@@ -33,6 +36,10 @@ VALIDATE = typer.Typer(
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for report.md, tables and pictures.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")]
+Libraries = Annotated[
+    list[Path],
+    typer.Argument(metavar="LIBRARY...", help="Folders of motion files, and UTD-MHAD's folder or npz."),
+]
 Folds = Annotated[int, typer.Option(min=2, help="Folds by clip, the same for real and simulated.")]
 
 
@@ -121,6 +128,28 @@ def utd_mhad(
         with RunMonitor(console).step("fitting poses, simulating and training"):
             parts = compare_utd(trials, cutoff, seed)
         console.print(write_utd(out, parts), markup=False)
+
+
+@VALIDATE.command()
+def mhad(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of Berkeley MHAD's accelerometers.")],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """Berkeley MHAD: 11 actions, six accelerometers, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with RunMonitor(console).step("reading Berkeley MHAD"):
+            recordings = read_berkeley_mhad(path)
+        with RunMonitor(console).step("reading libraries, simulating and ranking"):
+            found = run_protocol(MHAD, recordings, libraries, seed, console.print)
+        console.print(write_protocol(out, MHAD, found), markup=False)
 
 
 @VALIDATE.command()

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -200,8 +200,6 @@ def clips_in_words(motions: Sequence[Moving]) -> str:
     )
 
 
-def unused(mapping: Mapping[str, str]) -> str:
+def unused(reasons: Sequence[str]) -> str:
     """What could not be used, in words; empty where all could."""
-    if not mapping:
-        return ""
-    return f"{len(mapping)} could not be used, the first: {next(iter(mapping.values()))}."
+    return f"{len(reasons)} clips could not be used, the first: {reasons[0]}." if reasons else ""
