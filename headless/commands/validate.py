@@ -13,10 +13,12 @@ from rich.console import Console
 
 from w2w.core.datasets.berkeley_mhad import read_berkeley_mhad
 from w2w.core.datasets.mmfit import read_mmfit
+from w2w.core.datasets.umafall import read_umafall
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.datasets.vidimu import read_vidimu
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.validation.mhad import MHAD
+from w2w.core.validation.umafall import UMAFALL, most_moving
 
 from ..console import USAGE
 from ..reports.console_tables import wide_console
@@ -150,6 +152,31 @@ def mhad(
         with RunMonitor(console).step("reading libraries, simulating and ranking"):
             found = run_protocol(MHAD, recordings, libraries, seed, console.print)
         console.print(write_protocol(out, MHAD, found), markup=False)
+
+
+@VALIDATE.command()
+def umafall(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of UMAFall.")],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """UMAFall: 12 daily activities, four sensors, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        with RunMonitor(console).step("reading UMAFall"):
+            recordings, left_out = read_umafall(path)
+        with RunMonitor(console).step("reading libraries, simulating and ranking"):
+            moving = [most_moving(recording) for recording in recordings]
+            found = run_protocol(UMAFALL, moving, libraries, seed, console.print)
+        console.print(write_protocol(out, UMAFALL, found), markup=False)
+        if left_out:
+            console.print(f"{len(left_out)} trials were left out, the first: {left_out[0]}", markup=False)
 
 
 @VALIDATE.command()

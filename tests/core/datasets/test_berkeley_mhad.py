@@ -57,7 +57,10 @@ def test_what_was_lost_is_nan(tmp_path):
         ),
         ({"s03_a08_r02_h01": table() * [1, 0, 0, 30]}, "s03_a08_r02_h01 holds readings beyond 2 g alone"),
         ({"s03_a08_r02_h01": table()[::-1]}, "the times of s03_a08_r02_h01 do not increase"),
-        ({"s03_a08_r02_h01": table(start=60)}, "sensors of s03_a08_r02 share less than 0.5 s"),
+        (
+            {"s03_a08_r02_h01": table(start=60)},
+            "trial s03_a08_r02 is of no use, its sensors share less than 0.5 s",
+        ),
         ({"s03_a08_r02_h01": np.array([{}] * 4)}, "neither numbers nor text"),
     ],
 )

@@ -16,6 +16,7 @@ import numpy as np
 from ..files import array_names, load_arrays
 from ..imu.recording import ImuRecording
 from ..imu.text_tables import ACC_UNITS
+from .clock import at_times, shared_times
 
 MHAD_RATE = 30.0
 """Hz that the readings are brought to; the sensors send about 31 samples a second, not evenly."""
@@ -103,24 +104,14 @@ def _checked(path: Path, name: str, table: np.ndarray) -> np.ndarray:
 
 
 def _recording(path: str | Path, trial: str, tables: Mapping[int, np.ndarray]) -> ImuRecording:
-    start = max(table[0, 0] for table in tables.values())
-    end = min(table[-1, 0] for table in tables.values())
-    if end - start < SHORTEST_S:
-        raise ValueError(f"{path} is damaged: the sensors of {trial} share less than {SHORTEST_S:g} s")
-    times = start + np.arange(int((end - start) * MHAD_RATE) + 1) / MHAD_RATE
+    try:
+        times = shared_times([table[:, 0] for table in tables.values()], MHAD_RATE, SHORTEST_S)
+    except ValueError as error:
+        raise ValueError(f"{path} is damaged: trial {trial} is of no use, {error}") from error
     acc = np.full((len(times), len(MHAD_SITES), 3), np.nan)
     for site, table in tables.items():
-        acc[:, site] = _resampled(table, times) * ACC_UNITS["g"]
+        acc[:, site] = at_times(table[:, 0], table[:, 1:], times, LONGEST_STEP_S) * ACC_UNITS["g"]
     subject, action, _ = trial.split("_")
     return ImuRecording(
         acc, np.zeros_like(acc), MHAD_RATE, MHAD_SITES, MHAD_ACTIONS[int(action[1:]) - 1], subject, trial
     )
-
-
-def _resampled(table: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Straight lines between samples, shape (len(times), 3); NaN where samples were lost."""
-    known = table[:, 0]
-    values = np.stack([np.interp(times, known, column) for column in table[:, 1:].T], axis=1)
-    after = np.clip(np.searchsorted(known, times), 1, len(known) - 1)
-    values[known[after] - known[after - 1] > LONGEST_STEP_S] = np.nan
-    return values
