@@ -7,15 +7,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from w2w.core.body.body import Body
 from w2w.core.files import write_json, write_text
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.validation.protocol import Analysis, Bar, Protocol
+from w2w.core.validation.site_transfer import WayFound, site_signals, try_ways
 from w2w.core.validation.sites import SiteValidation, validate_sites
 from w2w.core.validation.source_test import SourceTest, source_tests
 
 from .report import write_validation
-from .unpaired import RegionSimulator, clips_in_words, load_motions, real_side, unused
+from .unpaired import RegionSimulator, Side, clips_in_words, load_motions, real_side
 
 
 class Found(NamedTuple):
@@ -27,6 +30,8 @@ class Found(NamedTuple):
     validation : SiteValidation
     bars : list of Bar
     source_tests : list of SourceTest
+    ways : list of WayFound
+        Trained on simulated, tested on worn sensors.
     notes : list of str
     places : tuple of str
         What stood for each site.
@@ -36,6 +41,7 @@ class Found(NamedTuple):
     validation: SiteValidation
     bars: list[Bar]
     source_tests: list[SourceTest]
+    ways: list[WayFound]
     notes: list[str]
     places: tuple[str, ...]
 
@@ -71,10 +77,9 @@ def run_protocol(
     for analysis in protocol.analyses:
         try:
             simulated = simulator.side(motions, analysis)
-            skipped = dict(simulated.windows.skipped)
-            real = real_side(protocol, recordings, analysis, skipped)
+            real = real_side(protocol, recordings, analysis)
             found = validate_sites(
-                real, simulated.windows, tuple(protocol.sites), analysis.activities,
+                real.windows, simulated.windows, tuple(protocol.sites), analysis.activities,
                 by_subject=(True, True), seed=seed, site_of=simulator.site_of,
             )  # fmt: skip
         except ValueError as error:
@@ -86,13 +91,36 @@ def run_protocol(
             analysis.why,
             "Unpaired: other people, other rooms, other instructions than in the simulated clips.",
             f"Distinct simulated motions: {clips_in_words(shown)}.",
-            *(sentence for sentence in (unused(unusable), unused(list(skipped.values()))) if sentence),
+            *(
+                f"{side}: {len(reasons)} clips could not be used, the first: {reasons[0]}."
+                for side, reasons in (
+                    ("Library", unusable),
+                    ("Simulated", list(simulated.windows.skipped.values())),
+                    ("Real", list(real.windows.skipped.values())),
+                )
+                if reasons
+            ),
         ]
         tests = source_tests(simulated.windows, simulated.source_of, simulator.site_of, seed)
-        done.append(Found(analysis, found, protocol.judge(found), tests, notes, simulator.places))
+        ways = _ways(protocol, real, simulated, found.real.activities, simulator.site_of, seed)
+        done.append(Found(analysis, found, protocol.judge(found), tests, ways, notes, simulator.places))
     if not done:
         raise ValueError(f"no analysis of {protocol.name} can be done: {'; '.join(why)}")
     return done
+
+
+def _ways(
+    protocol: Protocol,
+    real: Side,
+    simulated: Side,
+    activities: Sequence[str],
+    site_of: np.ndarray,
+    seed: int,
+) -> list[WayFound]:
+    spec, use = protocol.windows, protocol.use
+    worn = site_signals(real.recordings, activities, spec, np.arange(len(protocol.sites)), use)
+    made = site_signals(simulated.recordings, activities, spec, site_of, use)
+    return try_ways(worn, made, len(activities), seed)
 
 
 def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str:
@@ -110,6 +138,7 @@ def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str
         write_validation(out, one.validation, title, one.notes, one.places, suffix)
         lines += [f"## {one.analysis.name}", "", one.analysis.why, "", one.validation.sentence(), ""]
         lines += [one.validation.regret_sentence(), "", *_bars(one.bars), "", *_sources(one), ""]
+        lines += [*_transfer(one), ""]
         lines += [f"Activity by activity: [report{suffix}.md](report{suffix}.md).", ""]
     write_json(out / "summary.json", {one.analysis.name: _content(one) for one in found})
     text = "\n".join(lines)
@@ -163,6 +192,20 @@ def _sources(found: Found) -> list[str]:
     ]
 
 
+def _transfer(found: Found) -> list[str]:
+    sites = found.validation.sites
+    lines = [
+        "Macro F1 on people, trained on simulated sensors; in brackets, trained on the other people:",
+        "",
+        f"| what is done about axes and gain | {' | '.join(sites)} | mean |",
+        "|---|" + "---|" * (len(sites) + 1),
+    ]
+    for way in found.ways:
+        pairs = [*zip(way.simulated, way.real, strict=True), (way.simulated.mean(), way.real.mean())]
+        lines.append(f"| {way.way} | {' | '.join(f'{a:.2f} ({b:.2f})' for a, b in pairs)} |")
+    return lines
+
+
 def _interval(value: float, low: float, high: float) -> str:
     return f"{value:.2f} ({low:.2f} to {high:.2f})"
 
@@ -177,4 +220,6 @@ def _content(found: Found) -> dict[str, Any]:
             {"activity": test.activity, "sources": list(test.sources), "f1": test.f1.round(6).tolist()}
             for test in found.source_tests
         ],
+        "trained_on_simulated": {way.way: way.simulated.round(6).tolist() for way in found.ways},
+        "trained_on_real": {way.way: way.real.round(6).tolist() for way in found.ways},
     }

@@ -24,7 +24,8 @@ from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.study import same_clips
-from w2w.core.validation.sites import SiteValidation, site_windows, validate_sites
+from w2w.core.validation.site_windows import site_windows
+from w2w.core.validation.sites import SiteValidation, validate_sites
 
 from ..runs.load_clip import load_clip
 

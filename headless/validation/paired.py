@@ -19,7 +19,8 @@ from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
 from w2w.core.keypoints.joint_sets import BODY_34, MM_FIT_17, JointSet
 from w2w.core.ranking.windows import WindowSpec
-from w2w.core.validation.sites import SiteValidation, Use, site_windows, validate_sites
+from w2w.core.validation.site_windows import Use, site_windows
+from w2w.core.validation.sites import SiteValidation, validate_sites
 
 MMFIT_WINDOW = WindowSpec(length_s=5.0, stride_s=1.0)
 """The length of the authors' own windows."""

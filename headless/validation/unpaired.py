@@ -26,7 +26,7 @@ from w2w.core.patches.naming import places_named
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study import same_clips
 from w2w.core.validation.protocol import KINECT, Analysis, Match, Protocol
-from w2w.core.validation.sites import SiteWindows, site_windows
+from w2w.core.validation.site_windows import SiteWindows, site_windows
 
 from ..runs.load_clip import load_clip
 
@@ -39,8 +39,9 @@ class Moving(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Windows of the sensors of a protocol's sites, and where each clip is from."""
+    """Recordings of the sensors of a protocol's sites, their windows, and where each clip is from."""
 
+    recordings: list[ImuRecording]
     windows: SiteWindows
     source_of: dict[str, str]
 
@@ -92,7 +93,7 @@ class RegionSimulator:
             raise ValueError(f"no clip of the libraries takes part in '{analysis.name}'")
         recordings = [self.record(moving, analysis.cutoff_hz) for moving in chosen]
         windows = site_windows(recordings, self.protocol.windows, self.protocol.use)
-        return Side(windows, {moving.motion.clip: moving.source for moving in chosen})
+        return Side(recordings, windows, {moving.motion.clip: moving.source for moving in chosen})
 
 
 def load_motions(protocol: Protocol, libraries: Sequence[Path], body: Body) -> tuple[list[Moving], list[str]]:
@@ -174,18 +175,16 @@ def _distinct(found: Sequence[Moving]) -> list[Moving]:
     ]
 
 
-def real_side(
-    protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis, skipped: dict[str, str]
-) -> SiteWindows:
-    """Windows of the worn sensors in an analysis; trials that give none are added to `skipped`."""
+def real_side(protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis) -> Side:
+    """The worn sensors in an analysis."""
     chosen = [
         replace(r, activity=activity, sites=tuple(protocol.sites))
         for r in recordings
         if (activity := protocol.activity_of(r.activity)) in analysis.activities
     ]
-    windows = site_windows(chosen, protocol.windows, protocol.use)
-    skipped.update(windows.skipped)
-    return windows
+    if not chosen:
+        raise ValueError(f"no recording of {protocol.name} takes part in '{analysis.name}'")
+    return Side(chosen, site_windows(chosen, protocol.windows, protocol.use), {})
 
 
 def clips_in_words(motions: Sequence[Moving]) -> str:
@@ -198,8 +197,3 @@ def clips_in_words(motions: Sequence[Moving]) -> str:
         f"{activity} " + ", ".join(f"{source} {len(clips)}" for source, clips in by_source.items())
         for activity, by_source in counts.items()
     )
-
-
-def unused(reasons: Sequence[str]) -> str:
-    """What could not be used, in words; empty where all could."""
-    return f"{len(reasons)} clips could not be used, the first: {reasons[0]}." if reasons else ""

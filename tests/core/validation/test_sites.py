@@ -2,11 +2,11 @@
 """Sites that recognise activities equally well on both sides agree, and those that do not do not."""
 
 import numpy as np
-import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.windows import WindowSpec
-from w2w.core.validation.sites import site_windows, validate_sites
+from w2w.core.validation.site_windows import site_windows
+from w2w.core.validation.sites import validate_sites
 
 RATE, SECONDS = 25.0, 4.0
 ACTIVITIES = ("slow", "fast", "turning")
@@ -82,24 +82,3 @@ def test_the_same_seed_gives_the_same_numbers():
     first, second = (validate_sites(real, simulated, SITES[:3], ACTIVITIES, seed=3) for _ in range(2))
     assert first.sentence() == second.sentence()
     assert first.by_activity == second.by_activity
-
-
-def test_one_kind_of_signal_alone_can_be_compared():
-    made = recordings(("clear",), 1, clips=3)
-    windows = site_windows(made, SPEC, use="gyr")
-    moved = [ImuRecording(r.acc + 50, r.gyr, RATE, r.sites, r.activity, r.subject, r.clip) for r in made]
-    np.testing.assert_array_equal(windows.features, site_windows(moved, SPEC, use="gyr").features)
-    assert not np.array_equal(windows.features, site_windows(made, SPEC).features)
-    turned = [ImuRecording(r.acc, r.gyr + 5, RATE, r.sites, r.activity, r.subject, r.clip) for r in made]
-    without = site_windows(made, SPEC, use="acc").features
-    np.testing.assert_array_equal(without, site_windows(turned, SPEC, use="acc").features)
-
-
-def test_clips_too_short_are_named_and_different_sites_refused():
-    made = recordings(("clear",), 1, clips=2)
-    short = ImuRecording(made[0].acc[:5], made[0].gyr[:5], RATE, ("clear",), "slow", "p", "short one")
-    assert set(site_windows([*made, short], SPEC).skipped) == {"short one"}
-    with pytest.raises(ValueError, match="no clip gives a window"):
-        site_windows([short], SPEC)
-    with pytest.raises(ValueError, match="must share their sites"):
-        site_windows([made[0], recordings(("fair",), 1, clips=1)[0]], SPEC)

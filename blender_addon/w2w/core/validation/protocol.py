@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..body.landmarks import SensorSite
 from ..imu.sensor import SensorModel
 from ..ranking.windows import WindowSpec
-from .sites import SiteValidation, Use
+from .site_windows import Use
+from .sites import SiteValidation
 
 KINECT = "UTD-MHAD"
 """The source whose clips are paths of joints, not files of motion."""
@@ -133,17 +134,10 @@ class Protocol:
             "rho over ceiling": found.overall.spearman / ceiling if ceiling > 0 else float("nan"),
             "regret": found.regret.lost,
         }
-        return [
-            Bar(name, values[name], f"{'<=' if name == 'regret' else '>='} {bar:g}",
-                values[name] <= bar if name == "regret" else values[name] >= bar)
-            for name, bar in self.bars.items()
-        ]  # fmt: skip
-
-
-def sources_by_activity(matches: Sequence[Match]) -> dict[str, dict[str, int]]:
-    """Clips by activity and source."""
-    counts: dict[str, dict[str, int]] = {}
-    for match in matches:
-        of = counts.setdefault(match.activity, {})
-        of[match.source] = of.get(match.source, 0) + 1
-    return counts
+        bars = []
+        for name, bar in self.bars.items():
+            value = float(values[name])
+            most = name == "regret"
+            met = value <= bar if most else value >= bar
+            bars.append(Bar(name, value, f"{'<=' if most else '>='} {bar:g}", met))
+        return bars

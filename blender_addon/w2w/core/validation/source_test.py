@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..ranking.utility import utility_map
-from .sites import SiteWindows
+from .site_windows import SiteWindows
 
 
 class SourceTest(NamedTuple):
