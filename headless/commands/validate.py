@@ -11,23 +11,19 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from w2w.core.datasets.berkeley_mhad import read_berkeley_mhad
 from w2w.core.datasets.mmfit import read_mmfit
-from w2w.core.datasets.umafall import read_umafall
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.datasets.vidimu import read_vidimu
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.validation.mhad import MHAD
-from w2w.core.validation.umafall import UMAFALL, most_moving
 
 from ..console import USAGE
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
-from ..validation.by_protocol import run_protocol, write_protocol
 from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
 from ..validation.paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
 from ..validation.report import agreement_table, write_validation
+from ..validation.truth import run_data_set
 from ..validation.utd import compare_utd, write_utd
 
 VALIDATE = typer.Typer(
@@ -145,13 +141,7 @@ def mhad(
 
     Exit codes: 0 written, 2 wrong use (and why).
     """
-    console = wide_console()
-    with _sentences(console):
-        with RunMonitor(console).step("reading Berkeley MHAD"):
-            recordings = read_berkeley_mhad(path)
-        with RunMonitor(console).step("reading libraries, simulating and ranking"):
-            found = run_protocol(MHAD, recordings, libraries, seed, console.print)
-        console.print(write_protocol(out, MHAD, found), markup=False)
+    _by_protocol("mhad", path, libraries, out, seed)
 
 
 @VALIDATE.command()
@@ -167,16 +157,7 @@ def umafall(
 
     Exit codes: 0 written, 2 wrong use (and why).
     """
-    console = wide_console()
-    with _sentences(console):
-        with RunMonitor(console).step("reading UMAFall"):
-            recordings, left_out = read_umafall(path)
-        with RunMonitor(console).step("reading libraries, simulating and ranking"):
-            moving = [most_moving(recording) for recording in recordings]
-            found = run_protocol(UMAFALL, moving, libraries, seed, console.print)
-        console.print(write_protocol(out, UMAFALL, found), markup=False)
-        if left_out:
-            console.print(f"{len(left_out)} trials were left out, the first: {left_out[0]}", markup=False)
+    _by_protocol("umafall", path, libraries, out, seed)
 
 
 @VALIDATE.command()
@@ -197,6 +178,14 @@ def gait(
         with RunMonitor(console).step("simulating and comparing"):
             found = compare_gait(path, trial, seed)
         console.print(write_gait(out, found), markup=False)
+
+
+def _by_protocol(name: str, path: Path, libraries: list[Path], out: Path, seed: int) -> None:
+    console = wide_console()
+    with _sentences(console):
+        with RunMonitor(console).step("reading, simulating and ranking"):
+            _, report = run_data_set(name, path, libraries, out, seed, console.print)
+        console.print(report, markup=False)
 
 
 @contextmanager

@@ -131,19 +131,33 @@ def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str
     str
         The report.
     """
+    from .figures import cells_figure  # matplotlib is slow to import
+
     lines = [f"# {protocol.name}: worn and simulated sensors", "", *_summary(found), ""]
     for one in found:
-        suffix = f"_{one.analysis.name.replace(' ', '_').lower()}"
+        suffix = suffix_of(one)
         title = f"{protocol.name}, {one.analysis.name}"
         write_validation(out, one.validation, title, one.notes, one.places, suffix)
+        cells_figure(out / figure_name(one), one.validation, title)
         lines += [f"## {one.analysis.name}", "", one.analysis.why, "", one.validation.sentence(), ""]
         lines += [one.validation.regret_sentence(), "", *_bars(one.bars), "", *_sources(one), ""]
         lines += [*_transfer(one), ""]
+        lines += [f"![F1 of every site and activity, real against simulated]({figure_name(one)})", ""]
         lines += [f"Activity by activity: [report{suffix}.md](report{suffix}.md).", ""]
     write_json(out / "summary.json", {one.analysis.name: _content(one) for one in found})
     text = "\n".join(lines)
     write_text(out / "report.md", text)
     return text
+
+
+def suffix_of(found: Found) -> str:
+    """What the names of an analysis's files have before their endings."""
+    return f"_{found.analysis.name.replace(' ', '_').lower()}"
+
+
+def figure_name(found: Found) -> str:
+    """File of the picture of an analysis's cells."""
+    return f"cells{suffix_of(found)}.png"
 
 
 def _summary(found: Sequence[Found]) -> list[str]:
@@ -157,11 +171,11 @@ def _summary(found: Sequence[Found]) -> list[str]:
         cells = [
             one.analysis.name,
             str(len(v.real.activities)),
-            _interval(v.overall.spearman, v.overall.low, v.overall.high),
-            _interval(*v.overall_ceiling),
-            _interval(v.mean_rho, v.mean_low, v.mean_high),
-            _interval(*v.ceiling),
-            _interval(*v.cells),
+            interval(v.overall.spearman, v.overall.low, v.overall.high),
+            interval(*v.overall_ceiling),
+            interval(v.mean_rho, v.mean_low, v.mean_high),
+            interval(*v.ceiling),
+            interval(*v.cells),
             f"{v.regret.lost:.3f} ({v.regret.low:.3f} to {v.regret.high:.3f})",
             f"{v.regret.at_random:.3f}",
         ]
@@ -206,7 +220,8 @@ def _transfer(found: Found) -> list[str]:
     return lines
 
 
-def _interval(value: float, low: float, high: float) -> str:
+def interval(value: float, low: float, high: float) -> str:
+    """A number and its interval, in words."""
     return f"{value:.2f} ({low:.2f} to {high:.2f})"
 
 

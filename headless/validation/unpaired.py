@@ -25,10 +25,11 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.naming import places_named
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study import same_clips
-from w2w.core.validation.protocol import KINECT, Analysis, Match, Protocol
+from w2w.core.validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol
 from w2w.core.validation.site_windows import SiteWindows, site_windows
 
 from ..runs.load_clip import load_clip
+from .posture import posture
 
 
 class Moving(NamedTuple):
@@ -126,7 +127,10 @@ def load_motions(protocol: Protocol, libraries: Sequence[Path], body: Body) -> t
                 unusable.append(f"{name}: {loaded}")
                 continue
             motion, match = loaded
-            labelled = motion.labelled(match.activity, match.who, f"{number} {name}")
+            activity = posture(body, motion) if match.activity == BY_POSTURE else match.activity
+            if not activity:
+                continue
+            labelled = motion.labelled(activity, match.who, f"{number} {name}")
             found.append(Moving(labelled, match.source))
     if not found:
         raise ValueError(f"no clip of the libraries shows what {protocol.name} has, by the names of its file")

@@ -17,6 +17,9 @@ from .sites import SiteValidation
 KINECT = "UTD-MHAD"
 """The source whose clips are paths of joints, not files of motion."""
 
+BY_POSTURE = "sitting or standing"
+"""Activity of clips of which the thighs say which of both they show."""
+
 
 class Rule(NamedTuple):
     """Which clips show an activity.

@@ -21,6 +21,9 @@ from ..ranking.windows import TooShortError, WindowSpec, cut_windows
 CANDIDATES = 4000
 """Rotations tried for how a sensor sat; the best of them is then refined."""
 
+MOST_WINDOWS = 2000
+"""Of more windows of a site, so many are taken, evenly."""
+
 ROUNDS, SPREAD = 4, np.radians(12.0)
 """Rounds of as many small turns about the best, each with half the spread of the one before."""
 
@@ -103,11 +106,9 @@ def site_signals(
     for site in range(int(site_of.max()) + 1):
         sensors = np.flatnonzero(site_of == site)
         of_site = together[:, sensors].transpose(1, 0, 2, 3).reshape(-1, *together.shape[2:])
-        found.append(
-            SiteSignals(
-                of_site, np.tile(label, len(sensors)), np.tile(person, len(sensors)), recordings[0].rate
-            )
-        )
+        whose = [np.tile(of, len(sensors)) for of in (label, person)]
+        kept = np.unique(np.linspace(0, len(of_site) - 1, min(len(of_site), MOST_WINDOWS)).astype(int))
+        found.append(SiteSignals(of_site[kept], *(of[kept] for of in whose), recordings[0].rate))
     return found
 
 
