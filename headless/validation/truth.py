@@ -60,8 +60,8 @@ def write_page(out: Path, found: Mapping[str, Sequence[Found]]) -> str:
     lines = ["# Does W2W predict real people?", "", *_table(found), ""]
     lines += [
         "Rho of mean F1 over the sites, real against simulated; the ceiling is the same between two random "
-        "halves of the real people. Regret is the real F1 lost by wearing the sensor where the simulation says "
-        "instead of at the really best site. In brackets 95 % intervals over people and clips.",
+        "halves of the real people. Regret is the real F1 lost by wearing the sensor where the simulation "
+        "says instead of at the really best site. In brackets 95 % intervals over people and clips.",
         "",
     ]
     for name, analyses in found.items():
@@ -83,8 +83,8 @@ def write_page(out: Path, found: Mapping[str, Sequence[Found]]) -> str:
 
 def _table(found: Mapping[str, Sequence[Found]]) -> list[str]:
     lines = [
-        "| data set | analysis | activities, sites | rho of mean F1 | ceiling | mean rho by activity | ceiling "
-        "| r over cells | regret | blindly | trained on simulated | trained on people |",
+        "| data set | analysis | activities, sites | rho of mean F1 | ceiling | mean rho by activity "
+        "| ceiling | r over cells | regret | blindly | trained on simulated | trained on people |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, analyses in found.items():
