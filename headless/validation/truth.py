@@ -17,7 +17,8 @@ from w2w.core.validation.mhad import MHAD
 from w2w.core.validation.protocol import Protocol
 from w2w.core.validation.umafall import UMAFALL, most_moving
 
-from .by_protocol import Found, figure_name, interval, run_protocol, write_protocol
+from .by_protocol import Found, run_protocol
+from .protocol_report import figure_name, interval, write_protocol
 
 PAGE = "truth.md"
 

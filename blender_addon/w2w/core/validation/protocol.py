@@ -101,6 +101,8 @@ class Protocol:
     bars : mapping of str to float
         Least rho of mean F1 ("rho of mean F1"), mean rho by activity ("mean rho"), correlation over the cells
         ("r over cells") and rho of mean F1 over its ceiling ("rho over ceiling"), and most regret ("regret").
+    parts : tuple of str
+        Analyses of one kind of source each, which show what recognising the sources did to the first.
     """
 
     name: str
@@ -114,6 +116,7 @@ class Protocol:
     windows: WindowSpec
     use: Use
     bars: Mapping[str, float]
+    parts: tuple[str, ...] = ()
 
     def match(self, clip: str) -> Match | None:
         """What a clip shows by the first rule that fits it; None where none does."""
