@@ -56,8 +56,8 @@ def figure_name(found: Found) -> str:
 def _summary(found: Sequence[Found]) -> list[str]:
     lines = [
         "| analysis | activities | rho of mean F1 | two halves of the people | mean rho by activity | halves "
-        "| r over cells | regret | blindly |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| r over cells | at most | regret | blindly |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for one in found:
         v = one.validation
@@ -69,6 +69,7 @@ def _summary(found: Sequence[Found]) -> list[str]:
             interval(v.mean_rho, v.mean_low, v.mean_high),
             interval(*v.ceiling),
             interval(*v.cells),
+            f"{v.cells_ceiling:.2f}",
             f"{v.regret.lost:.3f} ({v.regret.low:.3f} to {v.regret.high:.3f})",
             f"{v.regret.at_random:.3f}",
         ]

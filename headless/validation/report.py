@@ -143,6 +143,7 @@ def _content(
         "rho_between_halves_of_the_real_side": _estimate(found.ceiling),
         "rho_of_mean_f1_between_halves_of_the_real_side": _estimate(found.overall_ceiling),
         "r_over_cells": _estimate(found.cells),
+        "r_over_cells_at_most": _number(found.cells_ceiling),
         "regret": _regret(found.regret),
         "regret_by_activity": _regret(found.regret_by_activity),
         "by_activity": {name: _agreement(value) for name, value in found.by_activity.items()},

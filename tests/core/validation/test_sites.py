@@ -48,6 +48,10 @@ def test_the_same_order_on_both_sides_is_found():
     assert found.mean_low <= found.mean_rho <= found.mean_high
     assert found.ceiling.value > 0.6
     assert set(found.by_activity) == set(ACTIVITIES)
+    assert found.cells.low <= found.cells.value <= found.cells.high <= 1
+    assert 0.8 < found.cells_ceiling <= 1
+    assert found.regret.lost < 0.05
+    assert "a sensor loses 0.0" in found.regret_sentence()
     assert "which reaches 0.5" in found.sentence(0.5)
     assert "one swap of neighbours costs an activity's rho 0.10" in found.sentence()
 
@@ -59,6 +63,8 @@ def test_the_reverse_order_disagrees():
     assert found.mean_rho < -0.6
     assert found.mean_p > 0.9
     assert "which is below 0.85" in found.sentence()
+    assert found.cells.value < 0
+    assert found.regret.lost > found.regret.at_random
 
 
 def test_sites_that_do_not_differ_have_a_low_ceiling():

@@ -46,6 +46,9 @@ class SiteValidation:
         simulated can be expected to agree better with the whole than about this.
     cells : Estimate
         Pearson's r of real and simulated F1 over sites and activities.
+    cells_ceiling : float
+        What that r could be at most, for neither side repeats itself: the root of both sides' reliability,
+        each from the r between its halves (Spearman 1904; Spearman-Brown for the whole).
     regret, regret_by_activity : Regret
         With one site for all activities, and with one for each.
     """
@@ -62,6 +65,7 @@ class SiteValidation:
     ceiling: Estimate
     overall_ceiling: Estimate
     cells: Estimate
+    cells_ceiling: float
     regret: Regret
     regret_by_activity: Regret
 
@@ -162,6 +166,7 @@ def compare_scores(
         ceiling=_over_halvings(mean_rho(*real.halves)),
         overall_ceiling=_over_halvings(spearman_rows(*(np.nanmean(h, axis=2) for h in real.halves))),
         cells=Estimate(_cell_r(*scores)[()], *np.nanquantile(_cell_r(*samples), TAIL)),
+        cells_ceiling=float(np.sqrt(np.prod([_reliability(side) for side in (real, simulated)]))),
         regret=regret(*(side[..., None] for side in (*means, *mean_samples))),
         regret_by_activity=regret(*scores, *samples),
     )
@@ -213,6 +218,12 @@ def _cell_r(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     a, b = (side - np.nanmean(side, axis=-1, keepdims=True) for side in (a, b))
     with np.errstate(invalid="ignore"):
         return np.nansum(a * b, axis=-1) / np.sqrt(np.nansum(a * a, axis=-1) * np.nansum(b * b, axis=-1))
+
+
+def _reliability(side: SiteScores) -> float:
+    """Of a side's cells, from the correlation of halves, 0 to 1."""
+    r = max(0.0, float(np.nan_to_num(_cell_r(*side.halves)).mean()))
+    return 2 * r / (1 + r)
 
 
 def _over_halvings(rho: np.ndarray) -> Estimate:
