@@ -24,6 +24,9 @@ CANDIDATES = 4000
 MOST_WINDOWS = 2000
 """Of more windows of a site, so many are taken, evenly."""
 
+AT_ONCE = 256
+"""Windows described at once, which stay in cache."""
+
 ROUNDS, SPREAD = 4, np.radians(12.0)
 """Rounds of as many small turns about the best, each with half the spread of the one before."""
 
@@ -251,4 +254,6 @@ def turned(signals: np.ndarray, rotation: Rotation) -> np.ndarray:
 
 
 def _features(signals: np.ndarray, rate: float) -> np.ndarray:
-    return window_features(signals[:, None], rate)[:, 0]
+    """Features (W, D) of windows (W, samples, 6), taken as sensors of one window each, which is faster."""
+    parts = [signals[first : first + AT_ONCE] for first in range(0, len(signals), AT_ONCE)]
+    return np.concatenate([window_features(part[None], rate)[0] for part in parts])
