@@ -90,7 +90,7 @@ def run_protocol(
             "Unpaired: other people, other rooms, other instructions than in the simulated clips.",
             f"Distinct simulated motions: {clips_in_words(shown)}.",
             *(
-                f"{side}: {len(reasons)} clips could not be used, the first: {reasons[0]}."
+                f"{side} clips that could not be used: {len(reasons)}; the first: {reasons[0]}."
                 for side, reasons in (
                     ("Library", unusable),
                     ("Simulated", list(simulated.windows.skipped.values())),

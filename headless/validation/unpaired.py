@@ -92,8 +92,16 @@ class RegionSimulator:
         ]
         if not chosen:
             raise ValueError(f"no clip of the libraries takes part in '{analysis.name}'")
-        recordings = [self.record(moving, analysis.cutoff_hz) for moving in chosen]
+        recordings, unusable = [], {}
+        for moving in chosen:
+            try:
+                recordings.append(self.record(moving, analysis.cutoff_hz))
+            except ValueError as error:
+                unusable[moving.motion.clip] = f"clip '{moving.motion.clip}': {error}"
+        if not recordings:
+            raise ValueError(next(iter(unusable.values())))
         windows = site_windows(recordings, self.protocol.windows, self.protocol.use)
+        windows.skipped.update(unusable)
         return Side(recordings, windows, {moving.motion.clip: moving.source for moving in chosen})
 
 

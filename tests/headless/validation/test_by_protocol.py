@@ -2,6 +2,7 @@
 """Worn sensors against clips of a library, from the files to the page."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -29,14 +30,19 @@ def few(shared_data, tmp_path):
 
 @pytest.mark.slow
 def test_real_files_go_the_whole_way(few, shared_data, tmp_path):
-    library, out = shared_data / "bvh" / "bandai_namco", tmp_path / "out"
+    """A damaged file among them costs only itself."""
+    library, out = tmp_path / "library", tmp_path / "out"
+    shutil.copytree(shared_data / "bvh" / "bandai_namco", library)
+    (library / "dataset-1_bow_broken_001.bvh").write_text("HIERARCHY\nROOT")
     result = CliRunner().invoke(APP, ["validate", "mhad", str(few), str(library), "--out", str(out)])
     assert result.exit_code == 0, result.output
     assert "Not done: Kinect: no clip of the libraries takes part in 'Kinect'" in result.output
     content = json.loads((out / "validation_all_actions.json").read_text())
     assert tuple(content["sites"]) == MHAD_SITES
     assert set(content["by_activity"]) == {"bend", "wave two hands", "wave right hand"}
-    assert "bend Bandai-Namco 3" in " ".join(content["notes"])
+    notes = " ".join(content["notes"])
+    assert "bend Bandai-Namco 3" in notes
+    assert "Library clips that could not be used: 1; the first: dataset-1_bow_broken_001.bvh: " in notes
     assert 0 <= content["regret"]["lost"] <= 1
     assert content["regret"]["interval"][0] <= content["regret"]["lost"]
     summary = json.loads((out / "summary.json").read_text())

@@ -211,7 +211,8 @@ def try_ways(
     Returns
     -------
     list of WayFound
-        Gain and rotation are found from the people who are not tested.
+        A site's gain is found without labels from all its windows, as a sensor at rest would show it; its
+        rotation from the people who are not tested.
     """
     found = []
     for way in WAYS:
@@ -224,26 +225,30 @@ def try_ways(
 def _tested(worn: SiteSignals, made: SiteSignals | None, way: Way, n_activities: int, seed: int) -> float:
     """Macro F1 on each person in turn, trained on simulated windows, or on the other people's."""
     named = np.empty(len(worn.label), dtype=np.int64)
-    trained = None if made is None else _features(way.view(_levelled(made, made, way)), worn.rate)
+    trained = None if made is None else _features(way.view(_levelled(made, way)), worn.rate)
+    signals = _levelled(worn, way)
+    features = None if way.turn else _features(way.view(signals), worn.rate)
     for person in np.unique(worn.person):
         out = worn.person == person
-        others = SiteSignals(worn.signals[~out], worn.label[~out], worn.person[~out], worn.rate)
-        signals = _levelled(worn, others, way)
         if way.turn:
-            signals = turned(signals, mounting_rotation(others, made, seed))
-        features = _features(way.view(signals), worn.rate)
+            others = SiteSignals(worn.signals[~out], worn.label[~out], worn.person[~out], worn.rate)
+            tested = _features(
+                way.view(turned(signals[out], mounting_rotation(others, made, seed))), worn.rate
+            )
+        else:
+            tested = features[out]
         x, y = (features[~out], worn.label[~out]) if made is None else (trained, made.label)
-        fold = np.repeat([ALWAYS_TRAIN, 0], [len(x), int(out.sum())])
-        both = np.concatenate([x, features[out]])[:, None]
+        fold = np.repeat([ALWAYS_TRAIN, 0], [len(x), len(tested)])
         labels = np.concatenate([y, worn.label[out]])
-        named[out] = Ridge(seed=seed).predict_folds(both, labels, fold, fold == 0)[:, 0]
+        found = Ridge(seed=seed).predict_folds(np.concatenate([x, tested])[:, None], labels, fold, fold == 0)
+        named[out] = found[:, 0]
     counts = count_by_clip(worn.label, named[:, None], worn.person, n_activities)
     return float(f1_scores(counts, np.ones((1, len(counts.size)))).mean())
 
 
-def _levelled(side: SiteSignals, known: SiteSignals, way: Way) -> np.ndarray:
-    """Windows with specific force scaled so that those known are at 1 g, where the way asks for it."""
-    gain = STANDARD_GRAVITY / known.level if way.level else 1.0
+def _levelled(side: SiteSignals, way: Way) -> np.ndarray:
+    """Windows with specific force scaled to 1 g, where the way asks for it."""
+    gain = STANDARD_GRAVITY / side.level if way.level else 1.0
     return side.signals * np.array([gain] * 3 + [1.0] * 3, dtype=side.signals.dtype)
 
 
