@@ -66,16 +66,6 @@ def test_invariant_signals_do_not_change_with_the_axes(view):
     np.testing.assert_allclose(view(turned(x, WORN)), view(x), atol=1e-5)
 
 
-def test_each_sides_own_scale_takes_away_what_one_side_lacks():
-    """People tremble at 8 Hz, which no simulated clip shows."""
-    made, (worn,) = signals(list("abcdef"), 1), signals(list("uvwxyz"), 2, WORN)
-    tremor = 3 * np.sin(2 * np.pi * 8 * np.arange(worn.signals.shape[1]) / RATE)[:, None]
-    worn.signals[..., :3] += tremor.astype(np.float32)
-    found = {way.way: way.simulated[0] for way in try_ways([worn], made, len(ACTIVITIES))}
-    assert found["along and across gravity, each side's own scale"] > 0.5
-    assert found["gain, along and across gravity"] < 0.3
-
-
 def test_a_site_gathers_its_sensors():
     both = [ImuRecording(np.repeat(r.acc, 2, 1), np.repeat(r.gyr, 2, 1) + 1, RATE, ("a", "b"), r.activity,
                          r.subject, r.clip) for r in recordings("ab", 0)]  # fmt: skip

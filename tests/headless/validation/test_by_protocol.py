@@ -49,7 +49,7 @@ def test_real_files_go_the_whole_way(few, shared_data, tmp_path):
     assert [bar["what"] for bar in summary["all actions"]["bars"]] == [
         "rho of mean F1", "mean rho", "r over cells", "regret",
     ]  # fmt: skip
-    assert len(summary["motion capture"]["trained_on_simulated"]) == 8
+    assert len(summary["motion capture"]["trained_on_simulated"]) == 5
     report = (out / "report.md").read_text()
     assert "| asked for | found | reached |" in report
     assert "No activity is shown by two sources" in report

@@ -179,14 +179,12 @@ def _moments(side: SiteSignals, labels: Sequence[int]) -> tuple[np.ndarray, np.n
 
 
 class Way(NamedTuple):
-    """What is done about axes and gain: a view of the signals, whether gain and rotation are found, and
-    whether each side's features are set to mean 0 and deviation 1 by that side's own windows."""
+    """What is done about axes and gain: a view of the signals, and whether gain and rotation are found."""
 
     name: str
     view: Callable[[np.ndarray], np.ndarray]
     level: bool = True
     turn: bool = False
-    own_scale: bool = False
 
 
 WAYS = (
@@ -195,9 +193,6 @@ WAYS = (
     Way("gain, magnitudes alone", magnitudes),
     Way("gain, along and across gravity", by_gravity),
     Way("gain, one rotation a site", as_they_are, turn=True),
-    Way("magnitudes alone, each side's own scale", magnitudes, own_scale=True),
-    Way("along and across gravity, each side's own scale", by_gravity, own_scale=True),
-    Way("one rotation a site, each side's own scale", as_they_are, turn=True, own_scale=True),
 )
 
 
@@ -237,24 +232,18 @@ def _tested(worn: SiteSignals, made: SiteSignals | None, way: Way, n_activities:
         out = worn.person == person
         if way.turn:
             others = SiteSignals(worn.signals[~out], worn.label[~out], worn.person[~out], worn.rate)
-            features = _features(way.view(turned(signals, mounting_rotation(others, made, seed))), worn.rate)
-        known = features[~out]
-        x, y = (known, worn.label[~out]) if made is None else (trained, made.label)
-        tested = features[out]
-        if way.own_scale:
-            x, tested = _scaled(x, x), _scaled(tested, known)
+            tested = _features(
+                way.view(turned(signals[out], mounting_rotation(others, made, seed))), worn.rate
+            )
+        else:
+            tested = features[out]
+        x, y = (features[~out], worn.label[~out]) if made is None else (trained, made.label)
         fold = np.repeat([ALWAYS_TRAIN, 0], [len(x), len(tested)])
         labels = np.concatenate([y, worn.label[out]])
         found = Ridge(seed=seed).predict_folds(np.concatenate([x, tested])[:, None], labels, fold, fold == 0)
         named[out] = found[:, 0]
     counts = count_by_clip(worn.label, named[:, None], worn.person, n_activities)
     return float(f1_scores(counts, np.ones((1, len(counts.size)))).mean())
-
-
-def _scaled(features: np.ndarray, by: np.ndarray) -> np.ndarray:
-    """Features less the mean of others, over their deviation; those that never vary become 0."""
-    deviation = by.std(axis=0)
-    return np.where(deviation > 1e-6, (features - by.mean(axis=0)) / np.maximum(deviation, 1e-6), 0.0)
 
 
 def _levelled(side: SiteSignals, way: Way) -> np.ndarray:
