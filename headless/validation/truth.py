@@ -102,8 +102,8 @@ def _table(found: Mapping[str, Sequence[Found]]) -> list[str]:
                 f"{v.ceiling.value:.2f}",
                 interval(*v.cells),
                 f"{v.cells_ceiling:.2f}",
-                interval(v.regret.lost, v.regret.low, v.regret.high),
-                f"{v.regret.at_random:.2f}",
+                f"{v.regret.lost:.3f} ({v.regret.low:.3f} to {v.regret.high:.3f})",
+                f"{v.regret.at_random:.3f}",
                 f"{best.simulated.mean():.2f} ({best.way})",
                 f"{best.real.mean():.2f}",
             ]
