@@ -81,6 +81,7 @@ def test_only_what_both_sides_can_test_is_compared():
     assert found.real.activities == found.simulated.activities == ("slow", "fast")
     assert found.real.protocol.startswith("leave one of 4 subjects out")
     assert found.simulated.protocol.startswith("5-fold")
+    assert "turning has no clip" in found.simulated.left_out["turning"]
 
 
 def test_the_same_seed_gives_the_same_numbers():

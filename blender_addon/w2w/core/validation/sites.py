@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -129,7 +129,8 @@ def validate_sites(
     maps = _maps(sides, activities, folds, by_subject, seed)
     shared = [name for name in activities if all(name in found.activities for found in maps)]
     if any(len(found.activities) > len(shared) for found in maps):
-        maps = _maps(sides, shared, folds, by_subject, seed)
+        again = _maps(sides, shared, folds, by_subject, seed)
+        maps = [replace(found, left_out=before.left_out) for found, before in zip(again, maps, strict=True)]
     scores = [
         site_scores(found, side.person_of() if people else None, of, seed + number)
         for number, (found, side, people, of) in enumerate(
