@@ -166,7 +166,7 @@ def compare_scores(
         mean_p=_chance(*scores, seed),
         ceiling=_over_halvings(mean_rho(*real.halves)),
         overall_ceiling=_over_halvings(spearman_rows(*(np.nanmean(h, axis=2) for h in real.halves))),
-        cells=Estimate(_cell_r(*scores)[()], *np.nanquantile(_cell_r(*samples), TAIL)),
+        cells=_over_cells(scores, samples),
         cells_ceiling=float(np.sqrt(np.prod([_reliability(side) for side in (real, simulated)]))),
         regret=regret(*(side[..., None] for side in (*means, *mean_samples))),
         regret_by_activity=regret(*scores, *samples),
@@ -219,6 +219,14 @@ def _cell_r(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     a, b = (side - np.nanmean(side, axis=-1, keepdims=True) for side in (a, b))
     with np.errstate(invalid="ignore"):
         return np.nansum(a * b, axis=-1) / np.sqrt(np.nansum(a * a, axis=-1) * np.nansum(b * b, axis=-1))
+
+
+def _over_cells(scores: Sequence[np.ndarray], samples: Sequence[np.ndarray]) -> Estimate:
+    """Correlation over the cells; NaN where those of a side are all alike."""
+    drawn = _cell_r(*samples)
+    drawn = drawn[np.isfinite(drawn)]
+    bounds = np.quantile(drawn, TAIL) if len(drawn) else (np.nan, np.nan)
+    return Estimate(float(_cell_r(*scores)), *(float(bound) for bound in bounds))
 
 
 def _reliability(side: SiteScores) -> float:
