@@ -10,7 +10,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core": "filtering results_folder study threads",
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
-    "tests/core/datasets": "broad dsads gait gait_sites",
+    "tests/core/datasets": "broad clock dsads gait gait_sites",
     "tests/core/findings": "advice_content best_regions counts finished_study label_notes new_folder summary",
     "tests/core/imu": "errors formats gaps presets text_tables vendor_formats",
     "tests/core/keypoints": "joint_sets limbs paths smoothing",
@@ -19,10 +19,10 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/ranking/classifiers": "estimator",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
-    "tests/core/validation": "correlation",
+    "tests/core/validation": "correlation dsads mhad",
     "tests/headless": "blender console options run start temporary w2w window_options",
     "tests/headless/commands": (
-        "demo demo_library execute sensors status study_mixamo study_rehab sweep tables"
+        "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
     ),
     "tests/headless/reports": (
         "advice_text comparison console_tables page pictures report_data signal_figure"
@@ -31,7 +31,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"
     ),
     "tests/headless/sweep": "figure maps report",
-    "tests/headless/validation": "dsads figures paired report utd",
+    "tests/headless/validation": "dsads figures paired posture protocol_report report truth unpaired utd",
     "tests/scene": (
         "evaluated fast_path fcurves load output packing patches playback render reshape "
         "study_file study_record takes"

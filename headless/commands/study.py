@@ -7,7 +7,9 @@ import typer
 
 from .study_mixamo import mixamo
 from .study_rehab import rehab
+from .study_truth import truth
 
 STUDY = typer.Typer(no_args_is_help=True, help="Run one of the paper's studies.")
 STUDY.command()(rehab)
 STUDY.command()(mixamo)
+STUDY.command()(truth)

@@ -23,6 +23,7 @@ from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
 from ..validation.paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
 from ..validation.report import agreement_table, write_validation
+from ..validation.truth import run_data_set
 from ..validation.utd import compare_utd, write_utd
 
 VALIDATE = typer.Typer(
@@ -33,6 +34,10 @@ VALIDATE = typer.Typer(
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for report.md, tables and pictures.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")]
+Libraries = Annotated[
+    list[Path],
+    typer.Argument(metavar="LIBRARY...", help="Folders of motion files, and UTD-MHAD's folder or npz."),
+]
 Folds = Annotated[int, typer.Option(min=2, help="Folds by clip, the same for real and simulated.")]
 
 
@@ -124,6 +129,38 @@ def utd_mhad(
 
 
 @VALIDATE.command()
+def mhad(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of Berkeley MHAD's accelerometers.")],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """Berkeley MHAD: 11 actions, six accelerometers, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    _by_protocol("mhad", path, libraries, out, seed)
+
+
+@VALIDATE.command()
+def umafall(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of UMAFall.")],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """UMAFall: 12 daily activities, four sensors, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    _by_protocol("umafall", path, libraries, out, seed)
+
+
+@VALIDATE.command()
 def gait(
     path: Annotated[
         Path, typer.Argument(metavar="PATH", help="Folder with the trial's csv files and xsens_<TRIAL>.bvh.")
@@ -141,6 +178,14 @@ def gait(
         with RunMonitor(console).step("simulating and comparing"):
             found = compare_gait(path, trial, seed)
         console.print(write_gait(out, found), markup=False)
+
+
+def _by_protocol(name: str, path: Path, libraries: list[Path], out: Path, seed: int) -> None:
+    console = wide_console()
+    with _sentences(console):
+        with RunMonitor(console).step("reading, simulating and ranking"):
+            _, report = run_data_set(name, path, libraries, out, seed, console.print)
+        console.print(report, markup=False)
 
 
 @contextmanager

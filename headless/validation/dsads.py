@@ -10,31 +10,29 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.body.landmarks import SensorSite
-from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
-from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.library import read_library
-from w2w.core.motion.motion import Motion
-from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.study import same_clips
-from w2w.core.validation.sites import SiteValidation, site_windows, validate_sites
+from w2w.core.validation.dsads import DSADS, SITES
+from w2w.core.validation.site_windows import site_windows
+from w2w.core.validation.sites import SiteValidation, validate_sites
 
 from ..runs.load_clip import load_clip
+from .posture import posture
 
 MATCHES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "walking": (("walking in parking lot", "walking on flat treadmill"), ("walking", "walk")),
-    "running": (("running on treadmill",), ("running", "run", "jogging")),
+    "running": (("running on treadmill",), ("running", "run", "jogging", "jog", "dash")),
     "standing": (("standing",), ()),
     "sitting": (("sitting",), ()),
     "ascending stairs": (("ascending stairs",), ("climbing_stairs", "ascending_stairs", "stair_climbing")),
-    "jumping": (("jumping",), ("jumping", "jumping_jacks", "jump")),
+    "jumping": (("jumping",), ("jumping", "jumping_jacks", "jump", "hop")),
     "playing basketball": (("playing basketball",), ("dribbling", "playing_basketball")),
     "rowing": (("rowing",), ("rowing",)),
     "cycling": (("cycling horizontal", "cycling vertical"), ("cycling", "riding_bike")),
@@ -47,21 +45,6 @@ STILL = (
     "pointing", "using_phone", "greeting", "nodding", "shaking_head", "clapping", "beckoning",
 )  # fmt: skip
 """Labels of clips that show people who stay where they are: their thighs say whether they sit or stand."""
-
-SEATED, UPRIGHT = np.radians((75, 105)), np.radians((0, 30))
-"""Range of the thighs' tilt from hanging down, in nine frames of ten."""
-
-SITES: dict[str, str | SensorSite] = {
-    "torso": "sternum",
-    "right arm": "right wrist",
-    "left arm": "left wrist",
-    "right leg": SensorSite("DSADS right leg", -1, ("right_hip",), ("right_knee",), 0.85, (-1, 0, 0)),
-    "left leg": SensorSite("DSADS left leg", -1, ("left_hip",), ("left_knee",), 0.85, (1, 0, 0)),
-}
-"""Chest, wrists, and the outer side of the thighs just above the knees (Altun et al. 2010, section 2)."""
-
-SENSOR = "xsens mtw awinda"
-"""The nearest preset to the MTx that DSADS's subjects wore."""
 
 
 def simulated_recordings(
@@ -78,7 +61,7 @@ def simulated_recordings(
     places : tuple of str
         Patch of each site.
     """
-    simulator = SiteSimulator(Body.bundled(), SITES, Synthesis(rate_hz=DSADS_RATE), preset(SENSOR), seed)
+    simulator = SiteSimulator(Body.bundled(), SITES, Synthesis(rate_hz=DSADS_RATE), DSADS.sensor, seed)
     wanted = {label: name for name, (_, theirs) in MATCHES.items() for label in theirs}
     recordings, keys, signatures, unusable = [], [], [], []
     for number, (folder, table) in enumerate(zip(folders, labels, strict=True)):
@@ -104,20 +87,6 @@ def simulated_recordings(
     first = [recordings[int(np.flatnonzero(groups == group)[0])].clip for group in groups]
     named = [replace(r, clip=name) for r, name in zip(recordings, first, strict=True)]
     return named, unusable, simulator.places
-
-
-def posture(body: Body, motion: Motion) -> str:
-    """Whether somebody sits or stands throughout, by both thighs; empty where neither."""
-    joints = joint_transforms(body, motion)[1]
-    tilts = []
-    for side in ("left", "right"):
-        thigh = joints[:, JOINT_INDEX[f"{side}_knee"]] - joints[:, JOINT_INDEX[f"{side}_hip"]]
-        tilts.append(np.arccos(-thigh[:, 2] / np.linalg.norm(thigh, axis=1)))
-    low, high = np.quantile(tilts, [0.05, 0.95])
-    for name, (least, most) in (("sitting", SEATED), ("standing", UPRIGHT)):
-        if least <= low and high <= most:
-            return name
-    return ""
 
 
 def real_recordings(path: Path) -> list[ImuRecording]:
@@ -155,7 +124,7 @@ def compare_dsads(
         "Unpaired: other people, other surroundings, other instructions than in the simulated clips.",
         "Distinct simulated motions: " + ", ".join(f"{name} {count}" for name, count in clips.items()) + ".",
         f"Half the simulated clips are shorter than {seconds:.1f} s; short ones are played forwards and "
-        f"backwards to fill windows of {window_s:g} s, at {DSADS_RATE:g} Hz, read by a {SENSOR}.",
+        f"backwards to fill windows of {window_s:g} s, at {DSADS_RATE:g} Hz, read by a {DSADS.sensor.name}.",
         "Whether a clip without a step shows sitting or standing was read from its thighs.",
         f"{len(unusable)} clips could not be used." if unusable else "All matching clips were used.",
     ]

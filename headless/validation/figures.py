@@ -65,8 +65,7 @@ def site_bars_figure(path: str | Path, found: SiteValidation, title: str) -> Non
             (0.2, SIMULATED, "simulated", found.simulated),
         ):
             score = utility.mean if mean else utility.f1[:, number]
-            low = utility.mean_low if mean else utility.f1_low[:, number]
-            high = utility.mean_high if mean else utility.f1_high[:, number]
+            low, high = utility.mean_interval if mean else utility.f1_interval[:, :, number]
             ax.bar(places + offset, score, 0.36, color=colour, label=label)
             ax.vlines(places + offset, low, high, color=FAINT, linewidth=1.2)
         rho = "no ranking" if np.isnan(agreement.spearman) else f"ρ = {agreement.spearman:.2f}"
@@ -78,6 +77,37 @@ def site_bars_figure(path: str | Path, found: SiteValidation, title: str) -> Non
         _bare(ax)
     axes[0].set_ylabel("F1")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
+    figure.suptitle(title, fontsize=12, color=INK)
+    _save(figure, path)
+
+
+def cells_figure(path: str | Path, found: SiteValidation, title: str) -> None:
+    """Simulated against real F1 of every site and activity, and of the means with their intervals."""
+    import matplotlib
+
+    figure = _figure(6.4, 5.2)
+    ax = figure.subplots()
+    ax.plot([0, 1], [0, 1], color=HAIRLINE, linewidth=1, zorder=0)
+    colours = matplotlib.colormaps["tab10"].colors
+    real, simulated = (side.mean_interval for side in (found.real, found.simulated))
+    for number, site in enumerate(found.sites):
+        colour = colours[number % len(colours)]
+        ax.scatter(
+            found.simulated.f1[number], found.real.f1[number], s=16, color=colour, alpha=0.45, linewidths=0
+        )
+        x, y = found.simulated.mean[number], found.real.mean[number]
+        ax.hlines(y, *simulated[:, number], color=colour, linewidth=1)
+        ax.vlines(x, *real[:, number], color=colour, linewidth=1)
+        ax.scatter([x], [y], s=70, color=colour, label=site, edgecolors="white", zorder=3)
+    ax.set_xlim(0, 1.02)
+    ax.set_ylim(0, 1.02)
+    ax.set_xlabel("F1, simulated sensors")
+    ax.set_ylabel("F1, worn sensors")
+    ax.set_title(
+        f"means: ρ = {found.overall.spearman:.2f}; cells: r = {found.cells.value:.2f}", fontsize=9, color=INK
+    )
+    ax.legend(frameon=False, fontsize=8, loc="upper left", title="large: mean of all, 95 %", title_fontsize=8)
+    _bare(ax)
     figure.suptitle(title, fontsize=12, color=INK)
     _save(figure, path)
 

@@ -25,7 +25,8 @@ from w2w.core.motion.variants import smoothed_root
 from w2w.core.ranking.agreement import Agreement, rank_agreement
 from w2w.core.ranking.features import window_features
 from w2w.core.validation.correlation import Correlation, magnitude_correlation
-from w2w.core.validation.sites import SiteValidation, SiteWindows, validate_sites
+from w2w.core.validation.site_windows import SiteWindows
+from w2w.core.validation.sites import SiteValidation, validate_sites
 
 from ..runs.load_clip import load_clip
 from .report import agreement_table, write_validation

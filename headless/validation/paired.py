@@ -19,7 +19,8 @@ from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
 from w2w.core.keypoints.joint_sets import BODY_34, MM_FIT_17, JointSet
 from w2w.core.ranking.windows import WindowSpec
-from w2w.core.validation.sites import SiteValidation, site_windows, validate_sites
+from w2w.core.validation.site_windows import Use, site_windows
+from w2w.core.validation.sites import SiteValidation, validate_sites
 
 MMFIT_WINDOW = WindowSpec(length_s=5.0, stride_s=1.0)
 """The length of the authors' own windows."""
@@ -66,7 +67,7 @@ def compare_mmfit(exercises: Sequence[Exercise], folds: int = 5, seed: int = 0) 
         "Units of the real signals, the poses' upward axis and their sides were inferred from the files."
     )
     return Outcome(
-        "", *_validated(pairs, tuple(sites), MMFIT_WINDOW, folds, seed, False), notes, simulator.places
+        "", *_validated(pairs, tuple(sites), MMFIT_WINDOW, folds, seed, "both"), notes, simulator.places
     )
 
 
@@ -85,7 +86,7 @@ def compare_vidimu(trials: Sequence[Trial], folds: int = 5, seed: int = 0) -> li
         notes.insert(
             0, "Angular velocity only: the sensors' files hold no accelerations, on neither side used."
         )
-        found = _validated(pairs, sites, VIDIMU_WINDOW, folds, seed, True)
+        found = _validated(pairs, sites, VIDIMU_WINDOW, folds, seed, "gyr")
         outcomes.append(Outcome(name, *found, notes, simulator.places))
     if not outcomes:
         raise ValueError("neither the lower nor the upper body has trials of two activities")
@@ -133,9 +134,9 @@ def _validated(
     spec: WindowSpec,
     folds: int,
     seed: int,
-    rates_only: bool,
+    use: Use,
 ) -> tuple[SiteValidation]:
-    sides = [site_windows(recordings, spec, rates_only) for recordings in zip(*pairs, strict=True)]
+    sides = [site_windows(recordings, spec, use) for recordings in zip(*pairs, strict=True)]
     shared = set(sides[0].clip.tolist()) & set(sides[1].clip.tolist())  # gaps may have cost a side a clip
     kept = [
         side._replace(

@@ -7,11 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_json, write_text
 from w2w.core.ranking.agreement import Agreement
 from w2w.core.study import plain
-from w2w.core.validation.sites import SiteValidation
+from w2w.core.validation.regret import Regret
+from w2w.core.validation.site_scores import SiteScores
+from w2w.core.validation.sites import Estimate, SiteValidation
 
 DIGITS = 6
 
@@ -88,7 +92,15 @@ def _numbers(agreement: Agreement) -> str:
 def _report(
     found: SiteValidation, title: str, notes: Sequence[str], places: Sequence[str], suffix: str
 ) -> str:
-    lines = [f"# {title}", "", found.sentence(), "", *(f"- {note}" for note in notes)]
+    lines = [
+        f"# {title}",
+        "",
+        found.sentence(),
+        "",
+        found.regret_sentence(),
+        "",
+        *(f"- {note}" for note in notes),
+    ]
     sites = ", ".join(f"{site} ({place})" for site, place in zip(found.sites, places, strict=True))
     lines += [
         f"- Sites: {sites}.",
@@ -102,22 +114,18 @@ def _report(
     return "\n".join(lines)
 
 
-def _side(utility) -> str:
-    return (
-        f"{len(set(utility.clip.tolist()))} clips, {len(utility.truth)} test windows, {utility.classifier}, "
-        f"{utility.protocol}"
-    )
+def _side(scores: SiteScores) -> str:
+    return f"{scores.n_clips} clips, {scores.n_windows} test windows, {scores.classifier}, {scores.protocol}"
 
 
 def _f1_table(found: SiteValidation) -> str:
     lines = [["side", "site", "activity", "f1", "low", "high"]]
-    for side, utility in (("real", found.real), ("simulated", found.simulated)):
+    for side, scores in (("real", found.real), ("simulated", found.simulated)):
+        table = np.stack([scores.f1, *scores.f1_interval], axis=-1)
+        means = np.stack([scores.mean, *scores.mean_interval], axis=-1)
         for row, site in enumerate(found.sites):
-            for column, activity in enumerate(utility.activities):
-                scores = (values[row, column] for values in (utility.f1, utility.f1_low, utility.f1_high))
-                lines.append([side, site, activity, *(f"{score:.{DIGITS}f}" for score in scores)])
-            scores = (values[row] for values in (utility.mean, utility.mean_low, utility.mean_high))
-            lines.append([side, site, "mean", *(f"{score:.{DIGITS}f}" for score in scores)])
+            for activity, cells in zip((*scores.activities, "mean"), (*table[row], means[row]), strict=True):
+                lines.append([side, site, activity, *(f"{value:.{DIGITS}f}" for value in cells)])
     return csv_text(lines)
 
 
@@ -132,7 +140,12 @@ def _content(
         "rho_mean": _number(found.mean_rho),
         "rho_mean_interval": [_number(found.mean_low), _number(found.mean_high)],
         "rho_mean_p": _number(found.mean_p),
-        "rho_between_halves_of_the_real_clips": _number(found.ceiling),
+        "rho_between_halves_of_the_real_side": _estimate(found.ceiling),
+        "rho_of_mean_f1_between_halves_of_the_real_side": _estimate(found.overall_ceiling),
+        "r_over_cells": _estimate(found.cells),
+        "r_over_cells_at_most": _number(found.cells_ceiling),
+        "regret": _regret(found.regret),
+        "regret_by_activity": _regret(found.regret_by_activity),
         "by_activity": {name: _agreement(value) for name, value in found.by_activity.items()},
         "mean_f1": _agreement(found.overall),
     }
@@ -147,3 +160,15 @@ def _agreement(agreement: Agreement) -> dict[str, Any]:
 
 def _number(value: float) -> float | None:
     return round(float(value), DIGITS) if value == value else None
+
+
+def _estimate(found: Estimate) -> dict[str, Any]:
+    return {"value": _number(found.value), "interval": [_number(found.low), _number(found.high)]}
+
+
+def _regret(found: Regret) -> dict[str, Any]:
+    return {
+        "lost": _number(found.lost),
+        "interval": [_number(found.low), _number(found.high)],
+        "at_random": _number(found.at_random),
+    }

@@ -9,36 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..imu.recording import ImuRecording
 from ..ranking.agreement import Agreement, rank_agreement, spearman_rows
-from ..ranking.f1 import count_by_clip, f1_scores, resampled_f1
-from ..ranking.features import window_features
 from ..ranking.utility import UtilityMap, utility_map
-from ..ranking.windows import TooShortError, WindowSpec, cut_windows
+from .regret import Regret, regret
+from .site_scores import RESAMPLES, TAIL, SiteScores, site_scores
+from .site_windows import SiteWindows
 
-RESAMPLES = 2000
-HALVINGS = 200
 
+class Estimate(NamedTuple):
+    """A number and its 95 % interval over people and clips."""
 
-class SiteWindows(NamedTuple):
-    """Windows of sensors at the same sites, as features.
-
-    Attributes
-    ----------
-    features : ndarray, shape (W, N, D)
-    activity, clip, subject : ndarray of str, shape (W,)
-        Subjects are empty where unknown.
-    is_test : ndarray of bool, shape (W,)
-    skipped : dict of str to str
-        Clips too short or too full of gaps, each with the reason.
-    """
-
-    features: np.ndarray
-    activity: np.ndarray
-    clip: np.ndarray
-    subject: np.ndarray
-    is_test: np.ndarray
-    skipped: dict[str, str]
+    value: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -48,30 +31,43 @@ class SiteValidation:
     Parameters
     ----------
     sites : tuple of str
-    real, simulated : UtilityMap
+    real, simulated : SiteScores
     by_activity : dict of str to Agreement
         NaN where one side cannot tell its sites apart.
     overall : Agreement
         Of macro F1.
     mean_rho, mean_low, mean_high : float
-        Mean of the activities' rho, and its bootstrap interval over clips.
+        Mean of the activities' rho, and its bootstrap interval.
     mean_p : float
         Chance of a mean this high if the simulated sites were called by each other's names.
-    ceiling : float
-        Mean rho between the rankings of two random halves of the real clips: nothing simulated
-        can be expected to agree better with the whole than about this.
+    ceiling, overall_ceiling : Estimate
+        Rho between the rankings of two random halves of the real people, or clips where nobody knows who is
+        who, as the mean over activities and of macro F1; the intervals hold 95 % of the halvings. Nothing
+        simulated can be expected to agree better with the whole than about this.
+    cells : Estimate
+        Pearson's r of real and simulated F1 over sites and activities.
+    cells_ceiling : float
+        What that r could be at most, for neither side repeats itself: the root of both sides' reliability,
+        each from the r between its halves (Spearman 1904; Spearman-Brown for the whole).
+    regret, regret_by_activity : Regret
+        With one site for all activities, and with one for each.
     """
 
     sites: tuple[str, ...]
-    real: UtilityMap
-    simulated: UtilityMap
+    real: SiteScores
+    simulated: SiteScores
     by_activity: dict[str, Agreement]
     overall: Agreement
     mean_rho: float
     mean_low: float
     mean_high: float
     mean_p: float
-    ceiling: float
+    ceiling: Estimate
+    overall_ceiling: Estimate
+    cells: Estimate
+    cells_ceiling: float
+    regret: Regret
+    regret_by_activity: Regret
 
     def sentence(self, target: float = 0.85) -> str:
         """What was found, with how coarse it is."""
@@ -81,47 +77,20 @@ class SiteValidation:
         return (
             f"Over {len(defined)} activities and {n} sites the mean Spearman rho between real and simulated "
             f"rankings is {self.mean_rho:.2f} (95 % interval {self.mean_low:.2f} to {self.mean_high:.2f}, "
-            f"p = {self.mean_p:.3f}), which {reached} {target:g}; rankings from two halves of the real clips "
-            f"agree at {self.ceiling:.2f}, and with {n} sites one swap of neighbours costs an activity's rho "
-            f"{self.overall.step:.2f}."
+            f"p = {self.mean_p:.3f}), which {reached} {target:g}; rankings from two halves of the real "
+            f"{self.real.units} agree at {self.ceiling.value:.2f}, and with {n} sites one swap of neighbours "
+            f"costs an activity's rho {self.overall.step:.2f}."
         )
 
-
-def site_windows(
-    recordings: Sequence[ImuRecording], spec: WindowSpec, rates_only: bool = False
-) -> SiteWindows:
-    """Cut recordings of the same sites and rate into windows and describe these.
-
-    Parameters
-    ----------
-    recordings : sequence of ImuRecording
-        Each a clip with its labels.
-    spec : WindowSpec
-    rates_only : bool
-        Take no notice of accelerations, for sensors that have none.
-
-    Raises
-    ------
-    ValueError
-        If no recording gives a window, or sites or rates differ.
-    """
-    if len({(recording.sites, recording.rate) for recording in recordings}) != 1:
-        raise ValueError("recordings to be compared must share their sites and their rate")
-    features, labels, is_test, skipped = [], [], [], {}
-    for recording in recordings:
-        taken = replace(recording, acc=np.zeros_like(recording.acc)) if rates_only else recording
-        try:
-            windows = cut_windows(taken, spec)
-        except TooShortError as error:
-            skipped[recording.clip] = str(error)
-            continue
-        features.append(window_features(windows.signals, recording.rate))
-        is_test.append(windows.is_test)
-        labels += [(recording.activity, recording.clip, recording.subject)] * len(windows.is_test)
-    if not features:
-        raise ValueError(f"no clip gives a window: {next(iter(skipped.values()))}")
-    activity, clip, subject = np.array(labels).T
-    return SiteWindows(np.concatenate(features), activity, clip, subject, np.concatenate(is_test), skipped)
+    def regret_sentence(self) -> str:
+        """What a wearer loses who follows the simulation."""
+        return (
+            f"Worn where simulation says, a sensor loses {self.regret.lost:.3f} of real F1 "
+            f"({self.regret.low:.3f} to {self.regret.high:.3f}) against the really best site; a site chosen "
+            f"blindly loses {self.regret.at_random:.3f}. With a site for each activity it is "
+            f"{self.regret_by_activity.lost:.3f} ({self.regret_by_activity.low:.3f} to "
+            f"{self.regret_by_activity.high:.3f}) against {self.regret_by_activity.at_random:.3f}."
+        )
 
 
 def validate_sites(
@@ -132,6 +101,7 @@ def validate_sites(
     folds: int = 5,
     by_subject: tuple[bool, bool] = (False, False),
     seed: int = 0,
+    site_of: np.ndarray | None = None,
 ) -> SiteValidation:
     """Train and test each site on real windows, then on simulated ones, and compare the rankings.
 
@@ -144,40 +114,62 @@ def validate_sites(
         Only those that can be tested on both sides are.
     folds : int
     by_subject : (bool, bool)
-        Leave one subject out at a time, on the real and on the simulated side.
+        Leave one subject out at a time, on the real and on the simulated side. Intervals and halves are
+        then over people.
     seed : int
+    site_of : ndarray of int, optional
+        Site of each simulated sensor, where a site has several; its score is the mean over them.
 
     Raises
     ------
     ValueError
         If fewer than two activities can be tested on both sides, or there are fewer than three sites.
     """
-    maps = _maps((real, simulated), activities, folds, by_subject, seed)
+    sides = (real, simulated)
+    maps = _maps(sides, activities, folds, by_subject, seed)
     shared = [name for name in activities if all(name in found.activities for found in maps)]
     if any(len(found.activities) > len(shared) for found in maps):
-        maps = _maps((real, simulated), shared, folds, by_subject, seed)
-    samples = [_resampled(found, seed + number) for number, found in enumerate(maps)]
+        again = _maps(sides, shared, folds, by_subject, seed)
+        maps = [replace(found, left_out=before.left_out) for found, before in zip(again, maps, strict=True)]
+    scores = [
+        site_scores(found, side.person_of() if people else None, of, seed + number)
+        for number, (found, side, people, of) in enumerate(
+            zip(maps, sides, by_subject, (None, site_of), strict=True)
+        )
+    ]
+    return compare_scores(*scores, sites, seed)
+
+
+def compare_scores(
+    real: SiteScores, simulated: SiteScores, sites: Sequence[str], seed: int = 0
+) -> SiteValidation:
+    """Compare two sides' scores of the same sites and activities."""
+    scores, samples = (real.f1, simulated.f1), (real.samples, simulated.samples)
     by_activity = {
         name: rank_agreement(
-            *(found.f1[:, column] for found in maps), *(drawn[:, :, column] for drawn in samples), seed=seed
+            *(side[:, column] for side in scores), *(drawn[:, :, column] for drawn in samples), seed=seed
         )
-        for column, name in enumerate(maps[0].activities)
+        for column, name in enumerate(real.activities)
     }
-    overall = rank_agreement(
-        maps[0].mean, maps[1].mean, samples[0].mean(axis=2), samples[1].mean(axis=2), seed=seed
-    )
-    low, high = np.quantile(_mean_rho(*samples), [0.025, 0.975])
+    means = (real.mean, simulated.mean)
+    mean_samples = (real.mean_samples, simulated.mean_samples)
+    low, high = np.quantile(mean_rho(*samples), TAIL)
     return SiteValidation(
         sites=tuple(sites),
-        real=maps[0],
-        simulated=maps[1],
+        real=real,
+        simulated=simulated,
         by_activity=by_activity,
-        overall=overall,
-        mean_rho=float(_mean_rho(maps[0].f1, maps[1].f1)),
+        overall=rank_agreement(*means, *mean_samples, seed=seed),
+        mean_rho=float(mean_rho(*scores)),
         mean_low=float(low),
         mean_high=float(high),
-        mean_p=_chance(maps[0].f1, maps[1].f1, seed),
-        ceiling=_ceiling(maps[0], seed),
+        mean_p=_chance(*scores, seed),
+        ceiling=_over_halvings(mean_rho(*real.halves)),
+        overall_ceiling=_over_halvings(spearman_rows(*(np.nanmean(h, axis=2) for h in real.halves))),
+        cells=_over_cells(scores, samples),
+        cells_ceiling=float(np.sqrt(np.prod([_reliability(side) for side in (real, simulated)]))),
+        regret=regret(*(side[..., None] for side in (*means, *mean_samples))),
+        regret_by_activity=regret(*scores, *samples),
     )
 
 
@@ -198,19 +190,14 @@ def _maps(
             activities,
             folds=folds,
             seed=seed,
+            halvings=0,
         )
         for side, subjects in zip(sides, by_subject, strict=True)
     ]
 
 
-def _resampled(found: UtilityMap, seed: int) -> np.ndarray:
-    """F1 of bootstrap resamples of the clips, shape (B, N, A)."""
-    n_activities = len(found.activities)
-    return resampled_f1(found.truth, found.predictions, found.clip, n_activities, RESAMPLES, seed)[1]
-
-
-def _mean_rho(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Mean over activities of rho between scores (..., N, A); activities without a ranking stay out."""
+def mean_rho(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Mean over activities of rho between scores (..., S, A); activities without a ranking stay out."""
     rho = spearman_rows(np.moveaxis(first, -1, -2), np.moveaxis(second, -1, -2))
     with np.errstate(invalid="ignore"):
         return np.nansum(rho, axis=-1) / np.maximum(1, np.isfinite(rho).sum(axis=-1))
@@ -219,21 +206,35 @@ def _mean_rho(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 def _chance(first: np.ndarray, second: np.ndarray, seed: int) -> float:
     """One-sided permutation p-value of the mean rho, the same renaming of sites for all activities."""
     rng = np.random.default_rng(seed)
-    observed = _mean_rho(first, second)
+    observed = mean_rho(first, second)
     orders = np.array([rng.permutation(len(first)) for _ in range(RESAMPLES)])
-    shuffled = _mean_rho(np.broadcast_to(first, (RESAMPLES, *first.shape)), second[orders])
+    shuffled = mean_rho(np.broadcast_to(first, (RESAMPLES, *first.shape)), second[orders])
     return float((1 + (shuffled >= observed - 1e-12).sum()) / (1 + RESAMPLES))
 
 
-def _ceiling(found: UtilityMap, seed: int) -> float:
-    """Mean rho between F1 in two random halves of the clips of each activity."""
-    counts = count_by_clip(found.truth, found.predictions, found.clip, len(found.activities))
-    rng = np.random.default_rng(seed)
-    halves = np.zeros((2, HALVINGS, len(counts.size)), dtype=np.float32)
-    for activity in np.unique(counts.activity):
-        members = np.flatnonzero(counts.activity == activity)
-        for halving in range(HALVINGS):
-            rng.shuffle(members)
-            middle = (len(members) + rng.integers(2)) // 2
-            halves[0, halving, members[:middle]] = halves[1, halving, members[middle:]] = 1
-    return float(np.nanmean(_mean_rho(*(f1_scores(counts, half) for half in halves))))
+def _cell_r(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Pearson's r over the cells of scores (..., S, A), shape (...); cells that lack a score stay out."""
+    known = np.isfinite(first) & np.isfinite(second)
+    a, b = (np.where(known, side, np.nan).reshape(*side.shape[:-2], -1) for side in (first, second))
+    a, b = (side - np.nanmean(side, axis=-1, keepdims=True) for side in (a, b))
+    with np.errstate(invalid="ignore"):
+        return np.nansum(a * b, axis=-1) / np.sqrt(np.nansum(a * a, axis=-1) * np.nansum(b * b, axis=-1))
+
+
+def _over_cells(scores: Sequence[np.ndarray], samples: Sequence[np.ndarray]) -> Estimate:
+    """Correlation over the cells; NaN where those of a side are all alike."""
+    drawn = _cell_r(*samples)
+    drawn = drawn[np.isfinite(drawn)]
+    bounds = np.quantile(drawn, TAIL) if len(drawn) else (np.nan, np.nan)
+    return Estimate(float(_cell_r(*scores)), *(float(bound) for bound in bounds))
+
+
+def _reliability(side: SiteScores) -> float:
+    """Of a side's cells, from the correlation of halves, 0 to 1."""
+    r = max(0.0, float(np.nan_to_num(_cell_r(*side.halves)).mean()))
+    return 2 * r / (1 + r)
+
+
+def _over_halvings(rho: np.ndarray) -> Estimate:
+    rho = np.nan_to_num(rho)  # halves in which nothing can be ranked do not agree
+    return Estimate(float(rho.mean()), *(float(bound) for bound in np.quantile(rho, TAIL)))

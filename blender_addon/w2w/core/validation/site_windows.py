@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Windows of sensors at the same sites, as features."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ..imu.recording import ImuRecording
+from ..ranking.features import window_features
+from ..ranking.windows import TooShortError, WindowSpec, cut_windows
+
+Use = Literal["both", "acc", "gyr"]
+
+
+class SiteWindows(NamedTuple):
+    """Windows of sensors at the same sites, as features.
+
+    Attributes
+    ----------
+    features : ndarray, shape (W, N, D)
+    activity, clip, subject : ndarray of str, shape (W,)
+        Subjects are empty where unknown.
+    is_test : ndarray of bool, shape (W,)
+    skipped : dict of str to str
+        Clips too short or too full of gaps, each with the reason.
+    """
+
+    features: np.ndarray
+    activity: np.ndarray
+    clip: np.ndarray
+    subject: np.ndarray
+    is_test: np.ndarray
+    skipped: dict[str, str]
+
+    def person_of(self) -> dict[str, str]:
+        """Who is seen in each clip."""
+        return dict(zip(self.clip.tolist(), self.subject.tolist(), strict=True))
+
+
+def site_windows(recordings: Sequence[ImuRecording], spec: WindowSpec, use: Use = "both") -> SiteWindows:
+    """Cut recordings of the same sites and rate into windows and describe these.
+
+    Parameters
+    ----------
+    recordings : sequence of ImuRecording
+        Each a clip with its labels.
+    spec : WindowSpec
+    use : {"both", "acc", "gyr"}
+        Take no notice of the other kind, for sensors that lack it.
+
+    Raises
+    ------
+    ValueError
+        If no recording gives a window, or sites or rates differ.
+    """
+    if len({(recording.sites, recording.rate) for recording in recordings}) != 1:
+        raise ValueError("recordings to be compared must share their sites and their rate")
+    features, labels, is_test, skipped = [], [], [], {}
+    for recording in recordings:
+        unused = {"both": (), "acc": ("gyr",), "gyr": ("acc",)}[use]
+        taken = replace(recording, **{name: np.zeros_like(recording.acc) for name in unused})
+        try:
+            windows = cut_windows(taken, spec)
+        except TooShortError as error:
+            skipped[recording.clip] = str(error)
+            continue
+        features.append(window_features(windows.signals, recording.rate))
+        is_test.append(windows.is_test)
+        labels += [(recording.activity, recording.clip, recording.subject)] * len(windows.is_test)
+    if not features:
+        raise ValueError(f"no clip gives a window: {next(iter(skipped.values()))}")
+    activity, clip, subject = np.array(labels).T
+    return SiteWindows(np.concatenate(features), activity, clip, subject, np.concatenate(is_test), skipped)

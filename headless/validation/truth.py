@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The data sets that a protocol was fixed for, and one page of what all of them say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from w2w.core.datasets.berkeley_mhad import read_berkeley_mhad
+from w2w.core.datasets.dsads import read_dsads
+from w2w.core.datasets.umafall import read_umafall
+from w2w.core.files import write_text
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.validation.dsads import DSADS
+from w2w.core.validation.mhad import MHAD
+from w2w.core.validation.protocol import Protocol
+from w2w.core.validation.umafall import UMAFALL, most_moving
+
+from .by_protocol import Found, run_protocol
+from .protocol_report import figure_name, interval, write_protocol
+
+PAGE = "truth.md"
+
+
+class DataSet(NamedTuple):
+    """How a data set is read, and by what protocol it is compared."""
+
+    protocol: Protocol
+    read: Callable[[Path], Sequence[ImuRecording]]
+
+
+def _umafall(path: Path) -> list[ImuRecording]:
+    return [most_moving(recording) for recording in read_umafall(path)[0]]
+
+
+DATA_SETS: Mapping[str, DataSet] = {
+    "mhad": DataSet(MHAD, read_berkeley_mhad),
+    "umafall": DataSet(UMAFALL, _umafall),
+    "dsads": DataSet(DSADS, read_dsads),
+}
+
+
+def run_data_set(
+    name: str, path: Path, libraries: Sequence[Path], out: Path, seed: int, told: Callable[[str], None]
+) -> tuple[list[Found], str]:
+    """Compare one data set and write what was found to a folder.
+
+    Returns
+    -------
+    found : list of Found
+    report : str
+    """
+    protocol, read = DATA_SETS[name]
+    found = run_protocol(protocol, read(path), libraries, seed, told)
+    return found, write_protocol(out, protocol, found)
+
+
+def write_page(out: Path, found: Mapping[str, Sequence[Found]]) -> str:
+    """Write ``truth.md``: sets by agreement, ceiling, regret and transfer, and a figure each."""
+    lines = ["# Does W2W predict real people?", "", *_table(found), ""]
+    lines += [
+        "Rho of mean F1 over the sites, real against simulated; the ceiling is the same between two random "
+        "halves of the real people. Regret is the real F1 lost by wearing the sensor where the simulation "
+        "says instead of at the really best site. In brackets 95 % intervals over people and clips.",
+        "",
+    ]
+    for name, analyses in found.items():
+        protocol = DATA_SETS[name].protocol
+        lines += [f"## {protocol.name}", ""]
+        for one in analyses:
+            missed = [
+                f"{bar.what} ({bar.found:.2f}, asked for {bar.wanted})" for bar in one.bars if not bar.met
+            ]
+            verdict = f"Missed: {', '.join(missed)}." if missed else "All that was asked for is reached."
+            picture = f"{name}/{figure_name(one)}"
+            lines += [f"### {one.analysis.name}", "", f"{one.analysis.why} {verdict}", ""]
+            lines += [f"![Real against simulated F1]({picture})", ""]
+        lines += [f"All of it: [{name}/report.md]({name}/report.md).", ""]
+    text = "\n".join(lines)
+    write_text(out / PAGE, text)
+    return text
+
+
+def _table(found: Mapping[str, Sequence[Found]]) -> list[str]:
+    lines = [
+        "| data set | analysis | activities, sites | rho of mean F1 | ceiling | mean rho by activity "
+        "| ceiling | r over cells | at most | regret | blindly | trained on simulated | trained on people |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name, analyses in found.items():
+        for one in analyses:
+            v = one.validation
+            best = max(one.ways, key=lambda way: way.simulated.mean())
+            cells = [
+                DATA_SETS[name].protocol.name,
+                one.analysis.name,
+                f"{len(v.real.activities)}, {len(v.sites)}",
+                interval(v.overall.spearman, v.overall.low, v.overall.high),
+                f"{v.overall_ceiling.value:.2f}",
+                interval(v.mean_rho, v.mean_low, v.mean_high),
+                f"{v.ceiling.value:.2f}",
+                interval(*v.cells),
+                f"{v.cells_ceiling:.2f}",
+                f"{v.regret.lost:.3f} ({v.regret.low:.3f} to {v.regret.high:.3f})",
+                f"{v.regret.at_random:.3f}",
+                f"{best.simulated.mean():.2f} ({best.way})",
+                f"{best.real.mean():.2f}",
+            ]
+            lines.append(f"| {' | '.join(cells)} |")
+    return lines
