@@ -8,6 +8,7 @@ from types import ModuleType
 import bpy
 
 from . import (
+    choosing,
     jobs,
     lists,
     menus,
@@ -16,6 +17,7 @@ from . import (
     overlay,
     panels,
     pick_tool,
+    placement_panels,
     preferences,
     properties,
     result_panels,
@@ -27,6 +29,7 @@ from . import step2_motions as motion_ops
 from . import step3_patches as patch_ops
 from . import step4_signals as signal_ops
 from . import step5_ranking as utility_ops
+from . import step5_wishes as wish_ops
 
 MODULES: tuple[ModuleType, ...] = (
     preferences,
@@ -38,12 +41,15 @@ MODULES: tuple[ModuleType, ...] = (
     patch_ops,
     signal_ops,
     utility_ops,
+    wish_ops,
+    choosing,
     lists,
     menus,
     open_results,
     save_results,
     panels,
     result_panels,
+    placement_panels,
     pick_tool,
     overlay,
     opened_files,
