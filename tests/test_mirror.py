@@ -37,7 +37,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "study_file study_record takes"
     ),
     "tests/ui": (
-        "advice drawing jobs lists menus overlay panels patch_card placement_panels placement_properties "
+        "advice drawing jobs lists overlay panels patch_card placement_panels placement_properties "
         "properties result_panels results "
         "signal_cache source_view state step1_body step2_motions step3_patches step4_signals "
         "step5_ranking step5_wishes surface text updates wishes"

@@ -23,6 +23,7 @@ from . import (
     result_panels,
     save_results,
     source_view,
+    upkeep,
 )
 from . import step1_body as body_ops
 from . import step2_motions as motion_ops
@@ -53,6 +54,7 @@ MODULES: tuple[ModuleType, ...] = (
     pick_tool,
     overlay,
     opened_files,
+    upkeep,
 )
 """Modules with classes to register; those with a `register` of their own do it themselves."""
 

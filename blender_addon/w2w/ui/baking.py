@@ -25,6 +25,7 @@ from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
+from .on_body import is_there, on_body
 from .preferences import cache_folder
 from .state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
 
@@ -36,6 +37,7 @@ AS_SHOWN = 1e-5
 BakeSteps = Generator[Step, None, Bake]
 
 
+@on_body
 def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0) -> Steps:
     """Bake clips of a body: the surface through Blender, the signals in a thread.
 
@@ -70,7 +72,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
             n_general += bake.path == "general"
         finished = True
     finally:
-        if not finished:
+        if not finished and is_there(mesh):
             for index, values in before.items():
                 clip = study.clips[index]
                 clip.signals, clip.baked_as, clip.bake_path = values
@@ -78,6 +80,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
     return f"{text}, {n_general} by Blender's evaluated mesh" if n_general else text
 
 
+@on_body
 def rank_steps(mesh: bpy.types.Object) -> Steps:
     """Rank every patch, after baking again what the cache has lost."""
     study = mesh.w2w

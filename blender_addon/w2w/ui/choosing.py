@@ -22,6 +22,7 @@ from ..core.study import StudyConfig
 from . import jobs, results, signal_cache
 from .baking import as_labelled, body_as_run, ranked_clips, ranking_source
 from .jobs import Steps, in_thread
+from .on_body import on_body
 from .state import config_of, current_body, patches_of, rank_settings, utility_of
 from .step2_motions import can_change
 
@@ -81,6 +82,7 @@ def missing_for_choice(body: bpy.types.Object) -> str:
     return ""
 
 
+@on_body
 def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     """Choose in a thread, then keep and mark what was chosen."""
     study = mesh.w2w

@@ -186,8 +186,8 @@ class W2W_PG_study(Placement, bpy.types.PropertyGroup):
         default=DEFAULT_SENSOR,
     )
     rate: FloatProperty(
-        name="Rate",
-        description="Samples a second, Hz",
+        name="Rate (Hz)",
+        description="Samples a second",
         default=Synthesis().rate_hz,
         min=5,
         max=1000,
@@ -258,7 +258,7 @@ class W2W_PG_study(Placement, bpy.types.PropertyGroup):
     fix_range: BoolProperty(
         name="Same Range for All",
         description="Give all heatmaps the same colours for the same F1, so that activities can be compared",
-        update=updates.repaint,
+        update=updates.fix_range,
     )
     range_low: FloatProperty(
         name="Low",

@@ -32,6 +32,9 @@ CHOSEN_SCALE = 1.4
 EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
 """Values of the study's `scores`."""
 
+_waiting: set[str] = set()
+"""Bodies to paint when they leave Edit Mode."""
+
 MEAN_VIEW = "MEAN"
 """Value of the study's `view` that shows the mean."""
 
@@ -168,6 +171,9 @@ def paint(body: bpy.types.Object) -> None:
     utility = utility_of(study)
     if utility is None or patches is None:
         return
+    if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
+        _waiting.add(body.name)
+        return
     low, high = colour_range(study, np.zeros(1)) if study.fix_range else (None, None)
     heatmap.add_heatmaps(
         body,
@@ -181,6 +187,14 @@ def paint(body: bpy.types.Object) -> None:
         heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
     )
     show(body)
+
+
+def paint_waiting() -> None:
+    """Paint the bodies whose colours were changed while they were in Edit Mode, and are no longer."""
+    for body in [bpy.data.objects.get(name) for name in _waiting]:
+        if body is not None and not body.data.is_editmode:
+            _waiting.discard(body.name)
+            paint(body)
 
 
 def show(body: bpy.types.Object) -> None:

@@ -18,6 +18,7 @@ from ..scene.body import armature_of
 from . import signal_cache
 from .baking import body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread, start
+from .on_body import on_body
 from .state import config_of, current_body, patches_of, rank_settings, utility_of
 from .step2_motions import can_change
 
@@ -56,6 +57,7 @@ class W2W_OT_save_results(bpy.types.Operator):
         return start(self, context, TITLE, save_steps(current_body(context), folder))
 
 
+@on_body
 def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
     """Read the study from the scene, clip by clip, then write the folder in a thread."""
     study = mesh.w2w
