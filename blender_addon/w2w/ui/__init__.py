@@ -9,6 +9,7 @@ import bpy
 
 from . import (
     choosing,
+    exports,
     jobs,
     lists,
     menus,
@@ -48,6 +49,7 @@ MODULES: tuple[ModuleType, ...] = (
     menus,
     open_results,
     save_results,
+    exports,
     panels,
     result_panels,
     placement_panels,

@@ -22,7 +22,7 @@ STEPS = (
     ("place_patches", "remove_patches"),
     ("bake_signals", "rank_patches", "fit_range", "clear_pick"),
     ("wish_picked", "choose_sensors"),
-    ("save_results",),
+    ("export_map", "export_table", "export_report", "export_signals", "save_results"),
 )
 """Operators by the steps of the panel."""
 
