@@ -27,12 +27,12 @@ pytestmark = pytest.mark.usefixtures("blender")
 
 
 @pytest.fixture
-def opened(blender: None, finished_run: Path) -> bpy.types.Object:
+def opened(finished_run: Path) -> bpy.types.Object:
     """The body of the run's study.blend, opened in place."""
     return open_file(finished_run / "study.blend")
 
 
-@pytest.mark.usefixtures("opened")
+@pytest.mark.usefixtures("blender", "opened")
 def test_the_table_is_the_runs(finished_run: Path, tmp_path: Path) -> None:
     assert bpy.ops.w2w.export_table(filepath=str(tmp_path / "utility")) == {"FINISHED"}
     assert (tmp_path / "utility.csv").read_bytes() == (finished_run / "utility.csv").read_bytes()
@@ -62,7 +62,7 @@ def test_the_map_has_the_colours_and_the_range_of_the_panel(opened: bpy.types.Ob
     assert len(pictures) == 3
 
 
-@pytest.mark.usefixtures("opened")
+@pytest.mark.usefixtures("blender", "opened")
 def test_signals_of_all_patches_are_the_runs(finished_run: Path, tmp_path: Path) -> None:
     assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "all"), which="ALL") == {"FINISHED"}
     names = [clip.name for clip in StudyResults.load(finished_run).clips]
@@ -99,13 +99,13 @@ def test_signals_of_a_patch_are_those_of_its_sensor(
         bpy.ops.w2w.export_signals(directory=str(tmp_path / "one"), kind=kind)
 
 
-@pytest.mark.usefixtures("opened")
+@pytest.mark.usefixtures("blender", "opened")
 def test_a_patch_must_be_picked_for_its_signals(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="Click a spot on the body first"):
         bpy.ops.w2w.export_signals(directory=str(tmp_path))
 
 
-@pytest.mark.usefixtures("opened")
+@pytest.mark.usefixtures("blender", "opened")
 def test_signals_that_are_gone_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(signal_cache, "has", lambda _key: False)
     with pytest.raises(RuntimeError, match="The signals of 9 clips are gone"):
