@@ -3,20 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty
 
 from ..core.body.body import Body
-from ..core.clip_ranking import WindowLabels, choose_worn, rank_together, same_motions
+from ..core.clip_ranking import WindowLabels, same_motions
 from ..core.findings.advice_content import advice_content
-from ..core.patches.patches import PatchSet
 from ..core.ranking.inputs import PlaceBlocks
 from ..core.ranking.pooling import Pooling
-from ..core.ranking.utility import UtilityMap
-from ..core.results_folder import AT_MOST
+from ..core.results_folder import StudyResults, choose_to_wear, sensors_together
 from ..core.selection.advice import advise
 from ..core.study import StudyConfig
 from . import jobs, results, signal_cache
@@ -28,15 +28,28 @@ from .step2_motions import can_change
 
 TITLE = "Choose Sensors"
 
-Told = Callable[[float], None]
+_poolings: dict[str, Pooling] = {}
 
 
-class Worn(NamedTuple):
-    """What sensors to wear together are chosen by."""
+@dataclass(frozen=True, eq=False)
+class SceneResults(StudyResults):
+    """A finished study that is in the scene, and in no folder."""
 
-    inputs: PlaceBlocks
-    labels: WindowLabels
-    body: Body
+    source: PlaceBlocks
+    window_labels: WindowLabels
+    shown: Body
+
+    def inputs(self, _classifier: str) -> PlaceBlocks:
+        """What the classifier takes."""
+        return self.source
+
+    def labels(self) -> WindowLabels:
+        """What is known of each window."""
+        return self.window_labels
+
+    def body(self) -> Body:
+        """The body of the study."""
+        return self.shown
 
 
 class W2W_OT_choose_sensors(bpy.types.Operator):
@@ -90,41 +103,55 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     if missing:
         raise ValueError(missing)
     patches, utility, config = patches_of(mesh), utility_of(study), config_of(study)
-    worn = _worn_of(mesh, config) if together else None
-    content = yield from in_thread(
-        lambda told: _choose(patches, utility, config, worn, told), "choosing", 0.0, 1.0
+    finished = _as_finished(mesh, config) if together else None
+    advice = yield from in_thread(
+        lambda _told: advise(utility, patches, config.target, config.max_places, config.constraints),
+        "choosing by the proxy",
+        0.0,
+        0.1,
     )
+    worn, tested = None, ()
+    if finished is not None:
+        pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.1, 0.3)
+        worn = yield from in_thread(
+            lambda _told: choose_to_wear(finished, config, pooling), "choosing what to wear", 0.3, 0.95
+        )
+        order = advice.subset.order
+        tested = yield from in_thread(lambda _told: sensors_together(finished, order), "testing", 0.95, 1.0)
+    content = advice_content(advice, utility, patches, tested, worn)
     results.advise(mesh, content)
     sentence = (content["worn_together"] or content["subset"])["sentence"]
     return sentence[0].upper() + sentence[1:]
 
 
-def _worn_of(mesh: bpy.types.Object, config: StudyConfig) -> Worn:
-    """What is needed to choose sensors to wear together, read from the scene."""
+def _as_finished(mesh: bpy.types.Object, config: StudyConfig) -> SceneResults:
+    """The study in the scene, as what is read of a results folder."""
     clips = ranked_clips(mesh.w2w)
     lost = [clip.name for clip in clips if not signal_cache.has(clip.signals)]
     if lost:
         raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
     windows, inputs = ranking_source([clip.signals for clip in clips], config)
     ranked = same_motions([as_labelled(clip) for clip in clips], windows)
-    return Worn(inputs, WindowLabels.of(ranked, windows), body_as_run(mesh))
+    return SceneResults(
+        Path(),
+        utility_of(mesh.w2w),
+        patches_of(mesh),
+        ranked,
+        config.as_dict(),
+        inputs,
+        WindowLabels.of(ranked, windows),
+        body_as_run(mesh),
+    )
 
 
-def _choose(
-    patches: PatchSet, utility: UtilityMap, config: StudyConfig, source: Worn | None, told: Told
-) -> dict[str, Any]:
-    """The content of a choice, by the steps of `w2w place`."""
-    advice = advise(utility, patches, config.target, config.max_places, config.constraints)
-    told(0.1)
-    worn, together = None, ()
-    if source is not None:
-        pooling = Pooling.on(source.body, patches)
-        told(0.15)
-        worn = choose_worn(source.inputs, source.labels, config, utility, patches, pooling)
-        told(0.9)
-        order = advice.subset.order[:AT_MOST]
-        together = rank_together(order, source.inputs, source.labels, config)
-    return advice_content(advice, utility, patches, together, worn)
+def _pooling(finished: SceneResults) -> Pooling:
+    """Pooling over the study's skin, kept: wishes change more often than bodies."""
+    body, patches = finished.body(), finished.patches
+    digest = hashlib.sha256(body.vertices.tobytes() + np.asarray(patches.vertices).tobytes()).hexdigest()
+    if digest not in _poolings:
+        _poolings.clear()
+        _poolings[digest] = Pooling.on(body, patches)
+    return _poolings[digest]
 
 
 CLASSES = (W2W_OT_choose_sensors,)

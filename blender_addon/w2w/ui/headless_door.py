@@ -23,7 +23,7 @@ POLL = 0.02
 def command(arguments: Sequence[str]) -> list[str]:
     """How to start `w2w` here: by the Blender program with this extension, or by Python."""
     if bpy.app.binary_path:
-        blender = [bpy.app.binary_path, "--background", "--addons", EXTENSION.removesuffix(".blender_addon")]
+        blender = [bpy.app.binary_path, "--background", "--addons", EXTENSION]
         return [*blender, "--command", "w2w", *arguments]
     return [sys.executable, "-m", "headless", *arguments]
 
