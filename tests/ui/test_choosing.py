@@ -32,7 +32,7 @@ TOGETHER = 60
 
 WORDS = (
     "left", "right", "middle", "head", "torso", "arm", "hand", "leg", "foot", "left arm", "right leg",
-    "chest", "left wrist", "thigh front", "waist", "sternum", "upper arm", "tail",
+    "chest", "left wrist", "thigh front", "waist", "sternum", "upper arm", "belt", "tail",
 )  # fmt: skip
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -103,7 +104,7 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     if missing:
         raise ValueError(missing)
     patches, utility, config = patches_of(mesh), utility_of(study), config_of(study)
-    finished = _as_finished(mesh, config) if together else None
+    gather = _gathering(mesh, config) if together else None
     advice = yield from in_thread(
         lambda _told: advise(utility, patches, config.target, config.max_places, config.constraints),
         "choosing by the proxy",
@@ -111,8 +112,9 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
         0.1,
     )
     worn, tested = None, ()
-    if finished is not None:
-        pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.1, 0.3)
+    if gather is not None:
+        finished = yield from in_thread(gather, "gathering windows", 0.1, 0.15)
+        pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.15, 0.3)
         worn = yield from in_thread(
             lambda _told: choose_to_wear(finished, config, pooling), "choosing what to wear", 0.3, 0.95
         )
@@ -124,24 +126,22 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     return sentence[0].upper() + sentence[1:]
 
 
-def _as_finished(mesh: bpy.types.Object, config: StudyConfig) -> SceneResults:
-    """The study in the scene, as what is read of a results folder."""
+def _gathering(mesh: bpy.types.Object, config: StudyConfig) -> Callable[[object], SceneResults]:
+    """Work for a thread: the study in the scene, as what is read of a results folder."""
     clips = ranked_clips(mesh.w2w)
     lost = [clip.name for clip in clips if not signal_cache.has(clip.signals)]
     if lost:
         raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
-    windows, inputs = ranking_source([clip.signals for clip in clips], config)
-    ranked = same_motions([as_labelled(clip) for clip in clips], windows)
-    return SceneResults(
-        Path(),
-        utility_of(mesh.w2w),
-        patches_of(mesh),
-        ranked,
-        config.as_dict(),
-        inputs,
-        WindowLabels.of(ranked, windows),
-        body_as_run(mesh),
-    )
+    keys, labelled = [clip.signals for clip in clips], [as_labelled(clip) for clip in clips]
+    utility, patches, body = utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
+
+    def gather(_told: object) -> SceneResults:
+        windows, inputs = ranking_source(keys, config)
+        ranked = same_motions(labelled, windows)
+        labels = WindowLabels.of(ranked, windows)
+        return SceneResults(Path(), utility, patches, ranked, config.as_dict(), inputs, labels, body)
+
+    return gather
 
 
 def _pooling(finished: SceneResults) -> Pooling:

@@ -65,7 +65,7 @@ class W2W_PG_wish(bpy.types.PropertyGroup):
     place: StringProperty(
         name="Place",
         description="A side (left, right, middle), a part of the body (head, left arm), a region (left "
-        "wrist), a placement (waist) or a patch; several are separated by commas",
+        "wrist), a product (watch, belt) or a patch; several are separated by commas",
         search=_suggest,
         search_options={"SUGGESTION"},
         update=updates.choose_places,

@@ -9,6 +9,7 @@ import bpy
 
 from ..core.patches.naming import MIDDLE, PARTS, PLACEMENTS, SIDES, find_places
 from ..core.patches.patches import PatchSet
+from ..core.patches.products import PRODUCTS
 from ..core.selection.constraints import Constraints
 from ..core.study import StudyConfig
 from .state import COST, FORBID, MUST, ONLY, without_updates
@@ -58,9 +59,9 @@ def is_understood(patches: PatchSet, place: str) -> bool:
 
 
 def suggestions(patches: PatchSet, typed: str) -> list[str]:
-    """Names of places that hold all that has been typed: sides and parts, placements, regions, patches."""
+    """Names of places that hold all that has been typed: sides, parts, products, placements, regions."""
     sided = [f"{side} {part}" for part in ("arm", "hand", "leg", "foot") for side in SIDES]
-    common = [placement.name for placement in PLACEMENTS]
+    common = [*PRODUCTS, *(placement.name for placement in PLACEMENTS)]
     names = [*SIDES, MIDDLE, *PARTS, *sided, *common, *sorted(set(patches.regions)), *patches.names]
     words = typed.lower().split()
     return [name for name in dict.fromkeys(names) if all(word in name for word in words)]
