@@ -25,7 +25,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
     ),
     "tests/headless/reports": (
-        "advice_text comparison console_tables page pictures report_data signal_figure"
+        "advice_text comparison console_tables page pictures redraw report_data signal_figure"
     ),
     "tests/headless/runs": (
         "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"
@@ -37,9 +37,10 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "study_file study_record takes"
     ),
     "tests/ui": (
-        "drawing jobs lists menus overlay panels patch_card properties result_panels results "
+        "advice drawing headless_door jobs lists overlay panels patch_card placement_panels "
+        "placement_properties properties result_panels results "
         "signal_cache source_view state step1_body step2_motions step3_patches step4_signals "
-        "step5_ranking surface text updates"
+        "step5_ranking step5_wishes surface text updates wishes"
     ),
 }
 

@@ -14,7 +14,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from .core.body.body import Body
-from .core.colours import colour_table, patch_colours, score_range
+from .core.colours import COLOUR_MAP, colour_table, patch_colours, score_range
 from .core.files import atomic_write
 from .core.patches.patches import PatchSet
 
@@ -33,6 +33,9 @@ def draw_heatmap(
     title: str,
     subtitle: str = "",
     label: str = "F1",
+    low: float | None = None,
+    high: float | None = None,
+    colour_map: str = COLOUR_MAP,
 ) -> None:
     """Draw scores of patches on the front and the back of a body.
 
@@ -48,9 +51,14 @@ def draw_heatmap(
     title, subtitle : str
     label : str
         What the colours stand for.
+    low, high : float, optional
+        Scores at the two ends of the colours; the scores' own range by default.
+    colour_map : str
+        A name that the `cmap` package knows.
     """
-    low, high = score_range(scores)
-    colours = patch_colours(patches, scores, low, high)
+    own_low, own_high = score_range(scores)
+    low, high = own_low if low is None else low, own_high if high is None else high
+    colours = patch_colours(patches, scores, low, high, colour_map)
     width = float(np.ptp(body.vertices[:, 0])) / body.height * HEIGHT
     figure = Figure(figsize=(2 * width + 1.6, HEIGHT + 0.9), dpi=150, facecolor="white")
     FigureCanvasAgg(figure)
@@ -60,7 +68,7 @@ def draw_heatmap(
         axes = figure.add_subplot(grid[column])
         _draw_side(axes, body, colours, side)
         axes.set_title(view, fontsize=9, color="0.4", y=-0.02)
-    scale = ScalarMappable(Normalize(low, high), ListedColormap(colour_table()))
+    scale = ScalarMappable(Normalize(low, high), ListedColormap(colour_table(colour_map)))
     figure.colorbar(scale, cax=figure.add_subplot(grid[2]), label=label)
     figure.text(0.03, 0.965, title, fontsize=14, weight="bold", va="top")
     figure.text(0.03, 0.92, subtitle, fontsize=9, color="0.4", va="top")

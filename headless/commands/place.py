@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -13,11 +13,16 @@ from rich.console import Console
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.results_folder import StudyResults, choose_to_wear, sensors_together
-from w2w.core.selection.advice import advise
+from w2w.core.selection.advice import Advice, advise
+from w2w.core.study import StudyConfig
 
-from ..console import USAGE
+from ..console import BUSY, USAGE
 from ..options import Costs, EveryActivity, Forbid, MaxPlaces, Must, Only, parse_wishes
 from ..reports.advice_text import show_advice, show_best_spot, show_worn
+from ..reports.redraw import copied, redraw
+from ..runs.folder import FolderBusyError
+from ..runs.monitor import SILENT, RunMonitor
+from ..runs.own_files import ForeignFileError
 
 
 def place(
@@ -40,31 +45,82 @@ def place(
     together: Annotated[
         bool, typer.Option(help="Test the chosen sensors together by one classifier on all of them.")
     ] = True,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="json file to write the choice to.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            help="Where to write the choice: a json file, or a new folder, which becomes a copy of RESULTS "
+            "with this choice in summary, report, pictures and study.blend.",
+        ),
+    ] = None,
+    redrawn: Annotated[
+        bool,
+        typer.Option(
+            "--redraw",
+            help="Put this choice in the place of the run's, in RESULTS itself: config, summary, report, "
+            "pictures and study.blend.",
+        ),
+    ] = False,
 ) -> None:
     """Choose sensors from a finished ranking under constraints, without baking anything again.
 
-    Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why).
+    RESULTS stays as it is unless --redraw is given.
+
+    Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why), 4 a run is using RESULTS.
     """
     console = Console(highlight=False)
+    folder = out if out is not None and out.suffix.lower() != ".json" else None
     try:
         study = StudyResults.load(results)
         goal = target if target is not None else study.parameters["target"]
         constraints = parse_wishes(only, forbid, must, costs)
+        wished = {"target": goal, "every_activity": every_activity, "max_places": max_places}
+        config = replace(study.config(), **wished, constraints=constraints)
+        _check(folder, redrawn, together)
         advice = advise(study.utility, study.patches, goal, max_places, constraints)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     worn, tested = None, ()
     if together:
-        wished = {"target": goal, "every_activity": every_activity, "max_places": max_places}
         with console.status("Choosing sensors to wear together"):
-            worn = choose_to_wear(study, replace(study.config(), **wished, constraints=constraints))
+            worn = choose_to_wear(study, config)
             tested = sensors_together(study, advice.subset.order)
     show_best_spot(advice, study.utility, study.patches, console)
     if worn is not None:
         show_worn(worn, study.patches, console)
     show_advice(advice, study.utility, study.patches, tested, console)
-    if out is not None:
-        write_json(out, advice_content(advice, study.utility, study.patches, tested, worn))
+    content = advice_content(advice, study.utility, study.patches, tested, worn)
+    if redrawn:
+        _redraw(results, config, advice, content, console)
+    if folder is not None:
+        with copied(results, folder) as copy:
+            _redraw(copy, config, advice, content, console)
+        console.print(f"\nWritten to {folder}")
+    elif out is not None:
+        write_json(out, content)
         console.print(f"\nWritten to {out}")
+
+
+def _check(folder: Path | None, redrawn: bool, together: bool) -> None:
+    """Refuse what would leave a folder that contradicts itself, or write over another one."""
+    if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ValueError(f"--out {folder} is not empty: give a new folder, or a json file")
+    if (redrawn or folder is not None) and not together:
+        raise ValueError("--no-together leaves out what the report shows first: a redrawn folder needs it")
+
+
+def _redraw(
+    folder: Path, config: StudyConfig, advice: Advice, content: dict[str, Any], console: Console
+) -> None:
+    try:
+        failed = redraw(folder, config, advice, content, RunMonitor(console, SILENT))
+    except FolderBusyError as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(BUSY) from error
+    except ForeignFileError as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    for name, why in failed.items():
+        console.print(f"[yellow]No {name}: {why}[/yellow]")

@@ -37,11 +37,15 @@ def draw_study(study: Study, monitor: RunMonitor) -> dict[str, str]:
     dict of str to str
         What could not be made, and why.
     """
-    out, subset = study.results.out, study.advice.subset
+    return draw_folder(study.results.out, study.advice.subset, study.results.utility.activities, monitor)
+
+
+def draw_folder(out: Path, subset: Subset, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
+    """As `draw_study`, for a results folder that holds all that is drawn but the set."""
     folder = out / HEATMAPS
     folder.mkdir(exist_ok=True)
     remove_claimed(out, HEATMAPS)
-    files = picture_files(study.results.utility.activities)
+    files = picture_files(activities)
     claim(out, [f"{HEATMAPS}/{file}" for file in files])
     failed = {}
     pictures = [folder / file for file in files]

@@ -37,6 +37,7 @@ def main(zip_path: str, report: str) -> None:
                 "blender": bpy.app.version_string,
                 "modules": found,
                 "resources": bpy.utils.resource_path("USER"),
+                "has_preferences": bpy.context.preferences.addons[PACKAGE].preferences is not None,
                 "baked": sum(bool(clip.signals) for clip in study.clips),
                 "heatmaps": len(bpy.context.scene.w2w.body.data.color_attributes),
                 "best_expected_f1": study.regions[0].f1,

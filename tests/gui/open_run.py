@@ -31,6 +31,8 @@ def scenario() -> Script:
     yield from open_file(driver)
     yield from look_at_a_spot(driver)
     yield from undo(driver)
+    yield from cancel_a_choice(driver)
+    yield from delete_body(driver)
     yield from drop_summary(driver)
     (OUT / "report.json").write_text(json.dumps(report, indent=2))
 
@@ -110,6 +112,34 @@ def undo(driver: Driver) -> Script:
     yield from driver.turns(10)
     body = bpy.context.scene.w2w.body
     report["clips_after_undo"] = -1 if body is None else len(body.w2w.clips)
+
+
+def cancel_a_choice(driver: Driver) -> Script:
+    """Ask for more than the run did, choose sensors anew, and cancel that."""
+    jobs = sys.modules[f"{UI}.jobs"]
+    report["worn"] = [place.patch for place in study().worn]
+    study().target = 0.99
+    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
+        bpy.ops.w2w.choose_sensors("INVOKE_DEFAULT")
+    yield from driver.turns(10)
+    report["choosing"] = jobs.running is not None
+    yield from driver.look("4_choosing")
+    yield from driver.key("ESC")
+    yield from driver.turns(5)
+    report["message_after_esc"] = jobs.message.text
+
+
+def delete_body(driver: Driver) -> Script:
+    """Delete the body by its key: the patches go along; undo brings both back."""
+    counts = [len(bpy.context.scene.objects)]
+    bpy.ops.w2w.select_body()
+    yield from driver.key("DEL")
+    for keys in ({"ctrl": True}, {"ctrl": True, "shift": True}):
+        yield from driver.turns(40)
+        counts.append(len(bpy.context.scene.objects))
+        yield from driver.key("Z", **keys)
+    yield from driver.turns(40)
+    report["objects_by_delete_undo_redo"] = [*counts, len(bpy.context.scene.objects)]
 
 
 def drop_summary(driver: Driver) -> Script:

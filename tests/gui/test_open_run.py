@@ -20,7 +20,7 @@ from .test_window import PROJECT, SANDBOX, TIMEOUT_S
 
 OUT = PROJECT / ".cache" / "gui_run"
 N_PATCHES = 512
-PICTURES = ("1_opened", "2_ranking", "3_signals", "5_dropped")
+PICTURES = ("1_opened", "2_ranking", "3_signals", "4_choosing", "5_dropped")
 
 pytestmark = pytest.mark.slow
 
@@ -80,11 +80,25 @@ def test_the_panel_shows_the_run(report: dict[str, Any], results: Path, way: str
 
 
 def test_a_row_of_the_ranking_can_be_clicked(report: dict[str, Any]) -> None:
-    assert report["picked"] in report["opened"]["chosen"]
+    assert report["picked"] in report["worn"]  # the set to wear together comes first
 
 
 def test_undo_keeps_the_study(report: dict[str, Any]) -> None:
     assert report["clips_after_undo"] == 10
+
+
+def test_the_set_to_wear_is_shown_and_a_new_choice_can_be_cancelled(
+    report: dict[str, Any], results: Path
+) -> None:
+    worn = json.loads((results / "summary.json").read_text())["worn_together"]
+    assert report["worn"] == [place["patch"] for place in worn["places"]]
+    assert report["choosing"]
+    assert report["message_after_esc"] == "Choose Sensors cancelled: nothing was changed"
+
+
+def test_a_deleted_body_takes_its_patches_along_and_undo_brings_them_back(report: dict[str, Any]) -> None:
+    there, gone = N_PATCHES + 2, 1  # the body and its armature
+    assert report["objects_by_delete_undo_redo"] == [there, gone, there, gone]
 
 
 @pytest.mark.usefixtures("report")

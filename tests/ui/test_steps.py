@@ -236,3 +236,11 @@ def test_everything_has_a_tooltip() -> None:
                 and not prop.identifier.endswith(("name", "_text", "_key", "ranked_as"))
             ):
                 assert prop.description or prop.type in ("COLLECTION", "POINTER"), prop.identifier
+
+
+def test_numbers_that_have_a_unit_show_it() -> None:
+    study, shape = properties.W2W_PG_study.bl_rna, properties.W2W_PG_study.bl_rna.properties["shape"]
+    assert study.properties["rate"].name == "Rate (Hz)"
+    assert study.properties["window_s"].unit == "TIME_ABSOLUTE"
+    assert shape.fixed_type.properties["weight"].name == "Weight (kg)"
+    assert shape.fixed_type.properties["height"].unit == "LENGTH"

@@ -80,6 +80,15 @@ def patch_empties(collection: bpy.types.Collection) -> list[bpy.types.Object]:
     return sorted((item for item in collection.objects if PATCH in item), key=lambda item: item[PATCH])
 
 
+def empties_by_patch(collection: bpy.types.Collection) -> dict[int, bpy.types.Object]:
+    """The empty of each patch that still has one, by the patch's number; copies of an empty do not count."""
+    found: dict[int, bpy.types.Object] = {}
+    for item in collection.objects:
+        if PATCH in item:
+            found.setdefault(item[PATCH], item)
+    return found
+
+
 def resize_patches(empties: Sequence[bpy.types.Object], size: float) -> None:
     """Draw empties with axes of this length, metres."""
     for empty in empties:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,9 @@ from .packing import pack, read_packed
 
 RECORD = "W2W study"
 """Custom property of a body's mesh: the text that holds its study."""
+
+SETS = ("worn_together", "joint", "subset", "exact", "greedy_and_exact", "next_sensor", "together")
+"""What a summary says of sets of sensors."""
 
 LINE = 1000
 """Characters in a line of packed results: text editors choke on longer ones."""
@@ -85,6 +88,8 @@ class StudyRecord:
         Whether the body is W2W's own in its average shape, so that its sliders fit it.
     collections : tuple of str
         Names of the collections of all patches and of the chosen ones.
+    advice : dict
+        Of the summary, what it says of sets of sensors; empty where it says nothing.
     """
 
     parameters: dict[str, Any]
@@ -93,6 +98,7 @@ class StudyRecord:
     utility: UtilityMap
     is_own_body: bool = False
     collections: tuple[str, str] = ("", "")
+    advice: dict[str, Any] = field(default_factory=dict)
 
 
 def record_of(study: StudyResults, body: Body) -> StudyRecord:
@@ -134,6 +140,7 @@ def record_of(study: StudyResults, body: Body) -> StudyRecord:
         study.patches,
         study.utility,
         body.vertices.shape == own.vertices.shape and np.allclose(body.vertices, own.vertices, atol=1e-6),
+        advice={name: study.summary[name] for name in SETS if name in study.summary},
     )
 
 
@@ -155,6 +162,7 @@ def write_record(mesh: bpy.types.Object, record: StudyRecord) -> None:
         "clips": [asdict(clip) for clip in record.clips],
         "is_own_body": record.is_own_body,
         "collections": list(record.collections),
+        "advice": record.advice,
         "patches": _lines(pack(record.patches)[0]),
         "utility": _lines(pack(record.utility)[0]),
     }
@@ -188,6 +196,7 @@ def read_record(mesh: bpy.types.Object) -> StudyRecord:
             read_packed("".join(content["utility"]), UtilityMap.load),
             bool(content["is_own_body"]),
             (str(first), str(second)),
+            dict(content.get("advice", {})),
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError(f"what the file says of '{mesh.name}' is damaged: {error}") from error

@@ -8,6 +8,8 @@ from types import ModuleType
 import bpy
 
 from . import (
+    choosing,
+    exports,
     jobs,
     lists,
     menus,
@@ -16,17 +18,20 @@ from . import (
     overlay,
     panels,
     pick_tool,
+    placement_panels,
     preferences,
     properties,
     result_panels,
     save_results,
     source_view,
+    upkeep,
 )
 from . import step1_body as body_ops
 from . import step2_motions as motion_ops
 from . import step3_patches as patch_ops
 from . import step4_signals as signal_ops
 from . import step5_ranking as utility_ops
+from . import step5_wishes as wish_ops
 
 MODULES: tuple[ModuleType, ...] = (
     preferences,
@@ -38,15 +43,20 @@ MODULES: tuple[ModuleType, ...] = (
     patch_ops,
     signal_ops,
     utility_ops,
+    wish_ops,
+    choosing,
     lists,
     menus,
     open_results,
     save_results,
+    exports,
     panels,
     result_panels,
+    placement_panels,
     pick_tool,
     overlay,
     opened_files,
+    upkeep,
 )
 """Modules with classes to register; those with a `register` of their own do it themselves."""
 

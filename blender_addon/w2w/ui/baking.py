@@ -11,12 +11,13 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.clip_files import ClipWindows
+from ..core.body.body import Body
+from ..core.clip_files import WORK, ClipWindows
 from ..core.clip_ranking import LabelledClip, rank_clips
 from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import SIZE, motion_signature
 from ..core.patches.patches import PatchSet
-from ..core.ranking.inputs import clip_inputs
+from ..core.ranking.inputs import PlaceBlocks, clip_inputs
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.study import StudyConfig, describe, record_baked
@@ -24,14 +25,19 @@ from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
 from . import results, signal_cache
 from .jobs import Step, Steps, in_thread
+from .on_body import is_there, on_body
 from .preferences import cache_folder
 from .state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
 
 SHOWN_REASONS = 2
 
+AS_SHOWN = 1e-5
+"""How far single precision may be from a position, metres, or a weight."""
+
 BakeSteps = Generator[Step, None, Bake]
 
 
+@on_body
 def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0) -> Steps:
     """Bake clips of a body: the surface through Blender, the signals in a thread.
 
@@ -66,7 +72,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
             n_general += bake.path == "general"
         finished = True
     finally:
-        if not finished:
+        if not finished and is_there(mesh):
             for index, values in before.items():
                 clip = study.clips[index]
                 clip.signals, clip.baked_as, clip.bake_path = values
@@ -74,25 +80,22 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
     return f"{text}, {n_general} by Blender's evaluated mesh" if n_general else text
 
 
+@on_body
 def rank_steps(mesh: bpy.types.Object) -> Steps:
     """Rank every patch, after baking again what the cache has lost."""
     study = mesh.w2w
-    settings = bake_settings(study)
-    clips = [
+    names = {clip.name for clip in ranked_clips(study)}
+    lost = [
         index
         for index, clip in enumerate(study.clips)
-        if state_of(clip, settings) == BAKED and clip.activity.strip()
+        if clip.name in names and not signal_cache.has(clip.signals)
     ]
-    lost = [index for index in clips if not signal_cache.has(study.clips[index].signals)]
     if lost:
         yield from bake_steps(mesh, lost, 0.0, 0.4)
     ranked_as, config = rank_settings(study), config_of(study)
-    used = [
-        LabelledClip(clip.name, clip.activity, clip.subject, clip.motion_key)
-        for clip in (study.clips[i] for i in clips)
-    ]
-    keys = [study.clips[i].signals for i in clips]
-    body, patches = body_of(mesh), patches_of(mesh)
+    used = [as_labelled(clip) for clip in ranked_clips(study)]
+    keys = [clip.signals for clip in ranked_clips(study)]
+    body, patches = body_as_run(mesh), patches_of(mesh)
     utility = yield from in_thread(
         lambda told: _rank(used, keys, Pooling.on(body, patches), config, told),
         "training at every patch",
@@ -105,6 +108,44 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     left_out = utility.left_out
     text = f"Ranked {len(utility.mean)} patches, {utility.protocol}"
     return f"{text}. Left out: {_some(list(left_out.values()))}" if left_out else text
+
+
+def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """The clips that a ranking is made of: baked, and with an activity."""
+    settings = bake_settings(study)
+    return [clip for clip in study.clips if state_of(clip, settings) == BAKED and clip.activity.strip()]
+
+
+def as_labelled(clip: bpy.types.PropertyGroup) -> LabelledClip:
+    """A clip by its labels, as core takes it."""
+    return LabelledClip(clip.name, clip.activity, clip.subject, clip.motion_key)
+
+
+def body_as_run(mesh: bpy.types.Object) -> Body:
+    """A study's body as the run that it was opened from had it: a mesh keeps single precision only."""
+    shown = body_of(mesh)
+    if not mesh.w2w.results_folder:
+        return shown
+    try:
+        run = Body.load(Path(mesh.w2w.results_folder) / WORK / "body.npz")
+    except (OSError, ValueError):
+        return shown
+    pairs = [(getattr(run, name), getattr(shown, name)) for name in ("vertices", "joints", "weights")]
+    same = all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=AS_SHOWN) for a, b in pairs)
+    return run if same else shown
+
+
+def ranking_source(keys: Sequence[str], config: StudyConfig) -> tuple[list[ClipWindows], PlaceBlocks]:
+    """Windows of clips by the keys of their signals, and what the classifier takes of them."""
+    windows = [signal_cache.windows_of(key) for key in keys]
+    features = [signal_cache.path_of(key) for key in keys]
+    recordings = [
+        path
+        for key, found in zip(keys, windows, strict=True)
+        for path in signal_cache.recordings_of(key, found)
+    ]
+    counts = [count for found in windows for count in found.counts]
+    return windows, clip_inputs(inputs_of(config.classifier), features, recordings, counts, config.windows)
 
 
 def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
@@ -168,15 +209,7 @@ def _rank(
     told: Callable[[float], None],
 ) -> UtilityMap:
     """Rank clips by their signals under keys."""
-    windows = [signal_cache.windows_of(key) for key in keys]
-    features = [signal_cache.path_of(key) for key in keys]
-    recordings = [
-        path
-        for key, found in zip(keys, windows, strict=True)
-        for path in signal_cache.recordings_of(key, found)
-    ]
-    counts = [count for found in windows for count in found.counts]
-    inputs = clip_inputs(inputs_of(config.classifier), features, recordings, counts, config.windows)
+    windows, inputs = ranking_source(keys, config)
     return rank_clips(clips, windows, inputs, config, told, pooling=pooling)[0]
 
 

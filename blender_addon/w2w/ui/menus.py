@@ -15,6 +15,17 @@ PRESET_FOLDER = "w2w/study"
 
 KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
 
+STEPS = (
+    ("add_body", "load_body", "use_mesh", "open_results", "select_body", "reset_shape"),
+    ("import_motions", "import_folder", "add_armature_motion", "relabel_clips", "remove_clips"),
+    ("preview_clip", "show_source"),
+    ("place_patches", "remove_patches"),
+    ("bake_signals", "rank_patches", "fit_range", "clear_pick"),
+    ("wish_picked", "choose_sensors"),
+    ("export_map", "export_table", "export_report", "export_signals", "save_results"),
+)
+"""Operators by the steps of the panel."""
+
 _keymap_items: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
 
 
@@ -27,6 +38,22 @@ class W2W_MT_tick_clips(bpy.types.Menu):
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the choices."""
         self.layout.operator_enum("w2w.tick_clips", "which")
+
+
+class W2W_MT_study(bpy.types.Menu):
+    """All that can be done with a body, so that Blender's search (F3) finds it too."""
+
+    bl_label = "Where to Wear"
+    bl_idname = "W2W_MT_study"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the operators, step by step."""
+        layout = self.layout
+        layout.operator_context = "INVOKE_DEFAULT"  # else files would not be asked for
+        for step in STEPS:
+            for name in step:
+                layout.operator(f"w2w.{name}")
+            layout.separator()
 
 
 class W2W_MT_study_presets(bpy.types.Menu):
@@ -85,11 +112,16 @@ def _add_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.operator("w2w.add_body", text="W2W Body", icon="OUTLINER_OB_ARMATURE")
 
 
+def _object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    self.layout.menu(W2W_MT_study.bl_idname)
+
+
 def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.operator("w2w.import_motions", text=f"Motions for W2W ({'/'.join(MOTION_SUFFIXES)})")
 
 
-CLASSES = (W2W_MT_tick_clips, W2W_MT_study_presets, W2W_OT_add_study_preset, W2W_FH_motions)
+CLASSES = (W2W_MT_study, W2W_MT_tick_clips, W2W_MT_study_presets, W2W_OT_add_study_preset, W2W_FH_motions)
 
 
 def register() -> None:
@@ -97,6 +129,7 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.VIEW3D_MT_mesh_add.append(_add_menu)
+    bpy.types.VIEW3D_MT_object.append(_object_menu)
     bpy.types.TOPBAR_MT_file_import.append(_import_menu)
     bpy.utils.register_preset_path(str(PRESETS.parent))
     configuration = bpy.context.window_manager.keyconfigs.addon
@@ -114,6 +147,7 @@ def unregister() -> None:
     _keymap_items.clear()
     bpy.utils.unregister_preset_path(str(PRESETS.parent))
     bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
+    bpy.types.VIEW3D_MT_object.remove(_object_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(_add_menu)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -16,6 +16,7 @@ from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
 from ..scene.load import Carried, carry, read_motion
 from .jobs import Step, Steps
+from .on_body import on_body
 
 
 class Wanted(NamedTuple):
@@ -57,6 +58,7 @@ def wanted_files(paths: Iterable[Path]) -> list[Wanted]:
     ]
 
 
+@on_body
 def import_steps(mesh: bpy.types.Object, wanted: list[Wanted]) -> Steps:
     """Import files one by one; a file that cannot be used stays in the list and says why."""
     body, armature = body_of(mesh), armature_of(mesh)

@@ -13,13 +13,16 @@ from . import jobs
 from .restore import link_signals, restore
 from .state import bodies, current_body
 from .step1_body import make_study
+from .wishes import take_over
 
 
 @bpy.app.handlers.persistent
 def loaded(*_: object) -> None:
     """A file was opened: make studies of the runs in it, and find the signals of its studies."""
+    jobs.dismiss()  # it was of the file before
     for mesh in [item for item in bpy.data.objects if item.type == "MESH" and item.library is None]:
         if mesh.w2w.is_body:
+            take_over(mesh.w2w)
             link_signals(mesh.w2w)
         elif has_record(mesh):
             _restore(mesh)

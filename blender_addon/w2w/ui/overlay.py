@@ -13,6 +13,7 @@ from ..core.patches.patches import PatchSet
 from ..scene.actions import FIRST_FRAME, scene_rate
 from ..scene.patches import PATCH
 from . import signal_cache
+from .advice import leading
 from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
 from .results import EXPECTED, activity_scores, colour_range, patch_lines, shown_scores, view_index
@@ -139,7 +140,7 @@ def _draw_places(surface: Surface, body: bpy.types.Object, scale: float) -> None
     """Number the chosen sensor places in the order of their choice, those in sight."""
     if body.w2w.chosen_collection is None:
         return
-    for number, place in enumerate(body.w2w.chosen, start=1):
+    for number, place in enumerate(leading(body.w2w), start=1):
         if surface.in_sight(place.patch):
             point = surface.on_screen(place.patch)
             disc(point.x, point.y, 9 * scale, PALE)

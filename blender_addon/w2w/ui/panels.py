@@ -323,7 +323,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         ranked = utility_of(study) is not None
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
         if ranked:
-            row.operator("w2w.save_results", text="", icon="EXPORT")
+            row.menu("W2W_MT_export", text="", icon="EXPORT")
         missing = missing_for_rank(current_body(context)) or unreadable_ranking(study)
         if missing:
             draw_text(layout, context, missing, icon="INFO")

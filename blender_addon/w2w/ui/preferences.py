@@ -15,7 +15,7 @@ from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from .text import wrapped
 
-EXTENSION = __package__.removesuffix(".w2w.ui")
+EXTENSION = __package__.removesuffix(".w2w.ui").removesuffix(".blender_addon")
 """Name under which Blender knows the extension; the package's own where it runs as a plain module."""
 
 THREADS_VARIABLE = "OMP_NUM_THREADS"

@@ -20,7 +20,8 @@ from ..core.patches.patches import DEFAULT_PATCHES
 from ..core.ranking.utility import CLASSIFIERS
 from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
-from . import shape, updates
+from . import placement_properties, shape, updates
+from .placement_properties import Placement
 from .results import EXPECTED, MEAN_VIEW, ON_THESE
 
 COLOUR_MAPS = (
@@ -119,17 +120,7 @@ class W2W_PG_activity(bpy.types.PropertyGroup):
     )
 
 
-class W2W_PG_place(bpy.types.PropertyGroup):
-    """A patch in a table of results."""
-
-    patch: IntProperty(name="Patch")
-    label: StringProperty(name="Place")
-    f1: FloatProperty(name="F1")
-    low: FloatProperty(name="Lower Limit")
-    high: FloatProperty(name="Upper Limit")
-
-
-class W2W_PG_study(bpy.types.PropertyGroup):
+class W2W_PG_study(Placement, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -195,8 +186,8 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         default=DEFAULT_SENSOR,
     )
     rate: FloatProperty(
-        name="Rate",
-        description="Samples a second, Hz",
+        name="Rate (Hz)",
+        description="Samples a second",
         default=Synthesis().rate_hz,
         min=5,
         max=1000,
@@ -267,7 +258,7 @@ class W2W_PG_study(bpy.types.PropertyGroup):
     fix_range: BoolProperty(
         name="Same Range for All",
         description="Give all heatmaps the same colours for the same F1, so that activities can be compared",
-        update=updates.repaint,
+        update=updates.fix_range,
     )
     range_low: FloatProperty(
         name="Low",
@@ -285,27 +276,6 @@ class W2W_PG_study(bpy.types.PropertyGroup):
         max=1,
         update=updates.repaint,
     )
-    target: FloatProperty(
-        name="Target F1",
-        description="Mean over activities of the best F1 among the chosen places that the set shall reach",
-        default=0.9,
-        min=0.01,
-        max=1.0,
-        precision=2,
-        subtype="FACTOR",
-        update=updates.choose_places,
-    )
-    max_places: IntProperty(
-        name="Most Places",
-        description="Most sensors in the set; 0 sets no limit",
-        default=0,
-        min=0,
-        soft_max=12,
-        update=updates.choose_places,
-    )
-    verdict: StringProperty(name="Verdict", description="Whether the set of places reaches the target")
-    chosen: CollectionProperty(type=W2W_PG_place)
-    regions: CollectionProperty(type=W2W_PG_place)
 
     picked: IntProperty(name="Picked Patch", description="Patch looked at; -1 is none", default=-1)
     compared: IntProperty(name="Compared Patch", description="Patch compared with it; -1 is none", default=-1)
@@ -329,7 +299,14 @@ class W2W_PG_scene(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (*shape.CLASSES, W2W_PG_clip, W2W_PG_activity, W2W_PG_place, W2W_PG_study, W2W_PG_scene)
+CLASSES = (
+    *shape.CLASSES,
+    *placement_properties.CLASSES,
+    W2W_PG_clip,
+    W2W_PG_activity,
+    W2W_PG_study,
+    W2W_PG_scene,
+)
 
 
 def register() -> None:

@@ -7,16 +7,18 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path, PurePath
+from typing import Any
 
 import bpy
 
 from ..core.clip_files import STORED, features_file, signals_file
 from ..core.study import StudyConfig
 from ..scene.packing import pack
-from ..scene.patches import patch_empties
+from ..scene.patches import empties_by_patch
 from ..scene.study_record import StoredClip, StudyRecord, read_record, remove_record
-from . import results, signal_cache
-from .state import bake_settings, rank_settings, without_updates
+from . import advice, results, signal_cache
+from .state import bake_settings, patches_of, rank_settings, without_updates
+from .wishes import take_over
 
 SUMMARY = "summary.json"
 """File that a results folder is known by."""
@@ -32,8 +34,9 @@ def restore(mesh: bpy.types.Object) -> str:
     """
     record = read_record(mesh)
     placed, chosen = (bpy.data.collections.get(name) for name in record.collections)
-    empties = patch_empties(placed) if placed is not None else []
-    if len(empties) != len(record.patches) or any(empty.parent is not mesh for empty in empties):
+    found = empties_by_patch(placed) if placed is not None else {}
+    empties = list(found.values())
+    if not empties or max(found) >= len(record.patches) or any(item.parent is not mesh for item in empties):
         raise ValueError(f"the patches of '{mesh.name}' are no longer in the file as the run left them")
     check_fits(mesh, record)
     study = mesh.w2w
@@ -77,6 +80,7 @@ def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.
     study, config = mesh.w2w, config_of_run(record)
     study.is_body, study.has_shape = True, record.is_own_body
     study.parameters = json.dumps(record.parameters)
+    take_over(study)
     study.patches_text, study.patches_key = pack(record.patches)
     _set_parameters(study, config)
     study.clips.clear()
@@ -86,6 +90,7 @@ def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.
     for clip in study.clips:
         clip.baked_as = settings if clip.signals else ""
     results.store(mesh, record.utility, rank_settings(study))
+    _advise(mesh, record.advice)
     results.show_colours(bpy.context)
     link_signals(study)
 
@@ -105,9 +110,7 @@ def opened_text(mesh: bpy.types.Object) -> str:
     """What was opened, and which signals are not there, in sentences."""
     study = mesh.w2w
     stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
-    text = (
-        f"Opened a finished run: {len(stored)} clips on {len(patch_empties(study.patch_collection))} patches"
-    )
+    text = f"Opened a finished run: {len(stored)} clips on {len(patches_of(mesh))} patches"
     folder = Path(study.results_folder) if study.results_folder else None
     lost = [clip for clip in stored if folder is None or not _has_files(folder, clip.stored_as)]
     if not lost:
@@ -129,7 +132,8 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
         study.sensor, study.rate, study.seed = config.sensor, config.synthesis.rate_hz, config.seed
         study.window_s, study.classifier = config.windows.length_s, config.classifier
         study.folds, study.by_subject = config.folds, config.by_subject
-        study.target, study.max_places = config.target, config.max_places or 0
+        study.target, study.every_activity = config.target, config.every_activity
+        study.max_places = config.max_places or 0
 
 
 def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.types.Action | None) -> None:
@@ -143,6 +147,19 @@ def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.ty
     clip.motion_key = stored.motion_key
     if action is None and not stored.problem:
         clip.problem = "its motion is no longer where the run left it"
+
+
+def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
+    """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
+    try:
+        results.advise(mesh, content)
+        known = range(len(patches_of(mesh)))
+        whole = bool(content) and all(row.patch in known for row in mesh.w2w.worn)
+    except (KeyError, TypeError, ValueError):
+        whole = False
+    if not whole:
+        advice.forget(mesh.w2w)
+        results.mark_chosen(mesh)
 
 
 def _found_folder(study: bpy.types.PropertyGroup) -> Path | None:

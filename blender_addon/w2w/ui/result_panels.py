@@ -35,11 +35,17 @@ class ResultPanel(W2WPanel):
         return body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None
 
 
+def can_change_now(context: Context) -> bool:
+    """Whether colours and choice may be changed: Edit Mode keeps attributes to itself."""
+    return jobs.running is None and context.mode != "EDIT_MESH"
+
+
 class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     """Where to wear one sensor, and how far these clips tell."""
 
     bl_label = "Where to Wear One"
     bl_idname = "W2W_PT_findings"
+    bl_order = 1
 
     def draw(self, context: Context) -> None:
         """Draw the headline, its caution first."""
@@ -58,11 +64,12 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
 
     bl_label = "Heatmap"
     bl_idname = "W2W_PT_heatmap"
+    bl_order = 2
 
     def draw(self, context: Context) -> None:
         """Draw the choice of the heatmap and its colours."""
         layout, study = self.layout, current_body(context).w2w
-        layout.enabled = jobs.running is None
+        layout.enabled = can_change_now(context)
         layout.use_property_decorate = False
         layout.prop(study, "view", text="")
         row = layout.row()
@@ -86,34 +93,17 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
             row.operator("w2w.fit_range", text="", icon="FULLSCREEN_EXIT")
 
 
-class W2W_PT_places(ResultPanel, bpy.types.Panel):
-    """The smallest set of sensors."""
-
-    bl_label = "Sensor Places"
-    bl_idname = "W2W_PT_places"
-
-    def draw(self, context: Context) -> None:
-        """Draw the target and the places chosen for it."""
-        layout, study = self.layout, current_body(context).w2w
-        layout.enabled = jobs.running is None
-        layout.use_property_decorate = False
-        layout.prop(study, "target", slider=True)
-        layout.prop(study, "max_places")
-        draw_rows(layout, study, study.chosen, numbered=True)
-        if study.verdict:
-            draw_text(layout, context, study.verdict)
-
-
 class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     """The best regions."""
 
     bl_label = "Top Regions"
     bl_idname = "W2W_PT_regions"
+    bl_order = 5
 
     def draw(self, context: Context) -> None:
         """Draw the table of regions, each by its best patch."""
         layout, study = self.layout, current_body(context).w2w
-        layout.enabled = jobs.running is None
+        layout.enabled = can_change_now(context)
         draw_rows(layout, study, study.regions, numbered=False)
 
 
@@ -139,4 +129,4 @@ def draw_rows(
         value.label(text=f"{short(place.f1)}{interval}" if interval else f"{place.f1:.3f}")
 
 
-CLASSES = (W2W_PT_findings, W2W_PT_heatmap, W2W_PT_places, W2W_PT_regions)
+CLASSES = (W2W_PT_findings, W2W_PT_heatmap, W2W_PT_regions)

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import bpy
 import numpy as np
 
@@ -18,7 +21,8 @@ from ..core.selection.headline import (
 from ..core.selection.subsets import best_single, greedy_subset
 from ..scene import heatmap
 from ..scene.packing import pack
-from ..scene.patches import patch_empties
+from ..scene.patches import empties_by_patch
+from . import advice
 from .state import config_of, patches_of, utility_of, without_updates
 
 TABLE_ROWS = 8
@@ -27,6 +31,9 @@ CHOSEN_SCALE = 1.4
 
 EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
 """Values of the study's `scores`."""
+
+_waiting: set[str] = set()
+"""Bodies to paint when they leave Edit Mode."""
 
 MEAN_VIEW = "MEAN"
 """Value of the study's `view` that shows the mean."""
@@ -61,6 +68,7 @@ def clear(body: bpy.types.Object) -> None:
     study.activities.clear()
     study.chosen.clear()
     study.regions.clear()
+    advice.forget(study)
     study.picked = study.compared = -1
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
@@ -163,6 +171,9 @@ def paint(body: bpy.types.Object) -> None:
     utility = utility_of(study)
     if utility is None or patches is None:
         return
+    if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
+        _waiting.add(body.name)
+        return
     low, high = colour_range(study, np.zeros(1)) if study.fix_range else (None, None)
     heatmap.add_heatmaps(
         body,
@@ -176,6 +187,14 @@ def paint(body: bpy.types.Object) -> None:
         heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
     )
     show(body)
+
+
+def paint_waiting() -> None:
+    """Paint the bodies whose colours were changed while they were in Edit Mode, and are no longer."""
+    for body in [bpy.data.objects.get(name) for name in _waiting]:
+        if body is not None and not body.data.is_editmode:
+            _waiting.discard(body.name)
+            paint(body)
 
 
 def show(body: bpy.types.Object) -> None:
@@ -223,21 +242,26 @@ def choose(body: bpy.types.Object) -> None:
     mark_chosen(body)
 
 
+def advise(body: bpy.types.Object, content: Mapping[str, Any]) -> None:
+    """Keep a choice of sensors to wear together, and mark it on the body."""
+    advice.keep(body.w2w, content)
+    mark_chosen(body)
+
+
 def mark_chosen(body: bpy.types.Object) -> None:
-    """Draw the chosen places as spheres, in a collection of their own, and the others as axes."""
+    """Draw the leading set as spheres, in a collection of their own, and the others as axes."""
     study = body.w2w
     if study.patch_collection is None:
         return
-    empties = patch_empties(study.patch_collection)
-    wanted = {row.patch for row in study.chosen}
+    empties = empties_by_patch(study.patch_collection)
+    wanted = [empties[row.patch] for row in advice.leading(study) if row.patch in empties]
     collection = _chosen_collection(body)
     for empty in list(collection.objects):
-        if empties.index(empty) not in wanted:
+        if empty not in wanted:
             collection.objects.unlink(empty)
             empty.empty_display_type = "ARROWS"
             empty.empty_display_size = study.patch_size
-    for patch in wanted:
-        empty = empties[patch]
+    for empty in wanted:
         if empty.name not in collection.objects:
             collection.objects.link(empty)
         empty.empty_display_type = "SPHERE"

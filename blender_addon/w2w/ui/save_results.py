@@ -14,19 +14,12 @@ from ..core.motion.library import Clip, Library, unique_names
 from ..core.motion.motion import Motion
 from ..core.study import StudyConfig
 from ..scene.actions import read_action
-from ..scene.body import armature_of, body_of
+from ..scene.body import armature_of
 from . import signal_cache
+from .baking import body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread, start
-from .state import (
-    BAKED,
-    bake_settings,
-    config_of,
-    current_body,
-    patches_of,
-    rank_settings,
-    state_of,
-    utility_of,
-)
+from .on_body import on_body
+from .state import config_of, current_body, patches_of, rank_settings, utility_of
 from .step2_motions import can_change
 
 TITLE = "Save Results"
@@ -64,17 +57,14 @@ class W2W_OT_save_results(bpy.types.Operator):
         return start(self, context, TITLE, save_steps(current_body(context), folder))
 
 
+@on_body
 def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
     """Read the study from the scene, clip by clip, then write the folder in a thread."""
     study = mesh.w2w
     if study.ranked_as != rank_settings(study):
         raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
     left_out = {activity.name for activity in study.activities if not activity.use}
-    ranked = [
-        clip
-        for clip in study.clips
-        if state_of(clip, bake_settings(study)) == BAKED and clip.activity.strip()
-    ]
+    ranked = ranked_clips(study)
     lost = [clip.name for clip in ranked if not signal_cache.has(clip.signals)]
     if lost:
         raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
@@ -84,7 +74,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
     for number, (clip, name) in enumerate(zip(clips, names, strict=True)):
         yield Step(0.3 * number / len(clips), clip.name)
         saved.append(_saved(armature, clip, name))
-    patches, body = patches_of(mesh), body_of(mesh)
+    patches, body = patches_of(mesh), body_as_run(mesh)
     parts = StudyParts(
         _config(study, len(patches)),
         body,

@@ -51,7 +51,7 @@ def sliders(update: object = None) -> dict[str, object]:
         "set_height": BoolProperty(name="Set Height", description=follows, update=update),
         "height": slider("height", "Height", "Height in metres", 1.70, "LENGTH", update),
         "set_weight": BoolProperty(name="Set Weight", description=follows, update=update),
-        "weight": slider("weight", "Weight", "Weight in kilograms", 70.0, update=update),
+        "weight": slider("weight", "Weight (kg)", "Weight in kilograms", 70.0, update=update),
         "muscle": slider("muscle", "Muscle", "0 is average, 1 a body builder", 0.0, update=update),
         "age": slider("age", "Age", "Age in years", RANGES["age"][0], update=update),
         "arms": slider("arms", "Arms", "Length of the arms relative to the average", 1.0, update=update),
@@ -106,7 +106,7 @@ def draw_sliders(layout: bpy.types.UILayout, shape: bpy.types.bpy_struct) -> Non
     layout.use_property_decorate = False
     layout.prop(shape, "gender", slider=True)
     for name in OPTIONAL:
-        row = layout.row(heading=name.title())
+        row = layout.row(heading=shape.bl_rna.properties[name].name)
         row.prop(shape, f"set_{name}", text="")
         value = row.row()
         value.active = getattr(shape, f"set_{name}")

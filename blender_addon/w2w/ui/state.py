@@ -16,6 +16,7 @@ from ..core.body.shapes import RANGES
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import CLASSIFIERS, UtilityMap
 from ..core.ranking.windows import WindowSpec
+from ..core.selection.constraints import Constraints
 from ..core.study import StudyConfig
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
@@ -47,6 +48,9 @@ def is_silent() -> bool:
 
 BAKED, STALE, IMPORTED, FAILED = "baked", "stale", "imported", "failed"
 """States of a clip."""
+
+ONLY, FORBID, MUST, COST = "ONLY", "FORBID", "MUST", "COST"
+"""Kinds of wishes."""
 
 
 def current_body(context: bpy.types.Context) -> bpy.types.Object | None:
@@ -90,9 +94,30 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         folds=study.folds,
         by_subject=study.by_subject,
         target=_as_given(study.target, run.target),
+        every_activity=_as_given(study.every_activity, run.every_activity),
         max_places=study.max_places or None,
+        constraints=constraints_of(study),
         seed=study.seed,
     )
+
+
+def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
+    """The study's wishes as core takes them; one that names no place yet is none."""
+    found: dict[str, list] = {ONLY: [], FORBID: [], MUST: [], COST: []}
+    for wish in study.wishes:
+        for words in (part.strip() for part in wish.place.split(",")):
+            if words:
+                cost = _as_given(wish.cost, float(wish.given or "nan"))
+                found[wish.kind].append((words, cost) if wish.kind == COST else words)
+    return Constraints(*(tuple(wishes) for wishes in found.values()))
+
+
+def advice_settings(study: bpy.types.PropertyGroup) -> str:
+    """All that a choice of sensors depends on, as a hash."""
+    config = config_of(study)
+    ticks = [activity.name for activity in study.activities if not activity.use]
+    parts = [study.ranked_as, study.utility_key, config.target, config.every_activity, config.max_places]
+    return hashlib.sha256(repr([*parts, config.constraints, ticks]).encode()).hexdigest()[:24]
 
 
 def _as_given(shown: float, given: float) -> float:

@@ -113,6 +113,9 @@ class W2W_OT_use_mesh(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be an object that is not the body already."""
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go back to object mode first")
+            return False
         cls.poll_message_set("Select the mesh of another body first")
         found = context.object
         if found is None or found.type not in {"MESH", "ARMATURE", "EMPTY"}:

@@ -11,6 +11,7 @@ from ..scene.body import body_of
 from ..scene.packing import pack
 from ..scene.patches import place_patches, remove_patches
 from . import jobs, results
+from .on_body import on_body
 from .state import current_body
 from .step2_motions import can_change
 
@@ -54,6 +55,7 @@ class W2W_OT_remove_patches(bpy.types.Operator):
         return {"FINISHED"}
 
 
+@on_body
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = body_of(mesh), mesh.w2w

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, IntProperty
 
-from ..scene.patches import patch_empties
+from ..scene.patches import empties_by_patch
 from . import jobs, results
 from .baking import rank_steps
 from .state import current_body, missing_for_rank, patches_of
@@ -122,11 +122,11 @@ def pick(context: bpy.types.Context, body: bpy.types.Object, patch: int, compare
         study.compared = patch
     else:
         study.picked, study.compared = patch, -1
-    empty = patch_empties(study.patch_collection)[patch]
+    empty = empties_by_patch(study.patch_collection).get(patch)
     if not compare:
         for item in context.selected_objects:
             item.select_set(False)
-    if empty.visible_get():
+    if empty is not None and empty.visible_get():
         empty.select_set(True)
         context.view_layer.objects.active = empty
     elif not compare:

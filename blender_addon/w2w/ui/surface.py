@@ -12,7 +12,7 @@ from bpy_extras.view3d_utils import (
 from mathutils import Vector
 
 from ..core.patches.patches import PatchSet
-from ..scene.patches import patch_empties
+from ..scene.patches import empties_by_patch
 
 SKIN = 0.01
 """Metres that a ray may end before a patch and still see it: triangles lean."""
@@ -62,7 +62,7 @@ class Surface:
             corners = [vertices[vertex].co for vertex in self._patches.triangles[patch].tolist()]
             return self._evaluated.matrix_world @ (sum(corners, Vector()) / 3)
         collection = self._body.w2w.patch_collection
-        empty = None if collection is None else patch_empties(collection)[patch]
+        empty = None if collection is None else empties_by_patch(collection).get(patch)
         if empty is None or not empty.visible_get():
             return None
         return empty.evaluated_get(self._depsgraph).matrix_world.translation.copy()

@@ -66,6 +66,17 @@ def repaint(study: Group, context: Context) -> None:
     redraw(context)
 
 
+def fix_range(study: Group, context: Context) -> None:
+    """One range for all heatmaps: the first time, the range of their scores."""
+    if is_silent():
+        return
+    if study.fix_range and not any(study.is_property_set(name) for name in ("range_low", "range_high")):
+        results.fit_range(study.id_data)
+    else:
+        results.paint(study.id_data)
+    redraw(context)
+
+
 def show_view(study: Group, context: Context) -> None:
     """Show another heatmap."""
     if is_silent():

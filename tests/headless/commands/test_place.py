@@ -2,17 +2,24 @@
 """`w2w place` and the options of `w2w run`: another choice from a finished ranking, nothing baked again."""
 
 import csv
+import html
 import json
+import shutil
 
+import bpy
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
+from headless.runs.folder import only_run
+from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.headline import CANNOT_RANK, as_good_as, best_spot_sentence
+from w2w.scene.study_record import read_record
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -130,6 +137,101 @@ def test_every_activity_may_be_asked_to_reach_an_f1(study):
     free = chosen(out, "--target", 0.05)[0]["worn_together"]
     assert free["reached"]
     assert len(free["places"]) == 1
+
+
+def hashes(folder):
+    """Every file of a folder."""
+    return {
+        path.relative_to(folder).as_posix(): file_sha256(path) for path in folder.rglob("*") if path.is_file()
+    }
+
+
+WISHES = ("--only", "left", "--must", "left arm", "--max", 2, "--target", 0.97)
+
+
+@pytest.fixture(scope="module")
+def redrawn(study, tmp_path_factory):
+    """A copy of the study's folder with another choice, and what was written of the same one."""
+    folder = tmp_path_factory.mktemp("redrawn")
+    before = hashes(study[0])
+    code, output = run("place", study[0], "--out", folder / "left", *WISHES)
+    assert code == 0, output
+    assert f"Written to {folder / 'left'}" in output
+    assert hashes(study[0]) == before
+    code, output = run("place", study[0], "--out", folder / "choice.json", *WISHES)
+    assert code == 0, output
+    return folder / "left", json.loads((folder / "choice.json").read_text())
+
+
+def test_another_choice_goes_into_a_folder_of_its_own(study, redrawn):
+    out, choice = redrawn
+    summary, config = (json.loads((out / name).read_text()) for name in ("summary.json", "config.json"))
+    first = json.loads((study[0] / "summary.json").read_text())
+    assert summary == {**first, **choice}
+    assert config["parameters"]["constraints"]["only"] == ["left"]
+    assert config["parameters"]["constraints"]["costs"] == []
+    assert (config["parameters"]["max_places"], config["parameters"]["target"]) == (2, 0.97)
+    results = StudyResults.load(out)
+    assert results.config().constraints == Constraints(only=("left",), must=("left arm",))
+    for name in ("utility.csv", "utility.npz"):
+        assert file_sha256(out / name) == file_sha256(study[0] / name)
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert choice["worn_together"]["sentence"][1:] in html.unescape(report)
+    assert (out / "report.html").read_bytes() != (study[0] / "report.html").read_bytes()
+    for name in ("mean", "subset", "sit_to_stand"):
+        assert (out / "heatmaps" / f"{name}.png").stat().st_size > 10_000
+    bpy.ops.wm.open_mainfile(filepath=str(out / "study.blend"))
+    record = read_record(bpy.data.objects["Body"])
+    assert record.advice["worn_together"] == choice["worn_together"]
+    assert record.parameters == config["parameters"]
+    marked = [item["patch"] for item in bpy.data.collections["Chosen patches"].objects]
+    assert marked == [place["patch"] for place in choice["subset"]["places"]]
+
+
+def test_a_choice_replaces_the_runs_where_that_is_asked_for(redrawn, tmp_path):
+    out = tmp_path / "own"
+    shutil.copytree(redrawn[0], out)
+    before = hashes(out)
+    wishes = ("--forbid", "head,hand", "--max", 1, "--target", 1)
+    code, output = run("place", out, *wishes)
+    assert code == 0, output
+    assert hashes(out) == before
+    code, output = run("place", out, "--redraw", "--out", tmp_path / "choice.json", *wishes)
+    assert code == 0, output
+    choice = json.loads((tmp_path / "choice.json").read_text())
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["worn_together"] == choice["worn_together"]
+    assert StudyResults.load(out).config().constraints.forbid == ("head", "hand")
+    after = hashes(out)
+    assert after["study.blend"] != before["study.blend"]
+    assert after["heatmaps/subset.png"] != before["heatmaps/subset.png"]
+    listed = dict(
+        reversed(line.split("  ")) for line in (out / ".w2w/written.sha256").read_text().splitlines()
+    )
+    for name in ("config.json", "summary.json", "report.html", "study.blend", "heatmaps/subset.png"):
+        assert listed[name] == after[name]
+
+
+def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
+    out = tmp_path / "own"
+    shutil.copytree(study[0], out)
+    (out / "study.blend").write_text("mine")
+    before = hashes(out)
+    code, output = run("place", out, "--redraw")
+    assert code == 2
+    assert "already holds study.blend, which W2W did not write" in output
+    assert hashes(out).items() >= before.items()
+    code, output = run("place", study[0], "--out", out)
+    assert code == 2
+    assert "is not empty: give a new folder" in output
+    code, output = run("place", study[0], "--out", tmp_path / "new", "--no-together")
+    assert code == 2
+    assert "--no-together" in output
+    assert not (tmp_path / "new").exists()
+    with only_run(out / ".w2w"):
+        code, output = run("place", out, "--redraw")
+    assert code == 4
+    assert "another run works in" in output
 
 
 @pytest.mark.parametrize(

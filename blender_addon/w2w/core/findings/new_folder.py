@@ -147,10 +147,8 @@ def _write_clip(out: Path, saved: SavedClip, patches: PatchSet) -> ClipResult:
     clip = saved.clip
     if saved.motion is not None:
         saved.motion.save(motion_file(out, clip.name))
-    data = load_arrays(saved.recordings[0], ("acc", "gyr", "rate"), "does not hold baked signals")
     labels = (clip.activity, clip.subject, clip.name)
-    recording = ImuRecording(data["acc"], data["gyr"], float(data["rate"]), patches.names, *labels)
-    recording.save(signals_file(out, clip.name))
+    recording_of(saved.recordings[0], patches.names, *labels).save(signals_file(out, clip.name))
     for number, copy in enumerate(path for path in saved.recordings[1:] if path.is_file()):
         shutil.copyfile(copy, copy_file(out, clip.name, number))
     needed = ("features", "is_test", "signature")
@@ -160,6 +158,12 @@ def _write_clip(out: Path, saved: SavedClip, patches: PatchSet) -> ClipResult:
     own = int(windows["counts"][0])
     details = {"windows": own, "test_windows": int(windows["is_test"].sum())}
     return ClipResult(clip, "", {**saved.details, **details}, "")
+
+
+def recording_of(path: Path, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> ImuRecording:
+    """The recording in a file of baked signals, under these labels."""
+    data = load_arrays(path, ("acc", "gyr", "rate"), "does not hold baked signals")
+    return ImuRecording(data["acc"], data["gyr"], float(data["rate"]), sites, activity, subject, clip)
 
 
 def _ranked(

@@ -15,6 +15,8 @@ from ..clip_files import WORK
 from ..csv_tables import csv_text
 from ..files import file_sha256, write_json, write_text
 from ..motion.library import Library
+from ..patches.patches import PatchSet
+from ..ranking.utility import UtilityMap
 from ..ranking.windows import WindowSpec
 from ..results_folder import UTILITY
 from .advice_content import DIGITS, advice_content, place_content
@@ -58,11 +60,15 @@ def _skipped(results: Sequence[ClipResult], library: Library) -> list[dict[str, 
 
 
 def utility_table(study: Study) -> str:
+    """`patch_table` of a study."""
+    return patch_table(study.results.utility, study.results.patches, study.advice.clusters)
+
+
+def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) -> str:
     """Every patch's F1: patch, region, vertex, one column an activity, mean, rank, and their intervals.
 
     Patches of one `cluster` say the same.
     """
-    utility, patches = study.results.utility, study.results.patches
     rows = [["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
         means = (utility.mean, utility.mean_low, utility.mean_high)
@@ -76,7 +82,7 @@ def utility_table(study: Study) -> str:
                 *(f"{score:.{DIGITS}f}" for score in scores),
                 utility.rank_low[patch],
                 utility.rank_high[patch],
-                study.advice.clusters[patch],
+                clusters[patch],
             ]
         )
     return csv_text(rows)

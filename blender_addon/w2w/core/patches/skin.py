@@ -15,6 +15,9 @@ from .strip_graph import StripGraph
 FLIP = np.array([-1.0, 1.0, 1.0])
 """Left and right lie along x."""
 
+AT_ONCE = 16
+"""Sources from which distances are searched in one go, which lets no other thread work."""
+
 
 @dataclass(frozen=True, eq=False)
 class SkinDistances:
@@ -40,4 +43,10 @@ class SkinDistances:
         else:
             images = np.asarray(body.mirror)[centres]
         graph = StripGraph.of(body.vertices, body.faces)
-        return cls(graph.distances(centres)[:, centres], graph.distances(images)[:, centres])
+        return cls(_to(centres, graph, centres), _to(centres, graph, images))
+
+
+def _to(centres: np.ndarray, graph: StripGraph, sources: np.ndarray) -> np.ndarray:
+    """Distances of centres from sources, some at a time: a window has its turn in between."""
+    starts = range(0, len(sources), AT_ONCE)
+    return np.concatenate([graph.distances(sources[at : at + AT_ONCE])[:, centres] for at in starts])

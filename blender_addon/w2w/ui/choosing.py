@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Choose Sensors: what `w2w place` finds in a finished ranking, as a job of the panel's."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty
+
+from ..core.body.body import Body
+from ..core.clip_ranking import WindowLabels, same_motions
+from ..core.findings.advice_content import advice_content
+from ..core.ranking.inputs import PlaceBlocks
+from ..core.ranking.pooling import Pooling
+from ..core.results_folder import StudyResults, choose_to_wear, sensors_together
+from ..core.selection.advice import advise
+from ..core.study import StudyConfig
+from . import jobs, results, signal_cache
+from .baking import as_labelled, body_as_run, ranked_clips, ranking_source
+from .jobs import Steps, in_thread
+from .on_body import on_body
+from .state import config_of, current_body, patches_of, rank_settings, utility_of
+from .step2_motions import can_change
+
+TITLE = "Choose Sensors"
+
+_poolings: dict[str, Pooling] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class SceneResults(StudyResults):
+    """A finished study that is in the scene, and in no folder."""
+
+    source: PlaceBlocks
+    window_labels: WindowLabels
+    shown: Body
+
+    def inputs(self, _classifier: str) -> PlaceBlocks:
+        """What the classifier takes."""
+        return self.source
+
+    def labels(self) -> WindowLabels:
+        """What is known of each window."""
+        return self.window_labels
+
+    def body(self) -> Body:
+        """The body of the study."""
+        return self.shown
+
+
+class W2W_OT_choose_sensors(bpy.types.Operator):
+    """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
+
+    bl_idname = "w2w.choose_sensors"
+    bl_label = TITLE
+    bl_options = {"REGISTER"}
+
+    together: BoolProperty(
+        name="Together",
+        description="Choose sensors to wear together, and test the set by the best-of proxy as one",
+        default=True,
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a ranking, of all activities."""
+        if not can_change(cls, context):
+            return False
+        missing = missing_for_choice(current_body(context))
+        cls.poll_message_set(missing)
+        return not missing
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Start the work in the background."""
+        return jobs.start(self, context, TITLE, choose_steps(current_body(context), self.together))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Do the work at once."""
+        return jobs.run_now(self, TITLE, choose_steps(current_body(context), self.together))
+
+
+def missing_for_choice(body: bpy.types.Object) -> str:
+    """What stands in the way of choosing sensors; empty where nothing does."""
+    study = body.w2w
+    if utility_of(study) is None or patches_of(body) is None:
+        return "Rank the patches first (step 5)"
+    if study.ranked_as != rank_settings(study):
+        return "Clips or settings have changed since the ranking: rank again first (step 5)"
+    if not results.ticked(study).all():
+        return "Tick all activities first: sensors to wear together are chosen for all of them"
+    return ""
+
+
+@on_body
+def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
+    """Choose in a thread, then keep and mark what was chosen."""
+    study = mesh.w2w
+    missing = missing_for_choice(mesh)
+    if missing:
+        raise ValueError(missing)
+    patches, utility, config = patches_of(mesh), utility_of(study), config_of(study)
+    gather = _gathering(mesh, config) if together else None
+    advice = yield from in_thread(
+        lambda _told: advise(utility, patches, config.target, config.max_places, config.constraints),
+        "choosing by the proxy",
+        0.0,
+        0.1,
+    )
+    worn, tested = None, ()
+    if gather is not None:
+        finished = yield from in_thread(gather, "gathering windows", 0.1, 0.15)
+        pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.15, 0.3)
+        worn = yield from in_thread(
+            lambda _told: choose_to_wear(finished, config, pooling), "choosing what to wear", 0.3, 0.95
+        )
+        order = advice.subset.order
+        tested = yield from in_thread(lambda _told: sensors_together(finished, order), "testing", 0.95, 1.0)
+    content = advice_content(advice, utility, patches, tested, worn)
+    results.advise(mesh, content)
+    sentence = (content["worn_together"] or content["subset"])["sentence"]
+    return sentence[0].upper() + sentence[1:]
+
+
+def _gathering(mesh: bpy.types.Object, config: StudyConfig) -> Callable[[object], SceneResults]:
+    """Work for a thread: the study in the scene, as what is read of a results folder."""
+    clips = ranked_clips(mesh.w2w)
+    lost = [clip.name for clip in clips if not signal_cache.has(clip.signals)]
+    if lost:
+        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
+    keys, labelled = [clip.signals for clip in clips], [as_labelled(clip) for clip in clips]
+    utility, patches, body = utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
+
+    def gather(_told: object) -> SceneResults:
+        windows, inputs = ranking_source(keys, config)
+        ranked = same_motions(labelled, windows)
+        labels = WindowLabels.of(ranked, windows)
+        return SceneResults(Path(), utility, patches, ranked, config.as_dict(), inputs, labels, body)
+
+    return gather
+
+
+def _pooling(finished: SceneResults) -> Pooling:
+    """Pooling over the study's skin, kept: wishes change more often than bodies."""
+    body, patches = finished.body(), finished.patches
+    digest = hashlib.sha256(body.vertices.tobytes() + np.asarray(patches.vertices).tobytes()).hexdigest()
+    if digest not in _poolings:
+        _poolings.clear()
+        _poolings[digest] = Pooling.on(body, patches)
+    return _poolings[digest]
+
+
+CLASSES = (W2W_OT_choose_sensors,)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensor Placement: wishes, the set to wear together and its promise, and the set by the best-of proxy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import bpy
+
+from . import jobs
+from .advice import advice_of
+from .choosing import TITLE, missing_for_choice
+from .overlay import picks
+from .result_panels import ResultPanel, can_change_now, draw_rows
+from .state import COST, current_body, patches_of
+from .text import draw_progress, draw_text
+from .wishes import is_understood
+
+Context = bpy.types.Context
+Layout = bpy.types.UILayout
+
+NAMED = 3
+"""Alternatives named in a line."""
+
+
+class W2W_PT_placement(ResultPanel, bpy.types.Panel):
+    """What is wished for, and the sensors to wear together."""
+
+    bl_label = "Sensor Placement"
+    bl_idname = "W2W_PT_placement"
+    bl_order = 3
+
+    def draw(self, context: Context) -> None:
+        """Draw the wishes, the button and the set."""
+        body = current_body(context)
+        study, content = body.w2w, self.layout.column()
+        content.enabled = can_change_now(context)
+        content.use_property_split = True
+        content.use_property_decorate = False
+        content.prop(study, "target", slider=True)
+        content.prop(study, "every_activity", slider=True)
+        draw_limit(content, study)
+        draw_wishes(content, context, body)
+        row = content.row()
+        row.scale_y = 1.2
+        row.operator("w2w.choose_sensors", icon="VIEWZOOM")
+        if jobs.running is not None and jobs.running.title == TITLE:
+            draw_progress(self.layout, jobs.running)
+        else:
+            draw_worn(content, context, body)
+
+
+class W2W_PT_places(ResultPanel, bpy.types.Panel):
+    """The smallest set by the best-of proxy, which is chosen at once."""
+
+    bl_label = "Set by the Best-of Proxy"
+    bl_idname = "W2W_PT_places"
+    bl_order = 4
+
+    def draw(self, context: Context) -> None:
+        """Draw the set, how it did when tested, and what comes near it."""
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = can_change_now(context)
+        draw_rows(layout, study, study.chosen, numbered=True)
+        if study.verdict:
+            draw_text(layout, context, _sentence(study.verdict))
+        content = advice_of(study)
+        if content is None:
+            return
+        if content["joint"] is not None:
+            draw_text(layout, context, _sentence(content["joint"]["sentence"]))
+        for sentence in (_exact(content), _next(content), *_alternatives(content["subset"])):
+            if sentence:
+                draw_text(layout, context, _sentence(sentence))
+
+
+def draw_limit(layout: Layout, study: bpy.types.PropertyGroup) -> None:
+    """Draw the most sensors, and whether there is such a limit."""
+    row = layout.row(heading="At Most")
+    row.prop(study, "limit_places", text="")
+    value = row.row()
+    if study.limit_places:
+        value.prop(study, "max_places", text="sensors")
+    else:
+        value.label(text="no limit")
+
+
+def draw_wishes(layout: Layout, context: Context, body: bpy.types.Object) -> None:
+    """Draw a row a wish, and the ways to add one."""
+    study, patches = body.w2w, patches_of(body)
+    column = layout.column(align=True)
+    column.use_property_split = False
+    for number, wish in enumerate(study.wishes):
+        row = column.row(align=True)
+        kind = row.row(align=True)
+        kind.ui_units_x = 4
+        kind.prop(wish, "kind", text="")
+        place = row.row(align=True)
+        place.alert = not is_understood(patches, wish.place)
+        place.prop(wish, "place", text="", placeholder="where")
+        if wish.kind == COST:
+            cost = row.row(align=True)
+            cost.ui_units_x = 3
+            cost.prop(wish, "cost", text="")
+        row.operator("w2w.remove_wish", text="", icon="X").index = number
+    row = column.row(align=True)
+    row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", icon="ADD")
+    looked_at = [patches.regions[patch] for patch in picks(context, body) if patch < len(patches)]
+    where = row.row(align=True)
+    where.active = bool(looked_at)
+    text = " and ".join(dict.fromkeys(looked_at)) or "Picked Patch"
+    where.operator_menu_enum("w2w.wish_picked", "kind", text=text, icon="EYEDROPPER")
+
+
+def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
+    """Draw the set to wear together, or what it waits for."""
+    study, content = body.w2w, advice_of(body.w2w)
+    missing = missing_for_choice(body)
+    if content is None:
+        if missing:
+            draw_text(layout, context, missing, icon="INFO")
+        elif study.advice_text:
+            draw_text(layout, context, "The wishes or the ranking have changed: choose again", icon="INFO")
+        return
+    worn = content["worn_together"]
+    if worn is None:
+        draw_text(
+            layout, context, "Sets to wear together are chosen by the classifier Ridge only", icon="INFO"
+        )
+        return
+    draw_rows(layout, study, study.worn, numbered=True)
+    draw_text(layout, context, _sentence(worn["sentence"]))
+
+
+def _exact(content: dict[str, Any]) -> str:
+    exact = content["exact"]
+    if exact is None:
+        return content["greedy_and_exact"]
+    names = ", ".join(place["name"] for place in exact["places"])
+    return f"{content['greedy_and_exact']}. The exact set: {names}"
+
+
+def _next(content: dict[str, Any]) -> str:
+    found = content["next_sensor"]
+    if found is None:
+        return ""
+    return f"one more sensor ({found['name']}) would add {found['gain']:.3f} by the proxy"
+
+
+def _alternatives(subset: dict[str, Any]) -> list[str]:
+    """For each place of a set, what would do as well."""
+    return [
+        f"instead of {number} ({place['name']}): {_some(names)}"
+        for number, (place, names) in enumerate(
+            zip(subset["places"], subset["alternatives"], strict=True), start=1
+        )
+        if names
+    ]
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - NAMED
+    text = ", ".join(names[:NAMED])
+    return f"{text} and {more} more" if more > 0 else text
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
+
+
+CLASSES = (W2W_PT_placement, W2W_PT_places)

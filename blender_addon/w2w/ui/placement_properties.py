@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Properties of the choice of sensors: what is wished for, and what was chosen."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    StringProperty,
+)
+
+from . import updates
+from .state import COST, FORBID, MUST, ONLY, patches_of
+from .wishes import suggestions
+
+KINDS = (
+    (ONLY, "Only", "Sensors go here, or into the other regions marked Only, and nowhere else"),
+    (FORBID, "Forbid", "No sensor goes here"),
+    (MUST, "Must", "At least one sensor goes here"),
+    (COST, "Cost", "A sensor here costs this much, in money or in comfort; elsewhere it costs 1"),
+)
+
+FIRST_LIMIT = 3
+"""Most sensors, when a limit is switched on."""
+
+
+def _suggest(wish: W2W_PG_wish, _context: bpy.types.Context, typed: str) -> list[str]:
+    """Places whose names hold what has been typed."""
+    patches = patches_of(wish.id_data)
+    return suggestions(patches, typed) if patches is not None else []
+
+
+def _is_limited(study: Placement) -> bool:
+    return study.max_places > 0
+
+
+def _limit(study: Placement, limited: bool) -> None:
+    study.max_places = FIRST_LIMIT if limited else 0
+
+
+class W2W_PG_place(bpy.types.PropertyGroup):
+    """A patch in a table of results."""
+
+    patch: IntProperty(name="Patch")
+    label: StringProperty(name="Place")
+    f1: FloatProperty(name="F1")
+    low: FloatProperty(name="Lower Limit")
+    high: FloatProperty(name="Upper Limit")
+
+
+class W2W_PG_wish(bpy.types.PropertyGroup):
+    """A wish of a designer's."""
+
+    kind: EnumProperty(
+        name="Wish",
+        description="What is wished for",
+        items=KINDS,
+        default=FORBID,
+        update=updates.choose_places,
+    )
+    place: StringProperty(
+        name="Place",
+        description="A side (left, right, middle), a part of the body (head, left arm), a region (left "
+        "wrist), a product (watch, belt) or a patch; several are separated by commas",
+        search=_suggest,
+        search_options={"SUGGESTION"},
+        update=updates.choose_places,
+    )
+    cost: FloatProperty(
+        name="Cost",
+        description="Price or discomfort of a sensor there; elsewhere it is 1",
+        default=2.0,
+        min=1e-6,
+        soft_min=0.1,
+        soft_max=10.0,
+        precision=2,
+        update=updates.choose_places,
+    )
+    given: StringProperty(options={"HIDDEN"})
+
+
+class Placement:
+    """The part of a study's properties that chooses sensors."""
+
+    target: FloatProperty(
+        name="Target F1",
+        description="F1 that the sensors shall reach: expected on other clips of those worn together, and "
+        "by the best-of proxy of the other set",
+        default=0.9,
+        min=0.01,
+        max=1.0,
+        precision=2,
+        subtype="FACTOR",
+        update=updates.choose_places,
+    )
+    every_activity: FloatProperty(
+        name="Every Activity",
+        description="Expected F1 that sensors worn together shall reach for every activity, beside the "
+        "target for their mean; 0 asks for none",
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        precision=2,
+        subtype="FACTOR",
+        update=updates.choose_places,
+    )
+    max_places: IntProperty(
+        name="At Most",
+        description="Most sensors in the set; 0 sets no limit",
+        default=0,
+        min=0,
+        soft_max=12,
+        update=updates.choose_places,
+    )
+    limit_places: BoolProperty(
+        name="Limit",
+        description="Limit the number of sensors",
+        get=_is_limited,
+        set=_limit,
+    )
+    wishes: CollectionProperty(type=W2W_PG_wish)
+    verdict: StringProperty(name="Verdict", description="Whether the set of places reaches the target")
+    chosen: CollectionProperty(type=W2W_PG_place)
+    worn: CollectionProperty(type=W2W_PG_place)
+    advice_text: StringProperty(options={"HIDDEN"})
+    advised_as: StringProperty(options={"HIDDEN"})
+    regions: CollectionProperty(type=W2W_PG_place)
+
+
+CLASSES = (W2W_PG_place, W2W_PG_wish)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What follows by itself when people undo, leave Edit Mode or delete a body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+
+from ..scene.patches import PATCH
+from . import jobs, results
+from .on_body import is_there
+
+BUSY = 0.5
+"""Seconds until it is looked again whether a job has ended."""
+
+_counts: dict[str, int] = {}
+"""Objects of each scene when it was looked at last."""
+
+
+@bpy.app.handlers.persistent
+def undone(*_: object) -> None:
+    """Something was undone or redone: the message tells of what is no longer so."""
+    if jobs.running is None:
+        jobs.dismiss()
+
+
+@bpy.app.handlers.persistent
+def updated(scene: bpy.types.Scene, *_: object) -> None:
+    """The scene has changed: paint what waited for it, and look after the patches of deleted bodies."""
+    results.paint_waiting()
+    count = len(scene.objects)
+    if count < _counts.get(scene.name, 0) and not bpy.app.timers.is_registered(take_along):
+        bpy.app.timers.register(take_along, first_interval=0.0)  # nothing may be removed in a handler
+    _counts[scene.name] = count
+
+
+def take_along() -> float | None:
+    """Remove the patches of bodies that are in no scene any more, and the collections of those alone."""
+    if jobs.running is not None:
+        return BUSY
+    lost = set(_lost_empties())
+    homes = {collection for item in lost for collection in item.users_collection}
+    emptied = [home for home in homes if not home.children and lost.issuperset(home.objects)]
+    bpy.data.batch_remove([*lost, *emptied])
+    for scene in bpy.data.scenes:
+        if scene.library is None and scene.w2w.body is not None and not is_there(scene.w2w.body):
+            scene.w2w.body = None
+    return None
+
+
+def _lost_empties() -> Iterator[bpy.types.Object]:
+    """Empties whose body is in no scene; where it is no object any more, they were a collection's own."""
+    lost: dict[object, bool] = {}
+    for item in bpy.data.objects:
+        if PATCH not in item or item.library is not None:
+            continue
+        if item.parent is not None:
+            key, check = item.parent, lambda item=item: not is_there(item.parent)
+        else:  # one that people set free is parented as an OBJECT is
+            key, check = item.users_collection[:1], lambda item=item: item.parent_type != "OBJECT"
+        if key not in lost:
+            lost[key] = check()
+        if lost[key]:
+            yield item
+
+
+HANDLERS = (
+    (bpy.app.handlers.undo_post, undone),
+    (bpy.app.handlers.redo_post, undone),
+    (bpy.app.handlers.depsgraph_update_post, updated),
+)
+
+
+def register() -> None:
+    """Follow from now on."""
+    for handlers, follow in HANDLERS:
+        handlers.append(follow)
+
+
+def unregister() -> None:
+    """Follow no more."""
+    if bpy.app.timers.is_registered(take_along):
+        bpy.app.timers.unregister(take_along)
+    for handlers, follow in HANDLERS:
+        handlers.remove(follow)
+    _counts.clear()

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Another choice of sensors in the place of a finished run's: in its summary, report and pictures."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from w2w.core.clip_files import WORK
+from w2w.core.files import UNFINISHED, write_json
+from w2w.core.results_folder import StudyResults
+from w2w.core.selection.advice import Advice
+from w2w.core.study import StudyConfig
+
+from ..runs.folder import only_run
+from ..runs.monitor import RunMonitor
+from ..runs.own_files import claim, note
+from ..runs.picture_names import HEATMAPS, picture_files
+from .draw import draw_folder
+from .html import REPORT, write_report
+from .pictures import BLEND
+
+LEFT_BEHIND = ("lock", "holder", "running")
+"""Of the work folder, what is of the process at work and no copy's."""
+
+
+@contextmanager
+def copied(results: Path, folder: Path) -> Iterator[Path]:
+    """A copy of a results folder to work in, which gets its name when the work is done."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(
+        dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
+    ) as temporary:
+        copy = Path(temporary) / folder.name
+        shutil.copytree(results, copy, ignore=shutil.ignore_patterns(*LEFT_BEHIND, f".*{UNFINISHED}"))
+        yield copy
+        if folder.exists():
+            folder.rmdir()
+        copy.replace(folder)
+
+
+def redraw(
+    out: Path, config: StudyConfig, advice: Advice, content: Mapping[str, Any], monitor: RunMonitor
+) -> dict[str, str]:
+    """Write another choice into a results folder: what it says, shows and draws is of that choice then.
+
+    Parameters
+    ----------
+    out : Path
+    config : StudyConfig
+        The run's, under the wishes of the choice.
+    advice : Advice
+    content : mapping
+        The choice as `advice_content` gives it.
+    monitor : RunMonitor
+
+    Returns
+    -------
+    dict of str to str
+        What could not be drawn, and why.
+
+    Raises
+    ------
+    FolderBusyError
+        If a run works in the folder.
+    ForeignFileError
+        If a file that W2W did not write stands where it must write; nothing has been touched then.
+    """
+    study = StudyResults.load(out)
+    files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
+    with only_run(out / WORK):
+        claim(out, [BLEND], [REPORT, *files])
+        for name, change in (("config.json", {"parameters": config.as_dict()}), ("summary.json", content)):
+            before = json.loads((out / name).read_text(encoding="utf-8"))
+            write_json(out / name, {**before, **change})
+        write_report(out)
+        failed = draw_folder(out, advice.subset, study.utility.activities, monitor)
+        note(out)
+        note(out, ["config.json", "summary.json"])
+    return failed

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's choice of sensors is that of `w2w place`, wish for wish and number for number."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from headless.__main__ import APP
+from w2w.core.results_folder import StudyResults
+from w2w.scene.patches import empties_by_patch
+from w2w.ui import signal_cache
+from w2w.ui.advice import advice_of, leading
+from w2w.ui.choosing import choose_steps
+from w2w.ui.state import FORBID, config_of, constraints_of, patches_of
+from w2w.ui.wishes import is_understood, suggestions
+
+from .made_study import make_study
+from .test_restore import open_file
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+WISHES = 200
+TOGETHER = 60
+"""Of so many wishes that can be met one is chosen to be worn together as well, which takes longer."""
+
+WORDS = (
+    "left", "right", "middle", "head", "torso", "arm", "hand", "leg", "foot", "left arm", "right leg",
+    "chest", "left wrist", "thigh front", "waist", "sternum", "upper arm", "belt", "tail",
+)  # fmt: skip
+
+
+def set_wishes(study: bpy.types.PropertyGroup, wishes: list[tuple[str, str, float]]) -> None:
+    """Fill the panel's list as a person does."""
+    study.wishes.clear()
+    for kind, place, cost in wishes:
+        assert bpy.ops.w2w.add_wish(kind=kind) == {"FINISHED"}
+        study.wishes[-1].place = place
+        if kind == "COST":
+            study.wishes[-1].cost = cost
+
+
+def options(wishes: list[tuple[str, str, float]], folder: Path) -> list[str]:
+    """The same wishes for the command line."""
+    given = []
+    for kind in ("ONLY", "FORBID", "MUST"):
+        places = [place for name, place, _ in wishes if name == kind]
+        given += [f"--{kind.lower()}", ",".join(places)] if places else []
+    costs = [f"{place},{cost}\n" for kind, place, cost in wishes if kind == "COST"]
+    if costs:
+        (folder / "costs.csv").write_text("region,cost\n" + "".join(costs))
+        given += ["--cost", str(folder / "costs.csv")]
+    return given
+
+
+def place(results: Path, folder: Path, *more: str) -> tuple[dict | None, str]:
+    """What `w2w place` writes, and what it says."""
+    file = folder / "choice.json"
+    file.unlink(missing_ok=True)
+    done = CliRunner().invoke(APP, ["place", str(results), "--out", str(file), *more])
+    assert done.exit_code in (0, 2), done.output
+    return (json.loads(file.read_text()) if file.exists() else None), " ".join(done.output.split())
+
+
+@pytest.mark.slow
+def test_two_hundred_wishes_get_the_same_answer_at_both_doors(finished_run: Path, tmp_path: Path) -> None:
+    study = open_file(finished_run / "study.blend").w2w
+    rng = np.random.default_rng(11)
+    answered = 0
+    for _ in range(WISHES):
+        kinds = rng.choice(["ONLY", "FORBID", "MUST", "COST"], rng.integers(0, 4), p=[0.2, 0.3, 0.2, 0.3])
+        wishes = [(kind, str(rng.choice(WORDS)), round(float(rng.uniform(0.1, 4)), 3)) for kind in kinds]
+        target, limit = round(float(rng.uniform(0.5, 1)), 3), int(rng.integers(0, 5))
+        set_wishes(study, wishes)
+        study.target, study.max_places = target, limit
+        together = answered % TOGETHER == 1
+        more = ["--target", str(target), *(["--max", str(limit)] if limit else [])]
+        more += options(wishes, tmp_path) + ([] if together else ["--no-together"])
+        choice, said = place(finished_run, tmp_path, *more)
+        if choice is None:
+            with pytest.raises(RuntimeError) as refused:
+                bpy.ops.w2w.choose_sensors(together=together)
+            assert " ".join(str(refused.value).removeprefix("Error: ").split()) in said, wishes
+            continue
+        answered += 1
+        assert bpy.ops.w2w.choose_sensors(together=together) == {"FINISHED"}
+        assert advice_of(study) == choice, wishes
+        assert [row.patch for row in study.chosen] == [row["patch"] for row in choice["subset"]["places"]]
+        assert (choice["worn_together"] is not None) == together
+    assert answered > WISHES / 2
+
+
+def test_a_study_of_the_panel_is_answered_as_its_saved_folder(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    set_wishes(body.w2w, [("FORBID", "right arm", 1.0), ("MUST", "left leg, head", 1.0)])
+    body.w2w.target = 1.0
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
+    wishes = ["--forbid", "right arm", "--must", "left leg,head", "--target", "1"]
+    choice, _ = place(tmp_path / "saved", tmp_path, *wishes)
+    assert advice_of(body.w2w) == choice
+    assert StudyResults.load(tmp_path / "saved").config().constraints == constraints_of(body.w2w)
+
+
+def spheres(body: bpy.types.Object) -> set[int]:
+    """Patches that are marked as chosen."""
+    found = empties_by_patch(body.w2w.chosen_collection)
+    assert {item.empty_display_type for item in found.values()} <= {"SPHERE"}
+    return set(found)
+
+
+def test_a_run_opens_with_its_wishes_and_the_set_it_says_to_wear(finished_run: Path, summary: dict) -> None:
+    body = open_file(finished_run / "study.blend")
+    study = body.w2w
+    assert [(wish.kind, wish.place) for wish in study.wishes] == [(FORBID, "foot")]
+    worn = summary["worn_together"]
+    assert advice_of(study)["worn_together"] == worn
+    assert [row.patch for row in study.worn] == [row["patch"] for row in worn["places"]]
+    assert study.worn[-1].f1 == pytest.approx(worn["expected_f1"])
+    assert (study.worn[-1].low, study.worn[-1].high) == pytest.approx(worn["expected_f1_interval"])
+    assert spheres(body) == {row.patch for row in study.worn}
+    study.wishes[0].place = "leg"
+    assert advice_of(study) is None
+    assert leading(study) == study.chosen
+    assert spheres(body) == {row.patch for row in study.chosen}
+    study.wishes[0].place = "foot"
+    assert advice_of(study) is not None
+    assert spheres(body) == {row.patch for row in study.worn}
+
+
+def test_costs_keep_the_digits_that_the_command_line_read(finished_run: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(finished_run, folder)
+    config = json.loads((folder / "config.json").read_text())
+    config["parameters"]["constraints"]["costs"] = [["leg", 1 / 3]]
+    (folder / "config.json").write_text(json.dumps(config))
+    assert bpy.ops.w2w.open_results(filepath=str(folder)) == {"FINISHED"}
+    study = bpy.context.scene.w2w.body.w2w
+    assert constraints_of(study).costs == (("leg", 1 / 3),)
+    study.wishes[-1].cost = 0.7
+    assert constraints_of(study).costs == (("leg", 0.7),)
+
+
+def test_wishes_come_from_the_regions_looked_at(finished_run: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    assert not bpy.ops.w2w.wish_picked.poll()
+    regions = patches_of(body).regions
+    bpy.ops.w2w.select_patch(patch=7)
+    assert bpy.ops.w2w.wish_picked(kind="MUST") == {"FINISHED"}
+    bpy.ops.w2w.select_patch(patch=20, compare=True)
+    assert bpy.ops.w2w.wish_picked(kind="MUST") == {"FINISHED"}
+    assert constraints_of(body.w2w).must == (regions[7], regions[20])
+    chosen = {regions[row.patch] for row in body.w2w.chosen}
+    assert {regions[7], regions[20]} <= chosen
+    assert bpy.ops.w2w.remove_wish(index=1) == {"FINISHED"}
+    assert constraints_of(body.w2w).must == (regions[20],)
+
+
+def test_a_wish_that_nothing_meets_says_so_and_one_without_a_place_is_none(finished_run: Path) -> None:
+    study = open_file(finished_run / "study.blend").w2w
+    before = [row.patch for row in study.chosen]
+    bpy.ops.w2w.add_wish(kind="ONLY")
+    assert [row.patch for row in study.chosen] == before
+    study.wishes[-1].place = "tail"
+    assert study.verdict.startswith("No place is called 'tail'")
+    assert not study.chosen
+    with pytest.raises(RuntimeError, match="no place is called 'tail'"):
+        bpy.ops.w2w.choose_sensors()
+
+
+def test_names_are_offered_for_what_is_typed(finished_run: Path) -> None:
+    patches = patches_of(open_file(finished_run / "study.blend"))
+    assert suggestions(patches, "")[:3] == ["left", "right", "middle"]
+    found = suggestions(patches, "Left thi")
+    assert found
+    assert all("left" in name and "thi" in name for name in found)
+    assert "left leg" in suggestions(patches, "leg")
+
+
+def test_every_name_that_is_offered_is_understood(finished_run: Path) -> None:
+    patches = patches_of(open_file(finished_run / "study.blend"))
+    assert [name for name in suggestions(patches, "") if not is_understood(patches, name)] == []
+
+
+def test_a_limit_can_be_switched_on_and_off(finished_run: Path) -> None:
+    study = open_file(finished_run / "study.blend").w2w
+    assert (study.limit_places, study.max_places) == (True, 3)
+    study.limit_places = False
+    assert config_of(study).max_places is None
+    study.limit_places = True
+    assert config_of(study).max_places == 3
+
+
+def test_what_the_choice_waits_for_is_said(finished_run: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    body.w2w.activities[0].use = False
+    assert not bpy.ops.w2w.choose_sensors.poll()
+    body.w2w.activities[0].use = True
+    assert bpy.ops.w2w.choose_sensors.poll()
+    body.w2w.clips[0].activity = "greeting"
+    assert not bpy.ops.w2w.choose_sensors.poll()
+
+
+def test_esc_leaves_the_choice_as_it_was(finished_run: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    body.w2w.target = 0.99
+    before = body.w2w.advice_text
+    steps = choose_steps(body)
+    next(steps)
+    steps.close()
+    assert body.w2w.advice_text == before
+
+
+def test_signals_that_are_gone_are_said(finished_run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    open_file(finished_run / "study.blend")
+    monkeypatch.setattr(signal_cache, "has", lambda _key: False)
+    with pytest.raises(RuntimeError, match="The signals of 9 clips are gone"):
+        bpy.ops.w2w.choose_sensors()
+    assert bpy.ops.w2w.choose_sensors(together=False) == {"FINISHED"}
+
+
+def test_a_file_of_an_earlier_version_keeps_the_wishes_of_its_run(finished_run: Path, tmp_path: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    parameters = json.loads((finished_run / "config.json").read_text())["parameters"]
+    body.w2w.wishes.clear()
+    body.w2w.parameters = json.dumps(parameters)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "study.blend"))
+    body = open_file(tmp_path / "study.blend")
+    assert constraints_of(body.w2w).forbid == ("foot",)
+    body.w2w.wishes.clear()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "study.blend"))
+    assert not constraints_of(open_file(tmp_path / "study.blend").w2w)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's search (F3) looks through menus: all that people can start is in one."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+
+from w2w.ui.menus import W2W_MT_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+WITHOUT_A_MENU = {
+    "run_job", "dismiss_message", "pick_patch", "select_patch",  # the panel's own, or the mouse's
+    "add_wish", "remove_wish",  # of a row of the panel
+    "tick_clips", "add_study_preset", "clear_cache",  # in menus of their own, and the preferences
+}  # fmt: skip
+
+
+class Seen:
+    """A layout that notes what is drawn on it."""
+
+    def __init__(self) -> None:
+        self.operators: list[str] = []
+        self.menus: list[str] = []
+        self.operator_context = ""
+
+    def operator(self, name: str, **_: object) -> None:
+        """Note it."""
+        self.operators.append(name.removeprefix("w2w."))
+
+    def menu(self, name: str, **_: object) -> None:
+        """Note it and look into it."""
+        self.menus.append(name)
+
+    def separator(self) -> None:
+        """Pass."""
+
+
+def drawn(menu: type) -> Seen:
+    """What a menu draws."""
+    seen = Seen()
+    menu.draw(type("Drawn", (), {"layout": seen})(), bpy.context)
+    return seen
+
+
+def test_everything_that_can_be_started_is_in_the_menu() -> None:
+    assert set(drawn(W2W_MT_study).operators) == set(dir(bpy.ops.w2w)) - WITHOUT_A_MENU
+
+
+def test_files_are_asked_for_when_started_from_the_menu() -> None:
+    assert drawn(W2W_MT_study).operator_context == "INVOKE_DEFAULT"
+
+
+def test_the_menu_is_in_blenders_own() -> None:
+    seen = Seen()
+    for draw in bpy.types.VIEW3D_MT_object._dyn_ui_initialize()[1:]:
+        draw(type("Drawn", (), {"layout": seen})(), bpy.context)
+    assert "W2W_MT_study" in seen.menus

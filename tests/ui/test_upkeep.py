@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Undo, Edit Mode, deleted empties and deleted bodies leave a study whole, or take it away whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.scene.patches import PATCH, empties_by_patch, patch_empties
+from w2w.ui import jobs, results, upkeep
+from w2w.ui.state import patches_of, utility_of
+
+from .made_study import make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def colours(body: bpy.types.Object) -> np.ndarray:
+    """Colours of the heatmap that is shown."""
+    attribute = body.data.color_attributes.active_color
+    values = np.empty(4 * len(attribute.data), dtype=np.float32)
+    attribute.data.foreach_get("color_srgb", values)
+    return values
+
+
+def edit_mode(body: bpy.types.Object, on: bool) -> None:
+    """Go into Edit Mode or leave it."""
+    bpy.context.view_layer.objects.active = body
+    bpy.ops.object.mode_set(mode="EDIT" if on else "OBJECT")
+
+
+def test_colours_changed_in_edit_mode_follow_when_it_is_left(library: Path) -> None:
+    body = make_study(library)
+    body.w2w.colour_map = "magma"
+    body.w2w.scores = "ON_THESE"
+    expected = colours(body)
+    body.w2w.colour_map = "viridis"
+    body.w2w.scores = "EXPECTED"
+    assert (colours(body) != expected).any()
+    edit_mode(body, True)
+    body.w2w.colour_map = "magma"
+    body.w2w.scores = "ON_THESE"
+    assert len(body.data.color_attributes) == 4
+    edit_mode(body, False)
+    bpy.context.view_layer.update()
+    np.testing.assert_array_equal(colours(body), expected)
+    assert body.data.color_attributes.active_color.name == "F1 on these clips"
+
+
+def test_activities_ticked_in_edit_mode_count_at_once(library: Path) -> None:
+    body = make_study(library)
+    edit_mode(body, True)
+    body.w2w.activities[0].use = False
+    best = utility_of(body.w2w).expected_f1[:, 1:].mean(axis=1).max()
+    assert body.w2w.regions[0].f1 == pytest.approx(best, abs=1e-6)
+    edit_mode(body, False)
+
+
+def test_use_active_mesh_waits_for_object_mode(library: Path) -> None:
+    body = make_study(library, "patches")
+    edit_mode(body, True)
+    assert not bpy.ops.w2w.use_mesh.poll()
+    edit_mode(body, False)
+    assert bpy.ops.w2w.use_mesh.poll()
+
+
+def test_undo_and_redo_take_the_message_away(library: Path) -> None:
+    bpy.ops.ed.undo_push(message="before")
+    make_study(library, "patches")
+    bpy.ops.ed.undo_push(message="Place Patches")
+    assert jobs.message.text.startswith("Placed 48 patches")
+    bpy.ops.ed.undo()
+    assert jobs.message is None
+    jobs.message = jobs.Message("Ranked", False)
+    bpy.ops.ed.redo()
+    assert jobs.message is None
+
+
+def test_a_message_does_not_outlive_its_file(library: Path, tmp_path: Path) -> None:
+    make_study(library, "patches")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "study.blend"))
+    jobs.message = jobs.Message("Ranked", False)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "study.blend"))
+    assert jobs.message is None
+
+
+def test_deleted_empties_shift_no_other_patch(library: Path) -> None:
+    body = make_study(library)
+    study = body.w2w
+    for empty in patch_empties(study.patch_collection)[:3]:
+        bpy.data.objects.remove(empty)
+    last = len(patches_of(body)) - 1
+    assert bpy.ops.w2w.select_patch(patch=last) == {"FINISHED"}
+    assert study.picked == last
+    assert bpy.ops.w2w.select_patch(patch=1) == {"FINISHED"}
+    study.target = 1.0
+    wanted = {row.patch for row in study.chosen}
+    assert max(wanted) > 3
+    marked = {item[PATCH] for item in study.chosen_collection.objects}
+    assert marked == wanted - {0, 1, 2}
+    study.patch_size = 0.02
+    assert {item[PATCH] for item in study.chosen_collection.objects} == marked
+
+
+def test_a_copied_empty_stands_for_no_patch(library: Path) -> None:
+    body = make_study(library)
+    original = patch_empties(body.w2w.patch_collection)[7]
+    body.w2w.patch_collection.objects.link(original.copy())
+    assert empties_by_patch(body.w2w.patch_collection)[7] is original
+    body.w2w.target = 1.0
+    marked = [item[PATCH] for item in body.w2w.chosen_collection.objects]
+    assert sorted(marked) == sorted(row.patch for row in body.w2w.chosen)
+
+
+def delete(item: bpy.types.Object) -> None:
+    """Delete an object as X does."""
+    bpy.context.view_layer.objects.active = item
+    for other in bpy.context.selected_objects:
+        other.select_set(False)
+    item.select_set(True)
+    assert bpy.ops.object.delete() == {"FINISHED"}
+
+
+def remove(item: bpy.types.Object) -> None:
+    """Remove an object as a script does."""
+    bpy.data.objects.remove(item)
+
+
+@pytest.mark.parametrize("how", [delete, remove])
+def test_a_deleted_body_takes_its_patches_along_and_no_others(library: Path, how: object) -> None:
+    body = make_study(library)
+    other = make_study(library, "patches")
+    bpy.context.scene.w2w.body = body
+    own = bpy.data.objects.new("mine", None)
+    bpy.context.scene.collection.objects.link(own)
+    kept = {item.name for item in other.w2w.patch_collection.objects}
+    bpy.context.view_layer.update()
+    how(body)
+    bpy.context.view_layer.update()
+    assert bpy.app.timers.is_registered(upkeep.take_along)
+    assert upkeep.take_along() is None
+    assert {item.name for item in bpy.data.objects if PATCH in item} == kept
+    assert "mine" in bpy.data.objects
+    assert len(bpy.data.collections) == 3  # two bodies, one with patches
+    assert bpy.context.scene.w2w.body is None
+
+
+def test_an_empty_that_was_set_free_stays(library: Path) -> None:
+    body = make_study(library, "patches")
+    free = patch_empties(body.w2w.patch_collection)[5]
+    free.parent, free.parent_type = None, "OBJECT"
+    delete(body)
+    upkeep.take_along()
+    assert [item for item in bpy.data.objects if PATCH in item] == [free]
+
+
+def test_patches_stay_where_nothing_was_deleted(library: Path) -> None:
+    body = make_study(library)
+    assert upkeep.take_along() is None
+    assert len(body.w2w.patch_collection.objects) == 48
+    assert bpy.context.scene.w2w.body is body
+
+
+def test_a_fixed_range_begins_as_the_range_of_the_scores(library: Path) -> None:
+    body = make_study(library)
+    scores = utility_of(body.w2w).expected_f1
+    body.w2w.fix_range = True
+    assert results.colour_range(body.w2w, scores) == pytest.approx((scores.min(), scores.max()), abs=1e-6)
+    body.w2w.range_low, body.w2w.range_high = 0.2, 0.9
+    body.w2w.fix_range = False
+    body.w2w.fix_range = True
+    assert results.colour_range(body.w2w, scores) == pytest.approx((0.2, 0.9))
