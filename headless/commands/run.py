@@ -14,7 +14,6 @@ from rich.console import Console
 
 from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
 from w2w.core.imu.presets import DEFAULT_SENSOR
-from w2w.core.imu.synthesis import Synthesis
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
@@ -30,6 +29,16 @@ from ..runs.monitor import SILENT, EventLog, RunMonitor, event_line
 from ..runs.own_files import ForeignFileError, keep_apart
 from ..runs.study import RunPlan
 from ..runs.workers import Engine
+from ..signal_options import (
+    AS_DEFAULT,
+    Band,
+    Convention,
+    Rate,
+    RootBand,
+    Sensor,
+    sensor_settings,
+    synthesis_settings,
+)
 from ..stopping import STOPPED, say_for_machines
 from ..window_options import Stride, Window, window_spec
 from .execute import ended, execute
@@ -63,10 +72,11 @@ def run(
         ),
     ] = "neutral",
     patches: Annotated[int, typer.Option(min=2, max=6890, help="Number of places on the body.")] = 512,
-    rate: Annotated[float, typer.Option(min=5, max=1000, help="Sensor rate, Hz.")] = 50.0,
-    sensor: Annotated[
-        str, typer.Option(help="Sensor preset (see `w2w sensors`), or 'ideal' for no sensor errors.")
-    ] = DEFAULT_SENSOR,
+    rate: Rate = 50.0,
+    sensor: Sensor = DEFAULT_SENSOR,
+    band: Band = AS_DEFAULT.cutoff_hz,
+    root_band: RootBand = None,
+    convention: Convention = AS_DEFAULT.convention,
     window: Window = 2.0,
     stride: Stride = None,
     classifier: Annotated[
@@ -138,8 +148,9 @@ def run(
     try:
         config = StudyConfig(
             patches=patches,
-            synthesis=Synthesis(rate_hz=rate),
-            sensor=sensor,
+            synthesis=synthesis_settings(rate, band, convention),
+            root_band_hz=root_band,
+            **sensor_settings(sensor),
             windows=window_spec(window, stride),
             classifier=classifier,
             augmentation=parse_augmentation(augment, copies),
