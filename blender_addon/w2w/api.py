@@ -19,8 +19,11 @@ from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
 from .core.imu.synthesis import Synthesis
 from .core.imu.virtual import record_motion
+from .core.keypoints.facts import PoseFacts
+from .core.keypoints.pose_files import NO_FACTS, read_joints
 from .core.motion.bone_maps import BoneMap
 from .core.motion.duplicates import motion_signature
+from .core.motion.joint_files import is_joint_file
 from .core.motion.library import activity_of, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
 from .core.motion.skinning import on_the_ground
@@ -118,10 +121,12 @@ def load(
     body: Body | None = None,
     labels: str | Path | None = None,
     bone_maps: Sequence[BoneMap] = (),
+    pose: PoseFacts = NO_FACTS,
 ) -> Motions:
     """Read motion files and retarget them to a body.
 
-    FBX and BVH are read through Blender's Python module (`bpy`), AMASS and SMPL npz without it.
+    FBX and BVH are read through Blender's Python module (`bpy`); AMASS and SMPL npz, and joint positions from
+    video (csv, npy, npz, json), without it.
 
     Parameters
     ----------
@@ -135,6 +140,8 @@ def load(
         `Motion.save` wrote keeps the labels that it holds.
     bone_maps : sequence of BoneMap
         Your own, tried before the bundled ones.
+    pose : PoseFacts
+        Rate, unit, up axis and joint set of joint positions, where the files do not say them.
 
     Returns
     -------
@@ -149,7 +156,7 @@ def load(
     body = body or Body.bundled()
     path = Path(path)
     if path.is_file():
-        motion = _read(path, body, bone_maps)
+        motion = _read(path, body, bone_maps, pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
         return Motions((motion,), body, (), ("",))
@@ -157,7 +164,7 @@ def load(
     found, keys, skipped = [], [], list(library.skipped)
     for clip in library.clips:
         try:
-            motion = _read(clip.path, body, bone_maps)
+            motion = _read(clip.path, body, bone_maps, pose)
         except ValueError as error:
             skipped.append((clip.file, str(error)))
             continue
@@ -169,7 +176,7 @@ def load(
     return Motions(tuple(found), body, tuple(skipped), tuple(keys))
 
 
-def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap]) -> Motion:
+def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Motion:
     """One file on the body.
 
     Raises
@@ -177,6 +184,11 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap]) -> Motion:
     ValueError
         If it cannot be used, or needs a module that is missing.
     """
+    if is_joint_file(path):
+        try:
+            return read_joints(path, pose).fit(body).motion
+        except UnusableMotion as error:
+            raise ValueError(str(error)) from error
     if path.suffix.lower() in SMPL_SUFFIXES:
         return on_the_ground(body, Motion.load(path))
     with _needs_blender(path.name):

@@ -22,6 +22,7 @@ from w2w.core.study import StudyConfig
 
 from ..console import SKIPPED, USAGE
 from ..options import Costs, EveryActivity, Forbid, MaxPlaces, Must, Only, parse_bodies, parse_wishes
+from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
 from ..reports.comparison import keep_foreign_comparison, write_comparison
 from ..reports.console_tables import show_comparison, show_labels
 from ..runs.guard import LIMIT_S, MEMORY
@@ -48,7 +49,9 @@ def run(
     library: Annotated[
         Path,
         typer.Argument(
-            metavar="LIBRARY", help="Folder of motion files (FBX, BVH, npz), searched with its subfolders."
+            metavar="LIBRARY",
+            help="Folder of motion files (FBX, BVH, npz; csv, npy or json of joint positions), searched with "
+            "its subfolders.",
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
@@ -120,6 +123,10 @@ def run(
         list[Path] | None,
         typer.Option(help="Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable."),
     ] = None,
+    pose_rate: PoseRate = None,
+    pose_unit: PoseUnit = "",
+    pose_up: PoseUp = "",
+    pose_joints: PoseJoints = "",
     clip_limit: Annotated[float, typer.Option(min=1, help="Time limit per clip, seconds.")] = LIMIT_S,
     clip_memory: Annotated[float, typer.Option(min=0.5, help="Memory limit per clip, GiB.")] = MEMORY / 2**30,
     scheduler: Annotated[
@@ -170,10 +177,11 @@ def run(
         chosen = parse_bodies(bodies)
         if len(chosen) > 1:
             keep_foreign_comparison(out)
+        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints)
         bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
     except (ValueError, OSError, ForeignFileError) as error:
         raise ended(str(error), USAGE, monitor) from error
-    engine = Engine(workers, scheduler, clip_limit, bone_maps, round(clip_memory * 2**30))
+    engine = Engine(workers, scheduler, clip_limit, bone_maps, round(clip_memory * 2**30), pose)
     plan = RunPlan(found, config, engine, pictures, report)
     show_labels(found, console)
     studies = []

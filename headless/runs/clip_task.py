@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from w2w.core.clip_files import WORK, features_file
-from w2w.core.files import UNFINISHED
+from w2w.core.files import UNFINISHED, file_sha256
+from w2w.core.keypoints.facts import PoseFacts, side_car
+from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.joint_files import is_joint_file
 from w2w.core.motion.library import Clip
 from w2w.core.study import StudyConfig
 
@@ -34,6 +37,8 @@ class ClipTask:
         The user's own, tried before the bundled ones.
     memory : int
         Bytes that a worker may take.
+    pose : PoseFacts
+        What is known of joint positions from video.
     """
 
     clip: Clip
@@ -43,6 +48,7 @@ class ClipTask:
     limit_s: float = LIMIT_S
     bone_maps: tuple[BoneMap, ...] = ()
     memory: int = MEMORY
+    pose: PoseFacts = NO_FACTS
 
     @property
     def motion_file(self) -> Path:
@@ -71,7 +77,10 @@ class ClipTask:
 
     def key(self, source_sha256: str) -> str:
         """Hash of everything that the result depends on."""
-        parts = (self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name)
+        parts = [self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name]
+        beside = side_car(self.clip.path) if is_joint_file(self.clip.path) else None
+        if beside is not None:  # the rate and the joints may stand there
+            parts.append(file_sha256(beside))
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
