@@ -23,6 +23,8 @@ def seen_as(joint_set, body, motion):
         side, _, part = joint.partition("_")
         sign = 1 if side == "left" else -1
         name = OTHER_NAMES.get(joint, joint)
+        if name == "neck" and "mid_hip" in joint_set.joints:  # OpenPose's
+            name = "shoulders"
         if name in ("shoulders", "hips"):
             return (at(f"left_{name[:-1]}") + at(f"right_{name[:-1]}")) / 2
         if name == "face":

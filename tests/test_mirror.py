@@ -11,6 +11,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
     "tests/core/datasets": "broad clock dsads gait gait_sites",
+    "tests/core/exports": "arrays bids biomechanics parquet pose_packs study_signals",
     "tests/core/findings": "advice_content best_regions counts finished_study label_notes new_folder summary",
     "tests/core/imu": "errors formats gaps presets quantities text_tables vendor_formats",
     "tests/core/keypoints": "facts joint_sets limbs naming paths pose_text smoothing",

@@ -20,8 +20,8 @@ class JointSet:
     landmarks : dict of str to tuple of str
         Landmark -> joints whose middle it is. Every set has "left hip", "left knee", "left ankle",
         "left shoulder", "left elbow" and "left wrist" and the same on the right. It may have "spine" (about
-        halfway up the trunk), "neck", "head", "left toe", "left hand" (knuckles), "left thumb side" and
-        "left little finger side" (of the hand) and "face" (the nose).
+        halfway up the trunk), "neck" (above the shoulders), "head", "left toe", "left hand" (knuckles),
+        "left thumb side" and "left little finger side" (of the hand) and "face" (the nose).
     """
 
     name: str
@@ -60,7 +60,7 @@ KINECT_20 = JointSet(
         "left_hip", "left_knee", "left_ankle", "left_foot",
         "right_hip", "right_knee", "right_ankle", "right_foot",
     ),
-    {**_both(**_LIMBS, toe="{}_foot"), "neck": ("shoulder_center",), "head": ("head",)},
+    {**_both(**_LIMBS, toe="{}_foot"), "head": ("head",)},
 )  # fmt: skip
 """Microsoft Kinect v1 in the order of UTD-MHAD's files. Its spine lies a hand's breadth above the hips, too
 near to say how the trunk bends, and its hands a few centimetres beyond the wrists: neither is used."""
@@ -72,7 +72,7 @@ HUMAN36M_17 = JointSet(
         "spine", "thorax", "nose", "head",
         "left_shoulder", "left_elbow", "left_wrist", "right_shoulder", "right_elbow", "right_wrist",
     ),
-    {**_both(**_LIMBS), "spine": ("spine",), "neck": ("thorax",), "head": ("head",)},
+    {**_both(**_LIMBS), "spine": ("spine",), "head": ("head",)},
 )  # fmt: skip
 """The order of Martinez et al. 2017 (doi:10.1109/ICCV.2017.288) and what followed it."""
 
@@ -113,8 +113,7 @@ BODY_34 = JointSet(
 )  # fmt: skip
 """NVIDIA BodyPoseNet 3D's joints, in the order of VIDIMU's files."""
 
-_FACE = {"neck": ("left_shoulder", "right_shoulder"), "head": ("left_ear", "right_ear"), "face": ("nose",)}
-"""Head and neck of sets that have a face but no neck."""
+_FACE = {"head": ("left_ear", "right_ear"), "face": ("nose",)}
 
 COCO_17 = JointSet(
     "COCO, 17 joints",
@@ -161,10 +160,10 @@ OPENPOSE_25 = JointSet(
     {
         **_both(**_LIMBS, toe=("{}_big_toe", "{}_small_toe")),
         **_FACE,
-        "neck": ("neck",),
     },
 )  # fmt: skip
-"""OpenPose's BODY_25, in the order of its output documentation (doc/02_output.md)."""
+"""OpenPose's BODY_25, in the order of its output documentation (doc/02_output.md). Its neck, like the thorax
+of Human3.6M and the Kinect's first, is the point between the shoulders, which the shoulders give."""
 
 KINECT_25 = JointSet(
     "Kinect v2, 25 joints",
@@ -242,7 +241,7 @@ _HIDDEN = (
     (("left thumb side", "left little finger side"), "turns of the forearms about their own axis"),
     (("left hand",), "bends of the wrists"),
     (("left toe",), "the feet"),
-    (("neck", "head"), "the head"),
+    (("head",), "the head"),
     (("face",), "which way the head is turned"),
     (("spine",), "where the trunk bends (its bend is spread between pelvis and chest)"),
 )

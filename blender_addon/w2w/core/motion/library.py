@@ -20,7 +20,7 @@ MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl", *ARRAY_SUFFIXES)
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
 WORK_FOLDER = ".w2w"
-RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "utility.npz")
+RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz")
 """What a run writes into its output folder, which may lie in the library."""
 
 
