@@ -15,7 +15,10 @@ PANEL = "Joint positions from video (csv, npy, npz, json)"
 PoseRate = Annotated[
     float | None,
     typer.Option(
-        min=1, max=2000, help="Frames per second, where the files do not say them.", rich_help_panel=PANEL
+        min=1,
+        max=2000,
+        help="Frames per second, where the files do not say them (of amc files 120 otherwise).",
+        rich_help_panel=PANEL,
     ),
 ]
 PoseUnit = Annotated[

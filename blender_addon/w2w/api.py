@@ -21,11 +21,13 @@ from .core.imu.synthesis import Synthesis
 from .core.imu.virtual import record_motion
 from .core.keypoints.facts import PoseFacts
 from .core.keypoints.pose_files import NO_FACTS, read_joints
+from .core.motion.asf_amc import AMC_SUFFIX, read_amc
 from .core.motion.bone_maps import BoneMap
 from .core.motion.duplicates import motion_signature
 from .core.motion.joint_files import is_joint_file
 from .core.motion.library import activity_of, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
+from .core.motion.retarget import retarget
 from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
 from .core.patches.patches import PatchSet
@@ -125,8 +127,8 @@ def load(
 ) -> Motions:
     """Read motion files and retarget them to a body.
 
-    FBX and BVH are read through Blender's Python module (`bpy`); AMASS and SMPL npz, and joint positions from
-    video (csv, npy, npz, json), without it.
+    FBX and BVH are read through Blender's Python module (`bpy`); ASF/AMC, AMASS and SMPL npz, and joint
+    positions from video (csv, npy, npz, json), without it.
 
     Parameters
     ----------
@@ -187,6 +189,11 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
     if is_joint_file(path):
         try:
             return read_joints(path, pose).fit(body).motion
+        except UnusableMotion as error:
+            raise ValueError(str(error)) from error
+    if path.suffix.lower() == AMC_SUFFIX:
+        try:
+            return retarget(read_amc(path, pose.rate), body, bone_maps).motion
         except UnusableMotion as error:
             raise ValueError(str(error)) from error
     if path.suffix.lower() in SMPL_SUFFIXES:

@@ -34,7 +34,7 @@ from ..runs.workers import load_alone
 
 def inspect(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A motion file: FBX, BVH, npz, or joint positions.")
+        Path, typer.Argument(metavar="FILE", help="A motion file: FBX, BVH, AMC, npz, or joints.")
     ],
     library: Annotated[
         Path | None, typer.Option(help="The library that FILE is part of, to see how 'w2w run' labels it.")

@@ -50,7 +50,7 @@ def run(
         Path,
         typer.Argument(
             metavar="LIBRARY",
-            help="Folder of motion files (FBX, BVH, npz; csv, npy or json of joint positions), searched with "
+            help="Folder of motion files (FBX, BVH, AMC, npz; csv, npy or json of joints), searched with "
             "its subfolders.",
         ),
     ],

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from ..core.body.body import Body
 from ..core.keypoints.facts import PoseFacts
 from ..core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
+from ..core.motion.asf_amc import AMC_SUFFIX, read_amc
 from ..core.motion.bone_maps import BoneMap
 from ..core.motion.joint_files import is_joint_file
 from ..core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
@@ -59,6 +60,8 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
     """
     if is_joint_file(path):
         return read_joints(path, pose)
+    if path.suffix.lower() == AMC_SUFFIX:
+        return read_amc(path, pose.rate)
     if path.suffix.lower() in SMPL_SUFFIXES:
         return read_amass(path)
     from .takes import read_clip
