@@ -14,7 +14,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/exports": "arrays bids biomechanics parquet pose_packs study_signals",
     "tests/core/findings": "advice_content best_regions counts finished_study label_notes new_folder summary",
     "tests/core/imu": "errors formats gaps presets quantities text_tables vendor_formats",
-    "tests/core/keypoints": "facts joint_sets limbs naming paths pose_text smoothing",
+    "tests/core/keypoints": "facts joint_sets limbs naming paths pose_c3d pose_text smoothing",
     "tests/core/motion": "activity_groups joint_files repair source",
     "tests/core/patches": "interpolation segments strip_graph",
     "tests/core/ranking/classifiers": "estimator",

@@ -19,7 +19,7 @@ from w2w.core.motion.source import UnusableMotion
 
 from ...seen_joints import seen_as
 
-TOLD_BY_NAME = [name for name in JOINT_SETS if name != "mm-fit-17"]
+TOLD_BY_NAME = [name for name in JOINT_SETS if name not in ("mm-fit-17", "joint-centres")]
 
 
 @pytest.fixture(scope="module")
@@ -255,3 +255,56 @@ def test_only_text_that_names_joints_is_taken_for_motion(tmp_path, bundled_body,
     assert held == {"a.csv", "b.json"}
     write_npz(tmp_path / "amass.npz", {"poses": np.zeros((9, 72)), "joints": np.zeros((9, 22, 3))})
     assert not is_joint_file(tmp_path / "amass.npz")
+
+
+def write_c3d(path, labels, positions, rate=100.0, unit="mm"):
+    ezc3d = pytest.importorskip("ezc3d", exc_type=ImportError)
+    made = ezc3d.c3d()
+    made["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    made["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    made["parameters"]["POINT"]["LABELS"]["value"] = tuple(labels)
+    made["data"]["points"] = np.concatenate(
+        [positions.transpose(2, 1, 0), np.ones((1, positions.shape[1], len(positions)))]
+    )
+    made.write(str(path))
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [("HJC", "KJC", "AJC", "SJC", "EJC", "WJC"), ("FEP", "FEO", "TIO", "HUP", "HUO", "RAO")],
+    ids=["joint centres", "plug-in gait"],
+)
+def test_joint_centres_of_a_c3d_file(tmp_path, bundled_body, walk, ends):
+    joint_set = JOINT_SETS["coco-17"]
+    positions = 1000 * seen_as(joint_set, bundled_body, walk)
+    parts = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+    columns = {
+        f"Anna:{side[0].upper()}{end}": joint_set.joints.index(f"{side}_{part}")
+        for side in ("left", "right")
+        for part, end in zip(parts, ends, strict=True)
+    }
+    labels = ["Anna:LASI", *columns, "*12"]
+    points = np.concatenate(
+        [positions[:, :1], positions[:, list(columns.values())], positions[:, :1]], axis=1
+    )
+    write_c3d(tmp_path / "gait.c3d", labels, points)
+    found = read_joints(tmp_path / "gait.c3d")
+    assert (found.joint_set, found.rate, found.unit, found.up) == (
+        JOINT_SETS["joint-centres"],
+        100,
+        "mm",
+        "z",
+    )
+    fit = found.fit(bundled_body)
+    assert found.height(bundled_body, fit) == pytest.approx(bundled_body.height, rel=0.02)
+    write_c3d(tmp_path / "markers.c3d", ["LASI", "RASI", "LHJC"], points[:, :3])
+    with pytest.raises(
+        UnusableMotion, match=r"no joint centre of the .*right hip.* holds LASI, RASI, LHJC: W2W"
+    ):
+        read_joints(tmp_path / "markers.c3d")
+
+
+def test_c3d_files_that_are_none_or_cannot_be_read(tmp_path):
+    (tmp_path / "a.c3d").write_bytes(b"x" * 600)
+    with pytest.raises(UnusableMotion, match=r"it cannot be read as C3D|C3D files are read by ezc3d"):
+        read_joints(tmp_path / "a.c3d")

@@ -224,6 +224,20 @@ HUMANML3D_22 = JointSet(
 )  # fmt: skip
 """The first 22 joints of SMPL, which HumanML3D keeps (Guo et al. 2022, doi:10.1109/CVPR52688.2022.00509)."""
 
+JOINT_CENTRES = JointSet(
+    "joint centres",
+    (
+        "neck", "head",
+        *(
+            f"{side}_{part}"
+            for side in SIDES
+            for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist", "toe", "hand")
+        ),
+    ),
+    {**_both(**_LIMBS, toe="{}_toe", hand="{}_hand"), "neck": ("neck",), "head": ("head",)},
+)  # fmt: skip
+"""What gait models write into C3D files; whatever a file lacks was not seen."""
+
 JOINT_SETS: dict[str, JointSet] = {
     "human36m-17": HUMAN36M_17,
     "coco-17": COCO_17,
@@ -235,6 +249,7 @@ JOINT_SETS: dict[str, JointSet] = {
     "azure-kinect-32": AZURE_KINECT_32,
     "blazepose-33": BLAZEPOSE_33,
     "body-34": BODY_34,
+    "joint-centres": JOINT_CENTRES,
 }
 
 _HIDDEN = (

@@ -15,8 +15,8 @@ from .paths import BONES, REQUIRED
 
 SIDE_WORDS = {"l": "left", "left": "left", "r": "right", "right": "right"}
 
-SAME_JOINTS = ("mm-fit-17",)
-"""Sets with the joints of another one under other sides: only taken where they are named."""
+SAME_JOINTS = ("mm-fit-17", "joint-centres")
+"""Sets with joints that another one has: only taken where they are named."""
 
 CLEARLY = 0.6
 """A set is told by the body it makes where its bones change in length at most so much of the next best's."""

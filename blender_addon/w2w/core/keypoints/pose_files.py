@@ -18,6 +18,7 @@ from .facts import UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import KeypointFit, Up, fit_keypoints, guess_up
 from .joint_sets import JointSet
 from .naming import told_by
+from .pose_c3d import read_c3d_pose
 from .pose_text import RawPose, read_csv_pose, read_json_pose
 
 MAX_BYTES = 2 * 2**30
@@ -169,6 +170,12 @@ def _read_npz(path: Path) -> RawPose:
     return RawPose(arrays[key], (), facts_of(facts))
 
 
-_READERS = {".csv": read_csv_pose, ".json": read_json_pose, ".npy": _read_npy, ".npz": _read_npz}
+_READERS = {
+    ".c3d": read_c3d_pose,
+    ".csv": read_csv_pose,
+    ".json": read_json_pose,
+    ".npy": _read_npy,
+    ".npz": _read_npz,
+}
 
 JOINT_SUFFIXES = tuple(_READERS)

@@ -21,7 +21,7 @@ JSON_KEYS = ("positions", "keypoints", "keypoints_3d", "instance_info")
 TEXT_SUFFIXES = (".csv", ".json")
 """Kinds of text that may hold joints, or anything else."""
 
-ARRAY_SUFFIXES = (".npy",)
+ARRAY_SUFFIXES = (".npy", ".c3d")
 
 HEAD_BYTES = 16384
 FEWEST_JOINTS = 8
