@@ -21,7 +21,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
     "tests/core/validation": "correlation dsads mhad",
-    "tests/headless": "blender console options run start temporary w2w window_options",
+    "tests/headless": "blender console options run start study_options temporary w2w window_options",
     "tests/headless/commands": (
         "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
     ),
