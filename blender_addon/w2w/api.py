@@ -27,6 +27,7 @@ from .core.motion.duplicates import motion_signature
 from .core.motion.joint_files import is_joint_file
 from .core.motion.library import activity_of, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
+from .core.motion.mvnx import MVNX_SUFFIX, read_mvnx
 from .core.motion.retarget import retarget
 from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
@@ -127,7 +128,7 @@ def load(
 ) -> Motions:
     """Read motion files and retarget them to a body.
 
-    FBX and BVH are read through Blender's Python module (`bpy`); ASF/AMC, AMASS and SMPL npz, and joint
+    FBX and BVH are read through Blender's Python module (`bpy`); ASF/AMC, MVNX, AMASS and SMPL npz, and joint
     positions from video (csv, npy, npz, json), without it.
 
     Parameters
@@ -191,9 +192,10 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
             return read_joints(path, pose).fit(body).motion
         except UnusableMotion as error:
             raise ValueError(str(error)) from error
-    if path.suffix.lower() == AMC_SUFFIX:
+    if path.suffix.lower() in (AMC_SUFFIX, MVNX_SUFFIX):
         try:
-            return retarget(read_amc(path, pose.rate), body, bone_maps).motion
+            source = read_amc(path, pose.rate) if path.suffix.lower() == AMC_SUFFIX else read_mvnx(path)
+            return retarget(source, body, bone_maps).motion
         except UnusableMotion as error:
             raise ValueError(str(error)) from error
     if path.suffix.lower() in SMPL_SUFFIXES:

@@ -14,6 +14,7 @@ from ..core.motion.asf_amc import AMC_SUFFIX, read_amc
 from ..core.motion.bone_maps import BoneMap
 from ..core.motion.joint_files import is_joint_file
 from ..core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
+from ..core.motion.mvnx import MVNX_SUFFIX, read_mvnx
 from ..core.motion.retarget import retarget
 from ..core.motion.skinning import on_the_ground
 from ..core.motion.source import SourceMotion
@@ -62,6 +63,8 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
         return read_joints(path, pose)
     if path.suffix.lower() == AMC_SUFFIX:
         return read_amc(path, pose.rate)
+    if path.suffix.lower() == MVNX_SUFFIX:
+        return read_mvnx(path)
     if path.suffix.lower() in SMPL_SUFFIXES:
         return read_amass(path)
     from .takes import read_clip

@@ -16,8 +16,9 @@ from ..files import reserved
 from .asf_amc import AMC_SUFFIX
 from .joint_files import ARRAY_SUFFIXES, TEXT_SUFFIXES, may_hold_joints
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
+from .mvnx import MVNX_SUFFIX
 
-MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl", AMC_SUFFIX, *ARRAY_SUFFIXES)
+MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES)
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
 WORK_FOLDER = ".w2w"
