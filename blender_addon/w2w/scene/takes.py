@@ -13,7 +13,8 @@ import numpy as np
 
 from ..core.motion.bone_maps import best_match, missing_joints
 from ..core.motion.bvh_check import check_bvh
-from ..core.motion.library import MOTION_SUFFIXES
+from ..core.motion.gltf_check import check_gltf
+from ..core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
 from ..core.motion.repair import repaired
 from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
@@ -30,6 +31,9 @@ MIN_FRAMES = 4
 MIN_TURN = np.radians(0.5)
 MIN_TRAVEL = 0.005
 """A take moves where a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
+
+GLTF_RATE = 60
+"""Frames per second that glTF is read at: it has times, no rate."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,7 @@ def read_clip(path: str | Path) -> SourceMotion:
     Parameters
     ----------
     path : str or Path
-        An FBX or BVH file.
+        An FBX, BVH or glTF file.
 
     Returns
     -------
@@ -101,7 +105,7 @@ def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
 
 
 def import_file(path: Path) -> None:
-    """Import an FBX or BVH file with Blender's importer into the open scene.
+    """Import an FBX, BVH or glTF file with Blender's importer into the open scene.
 
     Raises
     ------
@@ -116,6 +120,11 @@ def import_file(path: Path) -> None:
         elif kind == ".bvh":
             check_bvh(path)
             bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
+        elif kind in GLTF_SUFFIXES:
+            check_gltf(path)
+            scene = bpy.context.scene  # key times are in seconds: read them finely enough
+            scene.render.fps, scene.render.fps_base = GLTF_RATE, 1.0
+            bpy.ops.import_scene.gltf(filepath=str(path))
         else:
             raise UnusableMotion(
                 f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"

@@ -18,7 +18,9 @@ from .joint_files import ARRAY_SUFFIXES, TEXT_SUFFIXES, may_hold_joints
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .mvnx import MVNX_SUFFIX
 
-MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES)
+GLTF_SUFFIXES = (".glb", ".gltf")
+
+MOTION_SUFFIXES = (".fbx", ".bvh", *GLTF_SUFFIXES, ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES)
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
 WORK_FOLDER = ".w2w"
