@@ -34,7 +34,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/headless/sweep": "figure maps report",
     "tests/headless/validation": "dsads figures paired posture protocol_report report truth unpaired utd",
     "tests/scene": (
-        "evaluated fast_path fcurves load output packing patches playback render reshape "
+        "evaluated fast_path fcurves gltf load output packing patches playback render reshape "
         "study_file study_record takes"
     ),
     "tests/ui": (

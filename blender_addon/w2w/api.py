@@ -20,15 +20,12 @@ from .core.imu.sensor import SensorModel
 from .core.imu.synthesis import Synthesis
 from .core.imu.virtual import record_motion
 from .core.keypoints.facts import PoseFacts
-from .core.keypoints.pose_files import NO_FACTS, read_joints
-from .core.motion.asf_amc import AMC_SUFFIX, read_amc
+from .core.keypoints.pose_files import NO_FACTS
 from .core.motion.bone_maps import BoneMap
 from .core.motion.duplicates import motion_signature
 from .core.motion.joint_files import is_joint_file
 from .core.motion.library import activity_of, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
-from .core.motion.mvnx import MVNX_SUFFIX, read_mvnx
-from .core.motion.retarget import retarget
 from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
 from .core.patches.patches import PatchSet
@@ -128,8 +125,7 @@ def load(
 ) -> Motions:
     """Read motion files and retarget them to a body.
 
-    FBX and BVH are read through Blender's Python module (`bpy`); ASF/AMC, MVNX, AMASS and SMPL npz, and joint
-    positions from video (csv, npy, npz, json), without it.
+    FBX, BVH and glTF are read through Blender's Python module (`bpy`), all else without it.
 
     Parameters
     ----------
@@ -187,26 +183,14 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
     ValueError
         If it cannot be used, or needs a module that is missing.
     """
-    if is_joint_file(path):
-        try:
-            return read_joints(path, pose).fit(body).motion
-        except UnusableMotion as error:
-            raise ValueError(str(error)) from error
-    if path.suffix.lower() in (AMC_SUFFIX, MVNX_SUFFIX):
-        try:
-            source = read_amc(path, pose.rate) if path.suffix.lower() == AMC_SUFFIX else read_mvnx(path)
-            return retarget(source, body, bone_maps).motion
-        except UnusableMotion as error:
-            raise ValueError(str(error)) from error
-    if path.suffix.lower() in SMPL_SUFFIXES:
-        return on_the_ground(body, Motion.load(path))
-    with _needs_blender(path.name):
-        from .scene.load import carry, read_motion
-        from .scene.output import quiet_output
-        from .scene.takes import read_clip  # noqa: F401 - imports bpy, which may be missing
+    if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
+        return on_the_ground(body, Motion.load(path))  # which keeps W2W's labels
+    from .scene.load import carry, read_motion
+    from .scene.output import quiet_output
+
     try:
-        with quiet_output():
-            source = read_motion(path)
+        with _needs_blender(path.name), quiet_output():
+            source = read_motion(path, pose)
         return carry(source, body, bone_maps).motion
     except UnusableMotion as error:
         raise ValueError(str(error)) from error

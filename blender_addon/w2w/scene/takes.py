@@ -13,12 +13,12 @@ import numpy as np
 
 from ..core.motion.bone_maps import best_match, missing_joints
 from ..core.motion.bvh_check import check_bvh
-from ..core.motion.gltf_check import check_gltf
 from ..core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
 from ..core.motion.repair import repaired
 from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
+from .gltf import import_gltf
 from .importers import check_fbx, import_fault
 from .playback import same_timing
 
@@ -31,9 +31,6 @@ MIN_FRAMES = 4
 MIN_TURN = np.radians(0.5)
 MIN_TRAVEL = 0.005
 """A take moves where a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
-
-GLTF_RATE = 60
-"""Frames per second that glTF is read at: it has times, no rate."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +55,7 @@ class Take:
 
 
 def read_clip(path: str | Path) -> SourceMotion:
-    """Import a motion file and read the take that moves.
-
-    The file is imported into the open scene, read, and everything that came with it is
-    removed again: nothing else in the scene changes.
+    """Import a motion file into the open scene, read the take that moves, and remove all that came.
 
     Parameters
     ----------
@@ -121,10 +115,7 @@ def import_file(path: Path) -> None:
             check_bvh(path)
             bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
         elif kind in GLTF_SUFFIXES:
-            check_gltf(path)
-            scene = bpy.context.scene  # key times are in seconds: read them finely enough
-            scene.render.fps, scene.render.fps_base = GLTF_RATE, 1.0
-            bpy.ops.import_scene.gltf(filepath=str(path))
+            import_gltf(path)
         else:
             raise UnusableMotion(
                 f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
