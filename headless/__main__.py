@@ -17,6 +17,7 @@ import typer
 from .commands.demo import demo
 from .commands.demo_library import demo_library
 from .commands.dsads import dsads
+from .commands.export import export
 from .commands.inspect import inspect
 from .commands.place import place
 from .commands.run import run
@@ -58,6 +59,7 @@ APP.command()(sweep)
 APP.command()(dsads)
 APP.command(name="inspect")(inspect)
 APP.command()(report)
+APP.command()(export)
 APP.add_typer(STUDY, name="study")
 APP.command()(synth)
 APP.command()(sensors)

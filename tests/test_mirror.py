@@ -11,16 +11,17 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
     "tests/core/datasets": "broad clock dsads gait gait_sites",
+    "tests/core/exports": "arrays bids biomechanics parquet pose_packs study_signals",
     "tests/core/findings": "advice_content best_regions counts finished_study label_notes new_folder summary",
-    "tests/core/imu": "errors formats gaps presets text_tables vendor_formats",
-    "tests/core/keypoints": "joint_sets limbs paths smoothing",
-    "tests/core/motion": "activity_groups repair source",
+    "tests/core/imu": "errors formats gaps presets quantities text_tables vendor_formats",
+    "tests/core/keypoints": "facts joint_sets limbs naming paths pose_c3d pose_text smoothing",
+    "tests/core/motion": "activity_groups joint_files repair source",
     "tests/core/patches": "interpolation segments strip_graph",
     "tests/core/ranking/classifiers": "estimator",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
     "tests/core/validation": "correlation dsads mhad",
-    "tests/headless": "blender console options run start temporary w2w window_options",
+    "tests/headless": "blender console options run start study_options temporary w2w window_options",
     "tests/headless/commands": (
         "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
     ),
@@ -33,7 +34,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/headless/sweep": "figure maps report",
     "tests/headless/validation": "dsads figures paired posture protocol_report report truth unpaired utd",
     "tests/scene": (
-        "evaluated fast_path fcurves load output packing patches playback render reshape "
+        "evaluated fast_path fcurves gltf load output packing patches playback render reshape "
         "study_file study_record takes"
     ),
     "tests/ui": (

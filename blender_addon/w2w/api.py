@@ -19,8 +19,11 @@ from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
 from .core.imu.synthesis import Synthesis
 from .core.imu.virtual import record_motion
+from .core.keypoints.facts import PoseFacts
+from .core.keypoints.pose_files import NO_FACTS
 from .core.motion.bone_maps import BoneMap
 from .core.motion.duplicates import motion_signature
+from .core.motion.joint_files import is_joint_file
 from .core.motion.library import activity_of, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
 from .core.motion.skinning import on_the_ground
@@ -118,10 +121,11 @@ def load(
     body: Body | None = None,
     labels: str | Path | None = None,
     bone_maps: Sequence[BoneMap] = (),
+    pose: PoseFacts = NO_FACTS,
 ) -> Motions:
     """Read motion files and retarget them to a body.
 
-    FBX and BVH are read through Blender's Python module (`bpy`), AMASS and SMPL npz without it.
+    FBX, BVH and glTF are read through Blender's Python module (`bpy`), all else without it.
 
     Parameters
     ----------
@@ -135,6 +139,8 @@ def load(
         `Motion.save` wrote keeps the labels that it holds.
     bone_maps : sequence of BoneMap
         Your own, tried before the bundled ones.
+    pose : PoseFacts
+        Rate, unit, up axis and joint set of joint positions, where the files do not say them.
 
     Returns
     -------
@@ -149,7 +155,7 @@ def load(
     body = body or Body.bundled()
     path = Path(path)
     if path.is_file():
-        motion = _read(path, body, bone_maps)
+        motion = _read(path, body, bone_maps, pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
         return Motions((motion,), body, (), ("",))
@@ -157,7 +163,7 @@ def load(
     found, keys, skipped = [], [], list(library.skipped)
     for clip in library.clips:
         try:
-            motion = _read(clip.path, body, bone_maps)
+            motion = _read(clip.path, body, bone_maps, pose)
         except ValueError as error:
             skipped.append((clip.file, str(error)))
             continue
@@ -169,7 +175,7 @@ def load(
     return Motions(tuple(found), body, tuple(skipped), tuple(keys))
 
 
-def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap]) -> Motion:
+def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Motion:
     """One file on the body.
 
     Raises
@@ -177,15 +183,14 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap]) -> Motion:
     ValueError
         If it cannot be used, or needs a module that is missing.
     """
-    if path.suffix.lower() in SMPL_SUFFIXES:
-        return on_the_ground(body, Motion.load(path))
-    with _needs_blender(path.name):
-        from .scene.load import carry, read_motion
-        from .scene.output import quiet_output
-        from .scene.takes import read_clip  # noqa: F401 - imports bpy, which may be missing
+    if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
+        return on_the_ground(body, Motion.load(path))  # which keeps W2W's labels
+    from .scene.load import carry, read_motion
+    from .scene.output import quiet_output
+
     try:
-        with quiet_output():
-            source = read_motion(path)
+        with _needs_blender(path.name), quiet_output():
+            source = read_motion(path, pose)
         return carry(source, body, bone_maps).motion
     except UnusableMotion as error:
         raise ValueError(str(error)) from error

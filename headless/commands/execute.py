@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,9 +15,16 @@ from w2w.core.findings.finished_study import Study
 from w2w.core.findings.summary import study_counts, write_failure, write_results
 from w2w.core.results_folder import sensors_together
 
-from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, USAGE
+from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
 from ..needs_blender import NoBlenderError
-from ..reports.console_tables import show_outcome, show_skipped, show_window_warning, skipped_files
+from ..reports.comparison import keep_foreign_comparison, write_comparison
+from ..reports.console_tables import (
+    show_comparison,
+    show_outcome,
+    show_skipped,
+    show_window_warning,
+    skipped_files,
+)
 from ..reports.draw import draw_study
 from ..reports.html import REPORT, write_report
 from ..reports.pictures import BLEND
@@ -27,6 +35,7 @@ from ..runs.patch_mode import placeable
 from ..runs.study import RunPlan, StudyError, run_study, write_config
 from ..runs.workers import EngineError
 from ..stopping import STOPPED
+from ..study_options import StudyOptions
 
 
 def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
@@ -91,3 +100,41 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
         raise ended(f"\n{STOPPED}", INTERRUPTED, monitor) from error
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
+
+
+def ready_for(asked: StudyOptions, out: Path) -> list[tuple[str, Body]]:
+    """The bodies asked for; of several the comparison's name must be free.
+
+    Raises
+    ------
+    ValueError
+        If a body is not understood.
+    ForeignFileError
+        If a file that W2W did not write stands where the comparison goes.
+    """
+    bodies = asked.chosen_bodies()
+    if len(bodies) > 1:
+        keep_foreign_comparison(out)
+    return bodies
+
+
+def execute_bodies(
+    plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, strict: bool, monitor: RunMonitor
+) -> list[tuple[str, Study]]:
+    """Run a study on each body, in `out` or, of several, in a folder each, and compare them.
+
+    Raises
+    ------
+    typer.Exit
+        With the exit code, when there is no result, or clips were skipped and that must not be.
+    """
+    studies = []
+    for name, body in bodies:
+        folder = out if len(bodies) == 1 else out / name
+        studies.append((name, execute(plan, body, folder, monitor)))
+    if len(bodies) > 1:
+        show_comparison(write_comparison(studies, out), monitor.console)
+    skipped = plan.library.skipped
+    if strict and any(len(study.used) < len(study.clips) + len(skipped) for _, study in studies):
+        raise ended("Clips were skipped, and --strict was given.", SKIPPED, monitor)
+    return studies

@@ -16,6 +16,9 @@ from rich.table import Table
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.file_names import shown
+from w2w.core.keypoints.facts import UNITS
+from w2w.core.keypoints.joint_sets import unseen
+from w2w.core.keypoints.pose_files import JointPositions
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import Clip, activity_in, read_library
 from w2w.core.motion.motion import Motion
@@ -25,16 +28,23 @@ from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.ranking.windows import WindowSpec
 
 from ..console import NOTHING_TO_DO, USAGE
+from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
 from ..runs.workers import load_alone
 
 
 def inspect(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A motion file: FBX, BVH or npz.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A motion file: FBX, BVH, AMC, npz, or joints.")
+    ],
     library: Annotated[
         Path | None, typer.Option(help="The library that FILE is part of, to see how 'w2w run' labels it.")
     ] = None,
     labels: Annotated[Path | None, typer.Option(help="The csv with its labels, as for 'w2w run'.")] = None,
     bone_map: Annotated[list[Path] | None, typer.Option(help="Bone map of your own rig (JSON).")] = None,
+    pose_rate: PoseRate = None,
+    pose_unit: PoseUnit = "",
+    pose_up: PoseUp = "",
+    pose_joints: PoseJoints = "",
 ) -> None:
     """Say what a motion file holds, and whether and how 'w2w run' would use it.
 
@@ -44,16 +54,18 @@ def inspect(
     body = Body.bundled()
     try:
         label = label_said(file, library, labels)
+        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints)
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
     except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     try:
-        source, motion, details = load_alone(Clip(file, shown(file.name), "clip", ""), body, bone_maps)
+        clip = Clip(file, shown(file.name), "clip", "")
+        source, motion, details = load_alone(clip, body, bone_maps, pose)
     except UnusableMotion as error:
         raise _skipped(file, str(error), console) from error
     table = Table(show_header=False, box=None, title=escape(shown(file)), title_justify="left")
-    for row in (*_about_source(source, details), *_about_motion(motion, details, body)):
+    for row in (*_about_source(source, details, body), *_about_motion(motion, details, body)):
         table.add_row(*map(escape, row))
     console.print(table)
     shortest = WindowSpec().shortest_s
@@ -100,8 +112,12 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     return f"A run labels it '{clip.activity}' after {source}."
 
 
-def _about_source(source: SourceMotion | Motion, details: dict) -> list[tuple[str, str]]:
+def _about_source(
+    source: SourceMotion | Motion | JointPositions, details: dict, body: Body
+) -> list[tuple[str, str]]:
     rate = f"{details['frames']} at {details['frame_rate']:g} frames/s"
+    if isinstance(source, JointPositions):
+        return [*_about_joints(source, details, body), ("frames", rate)]
     if not isinstance(source, SourceMotion):
         return [("skeleton", "SMPL joints"), ("frames", rate)]
     matched = f"matched by their names ({details['skeleton']})"
@@ -114,6 +130,29 @@ def _about_source(source: SourceMotion | Motion, details: dict) -> list[tuple[st
     scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
     rows.append(("scale", f"{scale}; the rest pose spans {extent:.4g} units"))
     return [*rows, ("frames", rate)]
+
+
+def _about_joints(source: JointPositions, details: dict, body: Body) -> list[tuple[str, str]]:
+    """Which joints they are, which are seen how often, and what they cannot show."""
+    guessed = (
+        " (by where the trunk points: say it with --pose-up if it is wrong)" if source.up_is_guessed else ""
+    )
+    scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
+    if source.unit:
+        tall = body.height * UNITS[source.unit] / details["scale"]
+        scale += f"; in {source.unit} the person is about {tall:.2f} m tall"
+    else:
+        scale += "; its unit is not known (--pose-unit), which the signals do not need"
+    rows = [("joints", source.joint_set.name), ("up", f"{source.up}{guessed}"), ("scale", scale)]
+    seen = np.isfinite(source.positions).all(axis=2).mean(axis=0)
+    rare = [
+        f"{name} {share:.0%}"
+        for name, share in zip(source.joint_set.joints, seen, strict=True)
+        if share < 0.9
+    ]
+    if rare:
+        rows.append(("seldom seen", f"in so many of the frames: {', '.join(rare)}".replace("%", " %")))
+    return [*rows, ("not seen", f"{'; '.join(unseen(source.joint_set))}: sensors see none of it here")]
 
 
 def _about_motion(motion: Motion, details: dict, body: Body) -> list[tuple[str, str]]:

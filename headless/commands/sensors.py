@@ -1,27 +1,84 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`w2w sensors`: the sensor presets and what sets them apart."""
+"""`w2w sensors`: the sensor presets and what sets them apart, or all figures of one sensor."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from math import degrees
+from pathlib import Path
+from typing import Annotated
 
+import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from w2w.core.file_names import shown
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.sensor_file import TRIADS, WHOLE, write_sensor
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 
+from ..console import NOTHING_TO_DO, USAGE
+from ..signal_options import chosen_sensor
 
-def sensors() -> None:
-    """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope."""
+
+def sensors(
+    sensor: Annotated[
+        str,
+        typer.Argument(metavar="[SENSOR]", help="A preset, or a JSON file of your own part, to see whole."),
+    ] = "",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Write SENSOR as a JSON file, to alter and give to `run --sensor`."),
+    ] = None,
+) -> None:
+    """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope.
+
+    With SENSOR, every figure of that one: a check of a file of your own.
+
+    Exit codes: 0 shown, 1 --out cannot be written, 2 no such preset, or a file that is wrong (and why).
+    """
+    console = Console(highlight=False)
+    if not sensor:
+        if out is not None:
+            console.print(
+                "--out writes one sensor: name it, as in w2w sensors bmi270 --out mine.json", style="red"
+            )
+            raise typer.Exit(USAGE)
+        console.print(_presets())
+        return
+    try:
+        model = chosen_sensor(sensor)
+    except ValueError as error:
+        console.print(str(error).removeprefix("--sensor: "), style="red", markup=False)
+        raise typer.Exit(USAGE) from error
+    console.print(_whole(model))
+    if out is None:
+        return
+    try:
+        write_sensor(out, model)
+    except OSError as error:
+        console.print(f"{shown(out)} cannot be written: {error.strerror or error}", style="red", markup=False)
+        raise typer.Exit(NOTHING_TO_DO) from error
+    console.print(f"Written: {escape(shown(out))}. Change its name and figures, and give it to --sensor.")
+
+
+def _presets() -> Table:
+    drifting = [name for name, model in PRESETS.items() if _drifts(model)]
+    worn = [f"{name} ({how})" for name, model in PRESETS.items() if (how := _worn(model))]
     table = Table(
         title=f"Sensor presets ('{DEFAULT_SENSOR}' by default)",
         title_justify="left",
-        caption="Bandwidth in Hz, or in per cent of the sample rate where the part's filter follows it.",
+        caption=(
+            "Bandwidth in Hz, or in per cent of the sample rate where the part's filter follows it.\n"
+            f"With drift: {', '.join(drifting)}.\n"
+            f"Turned, on tissue or with losses: {', '.join(worn)}.\n"
+            "All figures of one: w2w sensors NAME. A file of your own part: docs/signals.md."
+        ),
         caption_justify="left",
     )
-    table.add_column("name")
+    table.add_column("name", no_wrap=True)
     for column in (
         "acc range\ng",
         "noise\nug/rtHz",
@@ -33,7 +90,7 @@ def sensors() -> None:
         table.add_column(column, justify="right", no_wrap=True)
     for name, model in PRESETS.items():
         table.add_row(name, *_figures(model))
-    Console(highlight=False).print(table)
+    return table
 
 
 def _figures(model: SensorModel) -> list[str]:
@@ -46,6 +103,45 @@ def _figures(model: SensorModel) -> list[str]:
         _number(gyr.noise_density, 1e3 * degrees(1)),
         _bandwidth(gyr.lowpass_hz, gyr.lowpass_of_rate),
     ]
+
+
+def _drifts(model: SensorModel) -> bool:
+    return any(
+        triad.bias_instability or triad.random_walk for triad in (model.accelerometer, model.gyroscope)
+    )
+
+
+def _worn(model: SensorModel) -> str:
+    parts = (
+        f"{model.mounting_turn_deg:g} deg anew in every clip" if model.mounting_turn_deg else "",
+        f"{model.fixed_misalignment_deg:g} deg, fixed" if model.fixed_misalignment_deg else "",
+        f"tissue {model.soft_tissue_hz:g} Hz" if model.soft_tissue_hz else "",
+        f"{model.drop_fraction:.1%} lost".replace("%", " %") if model.drop_fraction else "",
+    )
+    return ", ".join(part for part in parts if part)
+
+
+def _whole(model: SensorModel) -> Table:
+    """Every field of a sensor, by the names of its file."""
+    table = Table(title=escape(model.name), title_justify="left")
+    for column in ("field", "accelerometer", "unit", "gyroscope", "unit"):
+        table.add_column(column, justify="right" if column in TRIADS else "left", no_wrap=True)
+    acc, gyr = model.accelerometer, model.gyroscope
+    for item in fields(acc):
+        units = [TRIADS[kind][item.name].unit for kind in TRIADS]
+        table.add_row(
+            item.name, _plain(getattr(acc, item.name)), units[0], _plain(getattr(gyr, item.name)), units[1]
+        )
+    table.add_section()
+    table.add_row("", "[bold]both[/bold]")
+    for field, quantity in WHOLE.items():
+        table.add_row(field, _plain(getattr(model, field)), quantity.unit)
+    table.add_row("zero_phase", "yes" if model.zero_phase else "no")
+    return table
+
+
+def _plain(value: float | None) -> str:
+    return "none" if value is None else f"{value:.6g}"
 
 
 def _number(value: float | None, factor: float) -> str:

@@ -3,39 +3,38 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.motion.activity_groups import PER_GROUP, choose_activities
+from w2w.core.motion.activity_groups import FEWEST_MOTIONS, PER_GROUP, choose_activities
+from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
 from w2w.core.patches.naming import PLACEMENTS, placement_patches
 from w2w.core.ranking.comparison import PatchDifference, compare_patches
 from w2w.core.ranking.score_table import score_table
 from w2w.core.results_folder import StudyResults
-from w2w.core.study import StudyConfig
 
 from ..console import USAGE
 from ..reports.console_tables import show_scores, wide_console, write_scores
-from ..runs.monitor import RunMonitor
+from ..runs.own_files import ForeignFileError
 from ..runs.study import RunPlan
-from ..runs.workers import Engine
-from .execute import execute
+from ..study_options import StudyOptions, with_study_options
+from .execute import ended, execute_bodies, ready_for
 from .tables import read_groups
 
 COMPARISON = "unusual_places.csv"
 VERDICTS = {1: "better", 0: "cannot be told", -1: "worse"}
 
 
+@with_study_options
 def mixamo(
     library: Annotated[Path, typer.Argument(metavar="LIBRARY", help="Folder of motion files.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
@@ -43,40 +42,105 @@ def mixamo(
         Path, typer.Option(help="csv with columns file, activity and, unless --groups, group.")
     ],
     groups: Annotated[Path | None, typer.Option(help="csv with columns activity, group.")] = None,
+    activities: Annotated[
+        str,
+        typer.Option(
+            help="Activities to take, comma-separated, where the library has them.  "
+            "[default: those with the most motions]"
+        ),
+    ] = "",
     per_group: Annotated[int, typer.Option(min=1, help="Activities of each group.")] = PER_GROUP,
     side: Annotated[str, typer.Option(help="Side of the placements on both sides: left or right.")] = "left",
-    patches: Annotated[int, typer.Option(min=2, max=6890, help="Places on the body.")] = 512,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of every random draw.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
-    or 1,
-    pictures: Annotated[bool, typer.Option(help="Draw heatmaps and save study.blend.")] = True,
+    *,
+    asked: StudyOptions,
 ) -> None:
     """The paper's main study on your own library: six groups of four activities at 11 placements.
 
     Prints F1 by activity and by group at the 8 common and 3 unusual placements (`tables.csv`), and
     compares each unusual one with each common one (`unusual_places.csv`), besides all that `w2w run`
-    writes. The activities of a group are those with the most motions.
+    writes; it takes every option of `w2w run`. The activities of a group are those with the most
+    motions, or those of --activities.
 
     Exit codes: as `w2w run`.
     """
     console = wide_console()
+    monitor = asked.monitor(console)
     try:
-        found = read_library(library, labels)
-        chosen = choose_activities(found, read_groups(groups or labels, found.activities), per_group)
+        config = asked.config()
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
-    except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
-        raise typer.Exit(USAGE) from error
-    show_groups(chosen, per_group, console)
-    used = only(found, chosen)
-    if len(used.clips) < len(found.clips):
-        console.print(f"Clips of other activities, which take no part: {len(found.clips) - len(used.clips)}.")
-    config = StudyConfig(patches=patches, seed=seed)
-    plan = RunPlan(used, config, Engine(workers), pictures)
-    execute(plan, Body.bundled(), out, RunMonitor(console))
+        found = read_library(library, labels, asked.exact_labels)
+        group_of = read_groups(groups or labels, found.activities)
+        named = named_activities(activities, found, group_of)
+        chosen = choose_activities(found, named.group_of, named.per_group or per_group)
+        bodies = ready_for(asked, out)
+        plan = RunPlan(only(found, chosen), config, asked.engine(), asked.pictures, asked.report)
+    except (ValueError, OSError, ForeignFileError) as error:
+        raise ended(str(error), USAGE, monitor) from error
+    show_groups(chosen, 0 if activities else per_group, console)
+    for sentence in named.missing:
+        console.print(sentence, style="yellow", markup=False)
+    left = len(found.clips) - len(plan.library.clips)
+    if left:
+        console.print(f"Clips of other activities, which take no part: {left}.")
+    studies = execute_bodies(plan, bodies, out, asked.strict, monitor)
     group_of = {name: group for group, names in chosen.items() for name in names}
-    show_placements(StudyResults.load(out), group_of, side, console)
+    for _, study in studies:
+        show_placements(StudyResults.load(study.results.out), group_of, side, console)
+    monitor.log("finished", exit_code=0)
+
+
+class Named(NamedTuple):
+    """Activities that were asked for by name.
+
+    Attributes
+    ----------
+    group_of : dict of str to str
+        Group of each activity that may be taken.
+    per_group : int
+        Most activities of a group; 0 where none was asked for by name.
+    missing : list of str
+        What was asked for and cannot be taken, in sentences.
+    """
+
+    group_of: dict[str, str]
+    per_group: int
+    missing: list[str]
+
+
+def named_activities(text: str, library: Library, group_of: Mapping[str, str]) -> Named:
+    """The activities that `--activities` names, in any case and spelling of spaces.
+
+    Raises
+    ------
+    ValueError
+        If the library has none of them.
+    """
+    given = {same_label(name): name.strip() for name in text.split(",") if name.strip()}
+    if not given:
+        return Named(dict(group_of), 0, [])
+    there = {same_label(name): name for name in library.activities}
+    found = [there[key] for key in given if key in there]
+    absent = [name for key, name in given.items() if key not in there]
+    if not found:
+        raise ValueError(f"--activities: the library has none of {', '.join(given.values())}")
+    loose = [name for name in found if name not in group_of]
+    motions = {name: _motions(library, name) for name in found}
+    few = [name for name, count in motions.items() if count < FEWEST_MOTIONS and name not in loose]
+    missing = [
+        f"{what}: {', '.join(names)}."
+        for what, names in (
+            ("Asked for, but not in the library", absent),
+            ("Asked for, but in no group (see --groups)", loose),
+            (f"Asked for, but with fewer than {FEWEST_MOTIONS} motions", few),
+        )
+        if names
+    ]
+    return Named({name: group_of[name] for name in found if name in group_of}, len(found), missing)
+
+
+def _motions(library: Library, activity: str) -> int:
+    return len({clip.motion_key or clip.name for clip in library.clips if clip.activity == activity})
 
 
 def only(library: Library, chosen: Mapping[str, tuple[str, ...]]) -> Library:
@@ -91,7 +155,7 @@ def show_groups(chosen: Mapping[str, tuple[str, ...]], per_group: int, console: 
     table.add_column("group")
     table.add_column("activities", overflow="fold")
     for group, names in chosen.items():
-        short = "" if len(names) == per_group else f" (of {per_group} asked for: the library has no more)"
+        short = "" if len(names) >= per_group else f" (of {per_group} asked for: the library has no more)"
         table.add_row(group.replace("_", " "), (", ".join(names) or "none") + short)
     console.print(table)
 

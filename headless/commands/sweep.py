@@ -54,13 +54,15 @@ def sweep(
     console = wide_console()
     try:
         study = StudyResults.load(results)
-        wanted = cases(study.config(), [name.strip() for name in by.split(",") if name.strip()], copies)
+        wanted = cases(
+            study.config(), [name.strip().replace("-", " ") for name in by.split(",") if name.strip()], copies
+        )
         folder = out or results / "sweep"
         (folder / WORK).mkdir(parents=True, exist_ok=True)
         claim(folder, SWEEP_FILES)
         maps = SweepMaps(study, folder, places, workers)
     except (ValueError, OSError, ForeignFileError) as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     swept = _sweep(maps, wanted, len(study.clips), console)
     write_sweep(folder, swept, maps.patches)

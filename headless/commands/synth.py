@@ -14,19 +14,25 @@ from w2w.core.body.body import Body
 from w2w.core.file_names import shown
 from w2w.core.imu.formats import FORMATS, write_csv, write_recording
 from w2w.core.imu.presets import DEFAULT_SENSOR
-from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import at_places
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.motion.variants import smoothed_root
 from w2w.core.patches.naming import resolve
 from w2w.core.study import StudyConfig, place_patches, record
 
 from ..console import NOTHING_TO_DO, USAGE
 from ..runs.patch_mode import placeable
 from ..runs.workers import load_alone
-
-AS_DEFAULT = Synthesis()
+from ..signal_options import (
+    AS_DEFAULT,
+    Band,
+    Convention,
+    Rate,
+    RootBand,
+    Sensor,
+    sensor_settings,
+    synthesis_settings,
+)
 
 
 def synth(
@@ -39,18 +45,11 @@ def synth(
         str, typer.Option("--format", help=f"{', '.join(FORMATS)}; the last two have units of their own.")
     ] = "csv",
     plot: Annotated[Path | None, typer.Option(help="png file to draw the signal to.")] = None,
-    sensor: Annotated[
-        str, typer.Option(help="Sensor preset (see 'w2w sensors'), or 'ideal'.")
-    ] = DEFAULT_SENSOR,
-    rate: Annotated[float, typer.Option(min=5, max=1000, help="Samples per second.")] = 100.0,
-    band: Annotated[
-        float,
-        typer.Option(min=0, help="Band limit, Hz; 0 for none. Raise it for clean motion capture."),
-    ] = AS_DEFAULT.cutoff_hz,
-    root_band: Annotated[
-        float | None,
-        typer.Option(min=0.1, help="Band limit of the root's path, Hz: about 3 for inertial suits."),
-    ] = None,
+    sensor: Sensor = DEFAULT_SENSOR,
+    rate: Rate = 100.0,
+    band: Band = AS_DEFAULT.cutoff_hz,
+    root_band: RootBand = None,
+    convention: Convention = AS_DEFAULT.convention,
     acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
     gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
@@ -63,19 +62,22 @@ def synth(
     try:
         if kind not in FORMATS:
             raise ValueError(f"--format must be one of {', '.join(FORMATS)}, not {kind}")
-        synthesis = Synthesis(rate_hz=rate, cutoff_hz=band or None)
-        config = placeable(StudyConfig(sensor=sensor, synthesis=synthesis, seed=seed), console)
+        config = StudyConfig(
+            **sensor_settings(sensor),
+            synthesis=synthesis_settings(rate, band, convention),
+            root_band_hz=root_band,
+            seed=seed,
+        )
+        config = placeable(config, console)
         body = Body.bundled()
         patches = place_patches(body, config)
         chosen = resolve(patch, body, patches)
     except ValueError as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     name = shown(clip.name)
     try:
         _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
-        if root_band is not None:
-            motion = smoothed_root(motion, root_band)
         recording = record(body, at_places(patches, [chosen]), motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
@@ -85,12 +87,11 @@ def synth(
         console.print(f"[red]No signal of {escape(name)}: {escape(str(error))}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
     place = patches.names[chosen]
-    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {sensor} at the {place}"
+    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {config.sensor} at the {place}"
     console.print(f"{signal}: {escape(shown(out))}")
     if plot is not None:
         from ..reports.signal_figure import signal_figure  # matplotlib is slow to import
 
-        signal_figure(
-            plot, recording, title=f"{shown(clip.stem)}: {place}", subtitle=f"{sensor}, {recording.rate:g} Hz"
-        )
+        subtitle = f"{config.sensor}, {recording.rate:g} Hz"
+        signal_figure(plot, recording, title=f"{shown(clip.stem)}: {place}", subtitle=subtitle)
         console.print(f"Picture: {escape(shown(plot))}")

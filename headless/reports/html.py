@@ -17,6 +17,7 @@ from w2w.core.files import write_text
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import clip_counts, counts_sentence, few_clips, interval_caution
 from w2w.core.findings.joint import joint_content
+from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import (
@@ -122,6 +123,7 @@ def page(
         worn=worn,
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
         body=body,
+        wearing=wearing_sentences(study.config().sensor_model()),
         utility=utility,
         n_places=len(study.patches),
         mean_title=MEAN_TITLE,

@@ -115,7 +115,7 @@ def _do_clip(task: ClipTask) -> ClipResult:
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
-    _, motion, details = load_clip(task.clip, body, task.bone_maps)
+    _, motion, details = load_clip(task.clip, body, task.bone_maps, task.pose)
     _refuse_too_long(motion, task)
     recording = record(body, patches, motion, task.config)
     features, is_test = describe(recording, task.config)

@@ -8,9 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from w2w.core.clip_files import WORK, features_file
-from w2w.core.files import UNFINISHED
+from w2w.core.files import UNFINISHED, file_sha256
+from w2w.core.keypoints.facts import PoseFacts, side_car
+from w2w.core.keypoints.pose_files import NO_FACTS
+from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.joint_files import is_joint_file
 from w2w.core.motion.library import Clip
+from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig
 
 from .guard import LIMIT_S, MEMORY
@@ -34,6 +39,8 @@ class ClipTask:
         The user's own, tried before the bundled ones.
     memory : int
         Bytes that a worker may take.
+    pose : PoseFacts
+        What is known of joint positions from video.
     """
 
     clip: Clip
@@ -43,6 +50,7 @@ class ClipTask:
     limit_s: float = LIMIT_S
     bone_maps: tuple[BoneMap, ...] = ()
     memory: int = MEMORY
+    pose: PoseFacts = NO_FACTS
 
     @property
     def motion_file(self) -> Path:
@@ -71,8 +79,20 @@ class ClipTask:
 
     def key(self, source_sha256: str) -> str:
         """Hash of everything that the result depends on."""
-        parts = (self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name)
+        parts = [self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name]
+        parts += [file_sha256(path) for path in _read_beside(self.clip.path)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _read_beside(path: Path) -> list[Path]:
+    """Files that say what the clip's own does not: its skeleton, or its rate and joints."""
+    if path.suffix.lower() == AMC_SUFFIX:
+        try:
+            return [skeleton_file(path)]
+        except UnusableMotion:
+            return []
+    beside = side_car(path) if is_joint_file(path) else None
+    return [] if beside is None else [beside]
 
 
 def unfinished(path: Path) -> Path:

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from w2w.core.body.body import Body
+from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
@@ -18,13 +20,13 @@ from ..needs_blender import needs_blender
 
 
 def load_clip(
-    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()
-) -> tuple[SourceMotion | Motion, Motion, dict[str, Any]]:
+    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = (), pose: PoseFacts = NO_FACTS
+) -> tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]:
     """Read a clip's file and retarget it to the body, under the clip's labels.
 
     Returns
     -------
-    source : SourceMotion or Motion
+    source : SourceMotion, Motion or JointPositions
         What the file holds.
     motion : Motion
     details : dict
@@ -41,7 +43,7 @@ def load_clip(
     from w2w.scene.load import carry, read_motion
 
     with needs_blender(), quiet_output():
-        source = read_motion(clip.path)
+        source = read_motion(clip.path, pose)
     carried = carry(source, body, bone_maps)
     motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
     details = {

@@ -137,7 +137,7 @@ def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
     config, engine = plan.config, plan.engine
     inputs = hashlib.sha256(
         b"".join((out / WORK / name).read_bytes() for name in ("body.npz", "patches.npz"))
-        + repr((config.signal_parameters(), engine.bone_maps)).encode()
+        + repr((config.signal_parameters(), engine.bone_maps, engine.pose)).encode()
         + code_sha256().encode()
     ).hexdigest()
     out = out.resolve()
@@ -150,6 +150,7 @@ def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
             engine.limit_s,
             engine.bone_maps,
             engine.memory,
+            engine.pose,
         )
         for clip in plan.library.clips
     ]

@@ -23,6 +23,8 @@ from joblib.externals.loky import get_reusable_executor
 
 from w2w.core.body.body import Body
 from w2w.core.findings.finished_study import ClipResult
+from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
@@ -71,6 +73,8 @@ class Engine:
         The user's own, tried before the bundled ones.
     memory : int
         Bytes a worker may take for a clip.
+    pose : PoseFacts
+        What is known of joint positions from video.
     """
 
     workers: int = 1
@@ -78,6 +82,7 @@ class Engine:
     limit_s: float = LIMIT_S
     bone_maps: tuple[BoneMap, ...] = ()
     memory: int = MEMORY
+    pose: PoseFacts = NO_FACTS
 
 
 def run_tasks(
@@ -233,10 +238,12 @@ def _key(task: ClipTask) -> str:
     return f"w2w-{task.inputs[:12]}-{task.clip.name}"
 
 
-Loaded = tuple[SourceMotion | Motion, Motion, dict[str, Any]]
+Loaded = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
 
 
-def load_alone(clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()) -> Loaded:
+def load_alone(
+    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = (), pose: PoseFacts = NO_FACTS
+) -> Loaded:
     """What `load_clip` gives, whatever the file does to the process that reads it.
 
     Raises
@@ -246,7 +253,7 @@ def load_alone(clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()) -> Loa
     NoBlenderError
         If it needs Blender, and Blender's module cannot be imported.
     """
-    found = run_alone(_load, clip, body, tuple(bone_maps))
+    found = run_alone(_load, clip, body, tuple(bone_maps), pose)
     if found is None:
         raise UnusableMotion(
             f"Blender crashed on it, or it took longer than {LIMIT_S:g} s or more than "
@@ -257,11 +264,11 @@ def load_alone(clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = ()) -> Loa
     return found
 
 
-def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap]) -> Loaded | str:
+def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Loaded | str:
     """The clip, or a sentence."""
     with guarded():
         try:
-            return load_clip(clip, body, bone_maps)
+            return load_clip(clip, body, bone_maps, pose)
         except NoBlenderError:
             raise
         except MemoryError:

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a sweep changes: tempo, asymmetry, body, sensor, window length, augmentation, one at a time."""
+"""What a sweep changes: the motion, the body, the sensor and how it is worn, the windows, one at a time."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
+from math import radians
 
 from w2w.core.body.skeleton import JOINT_NAMES
 from w2w.core.imu.augmentation import SWITCHES, Augmentation, at_tempo, scaled
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.motion.motion import Motion
 from w2w.core.study import StudyConfig
 
@@ -24,6 +27,17 @@ BODIES: dict[str, dict[str, float]] = {
 }
 SENSORS = ("ideal", "bmi270", "mpu-6050", "phone")
 WINDOWS_S = (1.0, 2.0, 4.0)
+RATES_HZ = (25.0, 50.0, 100.0, 200.0)
+
+RANGES = ((2, 250), (4, 500), (8, 1000), (16, 2000))
+"""Full scale of the accelerometer, g, and of the gyroscope, degrees a second, as parts pair them."""
+
+MOUNTINGS = ((5, 5), (10, 10), (20, 20))
+"""Turn on the skin, degrees about each axis, and shift along it, mm; both one standard deviation."""
+
+TISSUES_HZ = (5.0, 10.0, 20.0)
+TISSUE_GAIN = 0.5
+"""Soft tissue under the sensor: its natural frequency, and the part of the motion that goes through it."""
 
 USUAL = "as run"
 
@@ -116,6 +130,50 @@ def _sensors(config: StudyConfig, _copies: int) -> list[Case]:
     return [Case("sensor", name, replace(config, sensor=name)) for name in SENSORS if name != config.sensor]
 
 
+def _with_sensor(config: StudyConfig, factor: str, name: str, model: SensorModel) -> Case:
+    """A case of the study's sensor altered."""
+    model = replace(model, name=f"{config.sensor}, {factor} {name}")
+    return Case(factor, name, replace(config, sensor=model.name, own_sensor=model))
+
+
+def _rates(config: StudyConfig, _copies: int) -> list[Case]:
+    usual = config.synthesis
+    return [
+        Case("rate", f"{rate:g} Hz", replace(config, synthesis=replace(usual, rate_hz=rate)))
+        for rate in RATES_HZ
+        if rate != usual.rate_hz
+    ]
+
+
+def _ranges(config: StudyConfig, _copies: int) -> list[Case]:
+    usual, found = config.sensor_model(), []
+    for g, degrees in RANGES:
+        acc = replace(usual.accelerometer, full_scale=g * STANDARD_GRAVITY)
+        gyr = replace(usual.gyroscope, full_scale=radians(degrees))
+        model = replace(usual, accelerometer=acc, gyroscope=gyr)
+        if model != usual:
+            found.append(_with_sensor(config, "range", f"{g} g, {degrees} deg/s", model))
+    return found
+
+
+def _mountings(config: StudyConfig, _copies: int) -> list[Case]:
+    usual, found = config.sensor_model(), []
+    for turn, shift in MOUNTINGS:
+        model = replace(usual, mounting_turn_deg=float(turn), mounting_shift_m=shift / 1000)
+        if model != usual:
+            found.append(_with_sensor(config, "mounting", f"{turn} deg, {shift} mm", model))
+    return found
+
+
+def _tissues(config: StudyConfig, _copies: int) -> list[Case]:
+    usual, found = config.sensor_model(), []
+    for frequency in TISSUES_HZ:
+        model = replace(usual, soft_tissue_hz=frequency, soft_tissue_gain=TISSUE_GAIN)
+        if model != usual:
+            found.append(_with_sensor(config, "soft tissue", f"{frequency:g} Hz", model))
+    return found
+
+
 def _windows(config: StudyConfig, _copies: int) -> list[Case]:
     usual = config.windows
     share = usual.stride_s / usual.length_s
@@ -142,6 +200,10 @@ FACTORS: dict[str, Callable[[StudyConfig, int], list[Case]]] = {
     "asymmetry": _asymmetries,
     "body": _bodies,
     "sensor": _sensors,
+    "rate": _rates,
+    "range": _ranges,
+    "mounting": _mountings,
+    "soft tissue": _tissues,
     "window": _windows,
     "augment": _augmentations,
 }

@@ -64,7 +64,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     CsvError
         If the file cannot be read as such a table.
     """
-    text, note = _decoded(Path(path))
+    text, note = decoded(Path(path))
     lines = io.StringIO(text, newline="")
     first = 0
     if re.match(r'"?sep=.', text, re.IGNORECASE):  # Excel's own note on the separator
@@ -118,7 +118,14 @@ def _harmless(cell: object) -> object:
     return cell
 
 
-def _decoded(path: Path) -> tuple[str, str]:
+def decoded(path: Path) -> tuple[str, str]:
+    """The text of a file, and what had to be assumed to read it; empty where nothing was.
+
+    Raises
+    ------
+    CsvError
+        If it cannot be read or is no text.
+    """
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -15,10 +15,12 @@ from .imu.copies import record_copies
 from .imu.presets import DEFAULT_SENSOR, preset
 from .imu.recording import ImuRecording
 from .imu.sensor import SensorModel
+from .imu.sensor_file import sensor_of_plain
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
 from .motion.duplicates import mirrored_signatures
 from .motion.motion import Motion
+from .motion.variants import smoothed_root
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.features import window_features
 from .ranking.folds import same_motion_groups
@@ -44,7 +46,11 @@ class StudyConfig:
     synthesis : Synthesis
         How ideal signals are made; its `rate_hz` is the sensor's rate.
     sensor : str
-        Name of a sensor preset (`sensor_presets.preset`), or "ideal".
+        Name of a sensor preset (`presets.preset`), "ideal", or the name of `own_sensor`.
+    own_sensor : SensorModel or None
+        A sensor of one's own (`sensor_file.read_sensor`); counts where `sensor` is its name.
+    root_band_hz : float or None
+        Band limit of the root's path, Hz, for motions whose suit did not measure it (`smoothed_root`).
     windows : WindowSpec
     augmentation : Augmentation or None
         Copies of every clip to train on.
@@ -77,6 +83,8 @@ class StudyConfig:
     patch_mode: str = "exact"
     synthesis: Synthesis = field(default_factory=Synthesis)
     sensor: str = DEFAULT_SENSOR
+    own_sensor: SensorModel | None = None
+    root_band_hz: float | None = None
     windows: WindowSpec = field(default_factory=WindowSpec)
     augmentation: Augmentation | None = None
     classifier: str = "ridge"
@@ -99,15 +107,19 @@ class StudyConfig:
         if self.classifier not in CLASSIFIERS:
             known = ", ".join(CLASSIFIERS)
             raise ValueError(f"no classifier is called {self.classifier!r}; there are {known}")
+        if self.root_band_hz is not None and not self.root_band_hz > 0:
+            raise ValueError(f"root_band_hz must be positive, or None for none, not {self.root_band_hz}")
         self.sensor_model()
 
     def sensor_model(self) -> SensorModel:
         """The sensor model that `sensor` names."""
-        return SensorModel.ideal() if self.sensor == "ideal" else preset(self.sensor)
+        if self.own_sensor is not None and self.own_sensor.name == self.sensor:
+            return self.own_sensor
+        return preset(self.sensor)
 
     def signal_parameters(self) -> dict[str, Any]:
         """The parameters that signals and features depend on; the others only rank and choose."""
-        names = ("patches", "patch_mode", "synthesis", "windows", "seed")
+        names = ("patches", "patch_mode", "synthesis", "root_band_hz", "windows", "seed")
         chosen = {name: plain(getattr(self, name)) for name in names}
         chosen |= {"sensor_model": plain(self.sensor_model())}
         if self.augmentation is not None:
@@ -134,6 +146,8 @@ class StudyConfig:
         wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
         costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
         given["constraints"] = Constraints(**wishes, costs=costs)
+        if given["own_sensor"] is not None:
+            given["own_sensor"] = sensor_of_plain(given["own_sensor"])
         if given["augmentation"] is not None:
             given["augmentation"] = Augmentation(**given["augmentation"])
         return cls(**given)
@@ -165,7 +179,15 @@ def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -
     ValueError
         If the motion is too short for the synthesis.
     """
+    motion = _measured(motion, config)
     return record_motion(body, patches, motion, config.synthesis, config.sensor_model(), config.seed)
+
+
+def _measured(motion: Motion, config: StudyConfig) -> Motion:
+    """The motion with its root's path band-limited, where the config asks for it and the frames hold more."""
+    if config.root_band_hz is None or config.root_band_hz >= motion.rate / 2:
+        return motion
+    return smoothed_root(motion, config.root_band_hz)
 
 
 def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -> Iterator[ImuRecording]:
@@ -177,6 +199,7 @@ def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig
         If copies on other bodies are asked for and the body is not W2W's own.
     """
     if config.augmentation is not None:
+        motion = _measured(motion, config)
         yield from record_copies(
             body, patches, motion, config.augmentation, config.synthesis, config.sensor_model(), config.seed
         )

@@ -8,8 +8,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..core.body.body import Body
+from ..core.keypoints.facts import PoseFacts
+from ..core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
+from ..core.motion.asf_amc import AMC_SUFFIX, read_amc
 from ..core.motion.bone_maps import BoneMap
+from ..core.motion.joint_files import is_joint_file
 from ..core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
+from ..core.motion.mvnx import MVNX_SUFFIX, read_mvnx
 from ..core.motion.retarget import retarget
 from ..core.motion.skinning import on_the_ground
 from ..core.motion.source import SourceMotion
@@ -25,7 +30,7 @@ class Carried(NamedTuple):
     take : str
         Name of the take; empty for SMPL files, which have none.
     skeleton : str
-        Whose bone names matched.
+        Whose bone names matched; of joint positions the joint set.
     scale : float
         Body metres in one unit of the file.
     """
@@ -36,14 +41,30 @@ class Carried(NamedTuple):
     scale: float
 
 
-def read_motion(path: Path) -> SourceMotion | Motion:
-    """Read a motion file: a named skeleton through Blender, or an SMPL motion directly.
+Source = SourceMotion | Motion | JointPositions
+"""What a motion file may hold."""
+
+
+def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
+    """Read a motion file: a named skeleton through Blender, an SMPL motion or joint positions directly.
+
+    Parameters
+    ----------
+    path : Path
+    pose : PoseFacts
+        What is known of joint positions, where the file holds those.
 
     Raises
     ------
     UnusableMotion
         If it cannot be used; the message says why.
     """
+    if is_joint_file(path):
+        return read_joints(path, pose)
+    if path.suffix.lower() == AMC_SUFFIX:
+        return read_amc(path, pose.rate)
+    if path.suffix.lower() == MVNX_SUFFIX:
+        return read_mvnx(path)
     if path.suffix.lower() in SMPL_SUFFIXES:
         return read_amass(path)
     from .takes import read_clip
@@ -51,12 +72,12 @@ def read_motion(path: Path) -> SourceMotion | Motion:
     return read_clip(path)
 
 
-def carry(source: SourceMotion | Motion, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
+def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
     """Retarget what a file holds to a body.
 
     Parameters
     ----------
-    source : SourceMotion or Motion
+    source : SourceMotion, Motion or JointPositions
         From `read_motion`.
     body : Body
     maps : sequence of BoneMap
@@ -65,8 +86,11 @@ def carry(source: SourceMotion | Motion, body: Body, maps: Sequence[BoneMap] = (
     Raises
     ------
     UnusableMotion
-        If the skeleton cannot be matched.
+        If the skeleton cannot be matched, or the joints make no body.
     """
+    if isinstance(source, JointPositions):
+        found = source.fit(body)
+        return Carried(found.motion, "", source.joint_set.name, found.scale)
     if isinstance(source, Motion):
         return Carried(on_the_ground(body, source), "", "SMPL", 1.0)
     carried = retarget(source, body, maps)

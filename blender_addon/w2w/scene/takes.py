@@ -13,11 +13,12 @@ import numpy as np
 
 from ..core.motion.bone_maps import best_match, missing_joints
 from ..core.motion.bvh_check import check_bvh
-from ..core.motion.library import MOTION_SUFFIXES
+from ..core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
 from ..core.motion.repair import repaired
 from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
+from .gltf import import_gltf
 from .importers import check_fbx, import_fault
 from .playback import same_timing
 
@@ -54,15 +55,12 @@ class Take:
 
 
 def read_clip(path: str | Path) -> SourceMotion:
-    """Import a motion file and read the take that moves.
-
-    The file is imported into the open scene, read, and everything that came with it is
-    removed again: nothing else in the scene changes.
+    """Import a motion file into the open scene, read the take that moves, and remove all that came.
 
     Parameters
     ----------
     path : str or Path
-        An FBX or BVH file.
+        An FBX, BVH or glTF file.
 
     Returns
     -------
@@ -101,7 +99,7 @@ def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
 
 
 def import_file(path: Path) -> None:
-    """Import an FBX or BVH file with Blender's importer into the open scene.
+    """Import an FBX, BVH or glTF file with Blender's importer into the open scene.
 
     Raises
     ------
@@ -116,6 +114,8 @@ def import_file(path: Path) -> None:
         elif kind == ".bvh":
             check_bvh(path)
             bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
+        elif kind in GLTF_SUFFIXES:
+            import_gltf(path)
         else:
             raise UnusableMotion(
                 f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"

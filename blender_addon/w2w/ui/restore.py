@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 
 from ..core.clip_files import STORED, features_file, signals_file
+from ..core.imu.presets import PRESETS
 from ..core.study import StudyConfig
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
@@ -129,7 +130,9 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
             config.patch_mode,
             config.seed,
         )
-        study.sensor, study.rate, study.seed = config.sensor, config.synthesis.rate_hz, config.seed
+        if config.sensor in PRESETS:  # a sensor of one's own has no place in the menu
+            study.sensor = config.sensor
+        study.rate, study.seed = config.synthesis.rate_hz, config.seed
         study.window_s, study.classifier = config.windows.length_s, config.classifier
         study.folds, study.by_subject = config.folds, config.by_subject
         study.target, study.every_activity = config.target, config.every_activity

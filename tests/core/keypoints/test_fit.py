@@ -11,6 +11,8 @@ from w2w.core.keypoints.joint_sets import BODY_34, HUMAN36M_17, JOINT_SETS, KINE
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import joint_transforms, on_the_ground
 
+from ...seen_joints import seen_as
+
 RATE = 30.0
 NOISE = 0.01
 """Metres along each axis: about what good video pose reaches."""
@@ -20,39 +22,6 @@ LIMBS = [
     for side in ("left", "right")
     for start, end in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 ]
-
-OTHER_NAMES = {
-    "spine": "spine2", "torso": "spine2", "shoulder_center": "shoulders", "thorax": "shoulders",
-    "hip_center": "hips", "hip": "hips", "nose": "face",
-}  # fmt: skip
-
-
-def seen_as(joint_set, body, motion):
-    """Positions that a faultless pose estimator would give."""
-    rotations, positions = joint_transforms(body, motion)
-    at = lambda name: positions[:, JOINT_INDEX[name]]  # noqa: E731
-    beside = lambda name, *offset: at(name) + rotations[:, JOINT_INDEX[name]] @ np.array(offset)  # noqa: E731
-
-    def position(joint):
-        side, _, part = joint.partition("_")
-        sign = 1 if side == "left" else -1
-        name = OTHER_NAMES.get(joint, joint)
-        if name in ("shoulders", "hips"):
-            return (at(f"left_{name[:-1]}") + at(f"right_{name[:-1]}")) / 2
-        if name == "face":
-            return beside("head", 0, -0.1, 0)
-        if part in ("ear", "eye"):
-            return beside("head", 0.07 * sign, 0, 0)
-        if "toe" in part or part == "foot":
-            return at(f"{side}_foot")
-        if "index" in part or "pinky" in part:
-            return beside(f"{side}_wrist", 0.1 * sign, -0.03 if "index" in part else 0.03, 0)
-        known = {"pelvis": "pelvis", "heel": f"{side}_ankle", "hand": f"{side}_hand"}
-        if part in ("middle_tip", "thumb_tip"):
-            return at(f"{side}_hand")
-        return at(known.get(part, name))
-
-    return np.stack([position(joint) for joint in joint_set.joints], axis=1)
 
 
 def directions(body, motion):

@@ -3,8 +3,10 @@
 
 import csv
 import json
+import shutil
 
 import pytest
+import typer
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -68,6 +70,70 @@ def test_the_mixamo_study_runs_on_a_library(shared_data, tmp_path):
     assert "which take no part: 1" in done.output
     assert (tmp_path / "out" / "unusual_places.csv").is_file()
     assert (tmp_path / "out" / "report.html").is_file()
+
+
+@pytest.fixture
+def made_study(motions, tmp_path):
+    """A library of made motions and its labels; one activity has a single motion, one no group."""
+    (motions / "once").mkdir()
+    shutil.copy(motions / "slow" / "slow_0.npz", motions / "once")
+    (motions / "loose").mkdir()
+    shutil.copy(motions / "fast" / "fast_0.npz", motions / "loose" / "a.npz")
+    groups = {"slow": "balance_intensive", "fast": "asymmetric", "once": "asymmetric", "loose": ""}
+    lines = ["file,activity,group"]
+    lines += [
+        f"{path.relative_to(motions).as_posix()},{path.parent.name},{groups[path.parent.name]}"
+        for path in sorted(motions.rglob("*.npz"))
+    ]
+    (tmp_path / "labels.csv").write_text("\n".join(lines))
+    return motions, tmp_path / "labels.csv"
+
+
+@pytest.mark.usefixtures("one_worker")
+def test_named_activities_are_taken_and_the_missing_named(made_study, tmp_path):
+    library, labels = made_study
+    base = ["study", "mixamo", str(library), "--out", str(tmp_path / "out"), "--labels", str(labels)]
+    options = [
+        "--patches", "8", "--no-pictures", "--no-report", "--folds", "2", "--window", "1",
+        "--sensor", "ideal", "--rate", "40", "--band", "8", "--title", "ours", "--workers", "1",
+    ]  # fmt: skip
+    done = CliRunner().invoke(
+        APP, [*base, *options, "--activities", "Slow, FAST, once, loose, flying"], env={"COLUMNS": "200"}
+    )
+    assert done.exit_code == 0, done.output
+    output = " ".join(done.output.split())
+    assert "Asked for, but not in the library: flying." in output
+    assert "Asked for, but in no group (see --groups): loose." in output
+    assert "Asked for, but with fewer than 2 motions: once." in output
+    parameters = json.loads((tmp_path / "out" / "config.json").read_text())["parameters"]
+    assert parameters["sensor"] == "ideal"
+    assert parameters["synthesis"]["rate_hz"] == 40
+    assert parameters["synthesis"]["cutoff_hz"] == 8
+    assert (parameters["windows"]["length_s"], parameters["folds"], parameters["title"]) == (1, 2, "ours")
+    assert set(json.loads((tmp_path / "out" / "summary.json").read_text())["activities"]) == {"slow", "fast"}
+    done = CliRunner().invoke(APP, [*base, "--activities", "flying, diving"], env={"COLUMNS": "200"})
+    assert done.exit_code == 2
+    assert "the library has none of flying, diving" in " ".join(done.output.split())
+
+
+def test_the_study_has_every_option_of_a_run():
+    commands = typer.main.get_command(APP).commands
+    run = {option for parameter in commands["run"].params for option in parameter.opts}
+    study = {option for parameter in commands["study"].commands["mixamo"].params for option in parameter.opts}
+    assert run - study == {"--leave-out"}
+    assert {
+        "--sensor",
+        "--classifier",
+        "--augment",
+        "--by-subject",
+        "--bodies",
+        "--only",
+        "--window",
+    } <= study
+    shared = {name: param for param in commands["run"].params for name in param.opts}
+    for parameter in commands["study"].commands["mixamo"].params:
+        for name in set(parameter.opts) & set(shared) - {"--labels"}:
+            assert parameter.default == shared[name].default, name
 
 
 def test_labels_without_groups_are_refused(tmp_path):

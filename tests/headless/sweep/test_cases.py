@@ -104,13 +104,46 @@ def test_each_factor_changes_one_thing(study):
             "tempo": case.tempo != 1,
             "asymmetry": bool(case.narrow),
             "body": bool(case.shape),
-            "sensor": case.config.sensor != config.sensor,
+            "sensor": case.config.sensor != config.sensor and case.config.own_sensor is None,
+            "rate": case.config.synthesis != config.synthesis,
+            "range": _altered(case, config, "full_scale"),
+            "mounting": _altered(case, config, "mounting_turn_deg"),
+            "soft tissue": _altered(case, config, "soft_tissue_hz"),
             "window": case.config.windows != config.windows,
             "augment": case.config.augmentation != config.augmentation,
         }
         assert [name for name, yes in changed.items() if yes] == [case.factor]
     with pytest.raises(ValueError, match="'mood' cannot be swept; there are tempo"):
         cases(config, ["mood"], 1)
+
+
+def _altered(case, config, field):
+    """Whether a field of the sensor or its accelerometer is another one."""
+    models = (case.config.sensor_model(), config.sensor_model())
+    if case.config.own_sensor is None:
+        return False
+    parts = [(model, model.accelerometer, model.gyroscope) for model in models]
+    ours, theirs = ([getattr(part, field, None) for part in each] for each in parts)
+    return ours != theirs
+
+
+def test_how_the_sensor_is_worn_reaches_the_signals(study):
+    options = ("--by", "rate, mounting,soft-tissue", "--places", PLACES, "--workers", 1)
+    code, output = run("sweep", study.out, *options, "--out", study.out.parent / "worn")
+    assert code == 0, output
+    with (study.out.parent / "worn" / "sweep.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(row["factor"], row["case"]) for row in rows[1:]] == [
+        *(("rate", name) for name in ("25 Hz", "100 Hz", "200 Hz")),
+        *(("mounting", name) for name in ("5 deg, 5 mm", "10 deg, 10 mm", "20 deg, 20 mm")),
+        *(("soft tissue", name) for name in ("5 Hz", "10 Hz", "20 Hz")),
+    ]
+    assert len({row["mean_f1"] for row in rows}) > 5  # each changes the signals
+    by_name = {case.title: case.config for case in cases(study.config(), list(FACTORS), 1)}
+    assert by_name["range: 2 g, 250 deg/s"].sensor_model().accelerometer.full_scale == pytest.approx(19.6133)
+    assert by_name["range: 2 g, 250 deg/s"].sensor_model().gyroscope.full_scale == pytest.approx(
+        4.36332, rel=1e-5
+    )
 
 
 def test_tempo_and_asymmetry_reach_the_motion(study, waving):

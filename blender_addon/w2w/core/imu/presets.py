@@ -281,6 +281,25 @@ WATCH = SensorModel(
     soft_tissue_gain=0.5,
 )
 
+PAPER = SensorModel(
+    name="paper",
+    # Ray, Zhou and Lukowicz 2025, doi:10.48550/arXiv.2507.05532, name three errors of their virtual sensors:
+    # noise, drift and a fixed misalignment. The figures are W2W's: noise and bias stability of a worn
+    # research part, those of the MTw above; a random walk that moves the bias by as much in about a minute
+    # and a half; 5 degrees, about how well a strap is aligned with a limb by eye (plausible, not measured).
+    accelerometer=Triad(
+        noise_density=MTW_AWINDA.accelerometer.noise_density,
+        bias_instability=MTW_AWINDA.accelerometer.bias_instability,
+        random_walk=0.01 * MG,
+    ),
+    gyroscope=Triad(
+        noise_density=MTW_AWINDA.gyroscope.noise_density,
+        bias_instability=MTW_AWINDA.gyroscope.bias_instability,
+        random_walk=1 * PER_HOUR * DPS,
+    ),
+    fixed_misalignment_deg=5.0,
+)
+
 PRESETS: dict[str, SensorModel] = {
     model.name: model
     for model in (
@@ -294,6 +313,7 @@ PRESETS: dict[str, SensorModel] = {
         MTW_AWINDA,
         PHONE,
         WATCH,
+        PAPER,
     )
 }
 """All presets by name."""

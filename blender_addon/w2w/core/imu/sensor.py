@@ -19,6 +19,9 @@ CHUNK_VALUES = 400_000
 SAMPLES_TURNED = 512
 """Samples turned from time by time to sensor by sensor at once."""
 
+ALL_CLIPS = "\0all clips"
+"""Stands for a clip's name where a draw is the same in all of them; no clip is called that."""
+
 
 @dataclass(frozen=True)
 class Triad:
@@ -122,6 +125,9 @@ class SensorModel:
         Turn of the sensor on the skin, degrees about each axis.
     mounting_shift_m : float
         Shift of the sensor on the skin along each axis, m.
+    fixed_misalignment_deg : float
+        Turn of the sensor against its place, degrees about each axis, the same in every clip, as if it
+        were never taken off: it depends on the seed and the sensor's number alone.
     soft_tissue_hz : float or None
         Natural frequency of the soft tissue under the sensor, Hz; at or above half the sample rate the
         tissue counts as stiff.
@@ -143,6 +149,7 @@ class SensorModel:
     dropped: str = "hold"
     mounting_turn_deg: float = 0.0
     mounting_shift_m: float = 0.0
+    fixed_misalignment_deg: float = 0.0
     soft_tissue_hz: float | None = None
     soft_tissue_damping: float = 0.3
     soft_tissue_gain: float = 1.0
@@ -150,7 +157,7 @@ class SensorModel:
     def __post_init__(self) -> None:
         for name in (
             "g_sensitivity", "jitter_s", "drop_fraction", "drop_duration_s", "mounting_turn_deg",
-            "mounting_shift_m", "soft_tissue_damping", "soft_tissue_gain",
+            "mounting_shift_m", "fixed_misalignment_deg", "soft_tissue_damping", "soft_tissue_gain",
         ):  # fmt: skip
             _check_not_negative(name, getattr(self, name))
         _check_positive("rate_hz", self.rate_hz)
@@ -198,12 +205,23 @@ class SensorModel:
             sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
             streams = SensorStreams(seed, recording.clip, sensors)
             truth = (_sensor_by_sensor(a[:, chunk]) for a in (recording.acc, recording.gyr))
+            truth = self._misalign(*truth, recording.rate, seed, sensors)
             read = self._read(*truth, recording.rate, streams)
             for out, values in zip((acc, gyr), read, strict=True):
                 out[:, chunk] = values.transpose(2, 0, 1)
 
         for_each(fill, chunks)
         return replace(recording, acc=acc, gyr=gyr, rate=rate)
+
+    def _misalign(
+        self, acc: np.ndarray, gyr: np.ndarray, rate: float, seed: int, sensors: range
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Turn each sensor by what is its own in all clips."""
+        if not self.fixed_misalignment_deg:
+            return acc, gyr
+        numbers = SensorStreams(seed, ALL_CLIPS, sensors).constants("mounting", 2, 3)[:, 0]
+        turns = np.radians(self.fixed_misalignment_deg) * numbers
+        return errors.mount(acc, gyr, rate, turns, np.zeros_like(turns))
 
     def _read(
         self, acc: np.ndarray, gyr: np.ndarray, rate: float, streams: SensorStreams

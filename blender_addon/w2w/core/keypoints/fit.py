@@ -220,14 +220,17 @@ def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: d
 
 
 def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:
-    """The neck leans with the head; its turn is seen where there is a nose."""
+    """The neck leans with the head, seen from the neck or from between the shoulders; its turn is seen where
+    there is a nose."""
     chest = world[:, JOINT_INDEX["spine3"]]
     world[:, JOINT_INDEX["neck"]] = world[:, JOINT_INDEX["head"]] = chest
-    if not {"neck", "head"} <= set(points):
+    if "head" not in points:
         return
-    lean = cone_swing(
-        joints["head"] - joints["neck"], _seen_from(chest, points["head"] - points["neck"]), HEAD_CONE
+    rest, seen = (
+        found["head"] - (found["neck"] if "neck" in points else middle(found, "shoulder"))
+        for found in (joints, points)
     )
+    lean = cone_swing(rest, _seen_from(chest, seen), HEAD_CONE)
     world[:, JOINT_INDEX["neck"]] = chest @ lean
     if "face" not in points:
         world[:, JOINT_INDEX["head"]] = chest @ lean

@@ -13,13 +13,18 @@ from pathlib import Path, PurePosixPath
 
 from ..file_names import name_bytes, shown
 from ..files import reserved
+from .asf_amc import AMC_SUFFIX
+from .joint_files import ARRAY_SUFFIXES, TEXT_SUFFIXES, may_hold_joints
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
+from .mvnx import MVNX_SUFFIX
 
-MOTION_SUFFIXES = (".fbx", ".bvh", ".npz", ".smpl")
-"""Kinds of motion files, in lower case with the dot."""
+GLTF_SUFFIXES = (".glb", ".gltf")
+
+MOTION_SUFFIXES = (".fbx", ".bvh", *GLTF_SUFFIXES, ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES)
+"""Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
 WORK_FOLDER = ".w2w"
-RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "utility.npz")
+RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz")
 """What a run writes into its output folder, which may lie in the library."""
 
 
@@ -112,7 +117,10 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     files = sorted(_motion_files(folder), key=lambda path: name_bytes(path.relative_to(folder).as_posix()))
     if not files:
         kinds = ", ".join(MOTION_SUFFIXES)
-        raise LibraryError(f"{folder} holds no motion files ({kinds}), nor do the folders in it")
+        raise LibraryError(
+            f"{folder} holds no motion files ({kinds}, or csv or json of joint positions), nor do the "
+            "folders in it"
+        )
     inside = [path.relative_to(folder).as_posix() for path in files]
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
@@ -200,4 +208,10 @@ def _motion_files(folder: Path) -> Iterable[Path]:
             folders[:] = [name for name in folders if name not in RESULTS]
             files = [name for name in files if name not in RESULTS]
         paths = (Path(place, name) for name in files)
-        yield from (path for path in paths if path.suffix.lower() in MOTION_SUFFIXES)
+        yield from (path for path in paths if _is_motion(path))
+
+
+def _is_motion(path: Path) -> bool:
+    """Whether a file is named as a motion, or is a table of joint positions."""
+    suffix = path.suffix.lower()
+    return suffix in MOTION_SUFFIXES or (suffix in TEXT_SUFFIXES and may_hold_joints(path))

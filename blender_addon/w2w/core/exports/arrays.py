@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Windows as arrays that aeon, sktime and PyTorch take: (windows, channels, time) with labels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..files import atomic_write, write_json, write_text
+from ..ranking.windows import TooShortError, cut_windows
+from .study_signals import StudySignals
+
+CHANNELS = ("acc x", "acc y", "acc z", "gyr x", "gyr y", "gyr z")
+UNITS = ("m/s2", "m/s2", "m/s2", "rad/s", "rad/s", "rad/s")
+
+DATASET_FILE = "w2w_windows.py"
+
+DATASET = '''"""The windows of this folder for PyTorch; needs numpy and torch, not W2W.
+
+    from w2w_windows import Windows
+    loader = torch.utils.data.DataLoader(Windows(".", train=True), batch_size=64, shuffle=True)
+
+Windows of one clip overlap and are alike: split by `clips`, never by window. `train=True` gives all windows
+of the clips, `train=False` only those that do not overlap one another, to test on.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import torch
+
+
+class Windows(torch.utils.data.Dataset):
+    """Pairs of a window (channels, time), float32, and its activity's number in `classes`."""
+
+    def __init__(self, folder, clips=None, train=True):
+        folder = Path(folder)
+        self.x = np.load(folder / "X.npy", mmap_mode="r")
+        facts = json.loads((folder / "facts.json").read_text(encoding="utf-8"))
+        self.classes, self.channels, self.rate = facts["classes"], facts["channels"], facts["rate_hz"]
+        labels, clip = np.load(folder / "y.npy"), np.load(folder / "clip.npy")
+        number = {name: k for k, name in enumerate(self.classes)}
+        wanted = np.ones(len(labels), bool) if clips is None else np.isin(clip, list(clips))
+        if not train:
+            wanted &= np.load(folder / "is_test.npy")
+        self.rows = np.flatnonzero(wanted)
+        self.y = np.array([number[name] for name in labels])[self.rows]
+        self.clips = clip[self.rows]
+        self.subjects = np.load(folder / "subject.npy")[self.rows]
+
+    def __len__(self):
+        return len(self.rows)
+
+    def __getitem__(self, index):
+        window = torch.from_numpy(np.array(self.x[self.rows[index]]))
+        return window, int(self.y[index])
+'''
+
+
+def write_arrays(folder: Path, signals: StudySignals) -> int:
+    """Write X.npy, y.npy and what belongs to each window; gives the number of windows.
+
+    Raises
+    ------
+    ValueError
+        If no clip gives a window.
+    """
+    windows, labels, clips, subjects, is_test = [], [], [], [], []
+    for recording in signals.recordings():
+        try:
+            cut = cut_windows(recording, signals.config.windows)
+        except TooShortError:
+            continue
+        count = len(cut.is_test)
+        windows.append(cut.signals.transpose(0, 1, 3, 2).reshape(count, -1, cut.signals.shape[2]))
+        labels += [recording.activity] * count
+        clips += [recording.clip] * count
+        subjects += [recording.subject] * count
+        is_test.append(cut.is_test)
+        rate = recording.rate
+    if not windows:
+        raise ValueError("no clip of the run is long enough for a window")
+    arrays = {
+        "X": np.concatenate(windows).astype(np.float32, copy=False),
+        "y": np.array(labels, dtype=np.str_),
+        "clip": np.array(clips, dtype=np.str_),
+        "subject": np.array(subjects, dtype=np.str_),
+        "is_test": np.concatenate(is_test),
+    }
+    for name, values in arrays.items():
+        with atomic_write(folder / f"{name}.npy") as stream:
+            np.lib.format.write_array(stream, values, allow_pickle=False)
+    names = [f"{place} {channel}" for place in signals.names for channel in CHANNELS]
+    facts = {
+        "channels": names,
+        "units": list(UNITS) * len(signals.names),
+        "classes": sorted(set(labels)),
+        "rate_hz": rate,
+        "sensor": signals.config.sensor,
+        "window_s": signals.config.windows.length_s,
+        "stride_s": signals.config.windows.stride_s,
+    }
+    write_json(folder / "facts.json", facts)
+    return len(labels)
+
+
+def write_torch(folder: Path, signals: StudySignals) -> int:
+    """Write the arrays and a PyTorch dataset that reads them; gives the number of windows."""
+    count = write_arrays(folder, signals)
+    write_text(folder / DATASET_FILE, DATASET)
+    return count

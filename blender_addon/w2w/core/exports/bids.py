@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run's signals as a BIDS dataset with motion data (Brain Imaging Data Structure 1.9 and later)."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from ..files import write_json, write_text
+from ..imu.recording import ImuRecording
+from .study_signals import StudySignals
+
+BIDS_VERSION = "1.9.0"
+"""The first with motion data."""
+
+SYSTEM = "imu"
+
+KINDS = (("acc", "ACCEL", "m/s^2"), ("gyr", "GYRO", "rad/s"))
+
+
+def write_bids(folder: Path, signals: StudySignals) -> int:
+    """Write a dataset: a folder a subject, a run a clip, tsv with json beside; gives the number of clips."""
+    subjects = labels_of(clip.subject or "unknown" for clip in signals.study.clips)
+    tasks = labels_of(clip.activity for clip in signals.study.clips)
+    runs: Counter[tuple[str, str]] = Counter()
+    scans: dict[str, list[str]] = {}
+    for recording in signals.recordings():
+        subject, task = subjects[recording.subject or "unknown"], tasks[recording.activity]
+        runs[subject, task] += 1
+        place = folder / f"sub-{subject}" / "motion"
+        place.mkdir(parents=True, exist_ok=True)
+        stem = f"sub-{subject}_task-{task}_tracksys-{SYSTEM}_run-{runs[subject, task]}"
+        write_text(place / f"{stem}_motion.tsv", _samples(recording))
+        write_text(place / f"{stem}_channels.tsv", _channels(recording))
+        write_json(place / f"{stem}_motion.json", _facts(recording, signals))
+        scans.setdefault(subject, []).append(f"motion/{stem}_motion.tsv\t{recording.clip}")
+    for subject, lines in scans.items():
+        table = "\n".join(["filename\tclip", *lines]) + "\n"
+        write_text(folder / f"sub-{subject}" / f"sub-{subject}_scans.tsv", table)
+    people = [f"sub-{label}\t{_cell(name)}" for name, label in subjects.items()]
+    write_text(folder / "participants.tsv", "\n".join(["participant_id\tname", *people]) + "\n")
+    write_json(
+        folder / "dataset_description.json",
+        {
+            "Name": signals.config.title or "W2W: simulated inertial sensors",
+            "BIDSVersion": BIDS_VERSION,
+            "DatasetType": "raw",
+            "GeneratedBy": [{"Name": "W2W", "Description": "Signals are simulated from motion clips"}],
+        },
+    )
+    write_text(
+        folder / "README",
+        "Inertial sensors simulated by W2W from motion clips: specific force and angular velocity in the "
+        "sensor's frame. No person wore them.\n",
+    )
+    return sum(runs.values())
+
+
+def labels_of(names: Iterable[str]) -> dict[str, str]:
+    """A BIDS label of each name: letters and digits only, distinct even where case does not count."""
+    found: dict[str, str] = {}
+    used: set[str] = set()
+    for name in sorted(set(names)):
+        words = re.findall(r"[0-9A-Za-z]+", name)
+        plain = words[0] + "".join(word[:1].upper() + word[1:] for word in words[1:]) if words else "x"
+        label, number = plain, 1
+        while label.lower() in used:
+            number += 1
+            label = f"{plain}{number}"
+        used.add(label.lower())
+        found[name] = label
+    return found
+
+
+def _samples(recording: ImuRecording) -> str:
+    """Rows of samples, columns as in the channels' table, without a header, as BIDS wants it."""
+    values = np.concatenate([recording.acc, recording.gyr], axis=2).reshape(recording.n_samples, -1)
+    return "".join(
+        "\t".join("n/a" if value != value else f"{value:.9g}" for value in row) + "\n"
+        for row in values.tolist()
+    )
+
+
+def _channels(recording: ImuRecording) -> str:
+    lines = ["name\tcomponent\ttype\ttracked_point\tunits"]
+    for site in recording.sites:
+        point = site.replace(" ", "_")
+        lines += [
+            f"{point}_{kind}_{axis}\t{axis}\t{bids_type}\t{point}\t{unit}"
+            for kind, bids_type, unit in KINDS
+            for axis in "xyz"
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _facts(recording: ImuRecording, signals: StudySignals) -> dict[str, object]:
+    n_channels = 3 * recording.n_sensors
+    return {
+        "TaskName": recording.activity,
+        "SamplingFrequency": recording.rate,
+        "TrackingSystemName": SYSTEM,
+        "Manufacturer": "W2W (simulated)",
+        "ManufacturersModelName": signals.config.sensor,
+        "MissingValues": "n/a",
+        "TrackedPointsCount": recording.n_sensors,
+        "MotionChannelCount": 2 * n_channels,
+        "ACCELChannelCount": n_channels,
+        "GYROChannelCount": n_channels,
+        "RecordingDuration": (recording.n_samples - 1) / recording.rate,
+    }
+
+
+def _cell(text: str) -> str:
+    return re.sub(r"\s+", " ", text).strip() or "n/a"

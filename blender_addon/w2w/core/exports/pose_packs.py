@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Training data of inertial pose estimators: TransPose, PIP and PNP; IMUPoser; MobilePoser.
+
+Their preprocessing (`process_amass` in each project's public code) saves one list a file, one entry a clip:
+``pose`` (T, 24, 3) axis-angle, ``tran`` (T, 3), ``shape`` (10), ``joint`` (T, 24, 3), ``vacc`` (T, N, 3)
+acceleration without gravity and ``vrot`` (T, N, 3, 3) orientation, both in a world whose y axis points up, at
+60 Hz. An orientation is that of the sensor against its own in the T-pose, as after their calibration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..body.body import Body
+from ..body.landmarks import SENSOR_SITES
+from ..body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
+from ..files import atomic_write, write_json
+from ..motion.motion import SMPL_PELVIS, Motion
+from ..motion.skinning import joint_transforms, patch_matrices
+from ..patches.patches import PatchSet
+from .study_signals import Worn
+
+RATE_HZ = 60.0
+
+METHODS = {"transpose": "TransPose", "imuposer": "IMUPoser", "mobileposer": "MobilePoser"}
+"""Whose published sites are worn by default."""
+
+ORDER = (
+    "left forearm",
+    "right forearm",
+    "left lower leg",
+    "right lower leg",
+    "left thigh",
+    "right thigh",
+    "head",
+    "pelvis",
+)
+"""In which the methods number their sensors."""
+
+FEWEST_FRAMES = 13
+"""Their own preprocessing discards what is shorter."""
+
+CONTACT_M = 0.008
+"""A foot that moves less from frame to frame stands, as in MobilePoser's preprocessing."""
+
+TO_Y_UP = Y_UP_TO_Z_UP.T
+
+
+def sites_of(method: str) -> list[str]:
+    """Names of a method's sensors, in its own order."""
+    names = {site.name for site in SENSOR_SITES}
+    return [name for part in ORDER if (name := f"{METHODS[method]} {part}") in names]
+
+
+def write_pose_pack(
+    folder: Path,
+    method: str,
+    body: Body,
+    patches: PatchSet,
+    clips: Iterable[Worn],
+    gravity: tuple[float, ...],
+) -> int:
+    """Write the files of a method; gives the number of clips.
+
+    Raises
+    ------
+    ValueError
+        If PyTorch is missing or every clip is too short.
+    """
+    try:
+        import torch
+    except ModuleNotFoundError as error:
+        raise ValueError(
+            "files for pose estimators are PyTorch's: pip install '.[torch]' in W2W's folder"
+        ) from error
+    rest = _rest(body, patches)
+    parts: dict[str, list[Any]] = {}
+    names = []
+    for clip in clips:
+        if clip.motion.n_frames < FEWEST_FRAMES:
+            continue
+        names.append([clip.recording.clip, clip.recording.activity, clip.recording.subject])
+        for part, values in _parts(clip, body, rest, np.array(gravity), method).items():
+            parts.setdefault(part, []).append(torch.from_numpy(np.ascontiguousarray(values)))
+    if not names:
+        raise ValueError(f"every clip is shorter than {FEWEST_FRAMES} frames at {RATE_HZ:g} Hz")
+    for part, values in parts.items():
+        with atomic_write(folder / f"{part}.pt") as stream:
+            torch.save(values, stream)
+    facts = {"rate_hz": RATE_HZ, "up": "y", "sensors": list(patches.names), "clips": names}
+    write_json(folder / "clips.json", facts)
+    return len(names)
+
+
+def _rest(body: Body, patches: PatchSet) -> np.ndarray:
+    """Orientations of the sensors in the T-pose, shape (N, 3, 3)."""
+    still = Motion(np.tile(np.eye(3), (1, N_JOINTS, 1, 1)), body.joints[:1], 1.0)
+    return patch_matrices(body, patches.triangles, still)[0, :, :3, :3]
+
+
+def _parts(
+    clip: Worn, body: Body, rest: np.ndarray, gravity: np.ndarray, method: str
+) -> dict[str, np.ndarray]:
+    motion = clip.motion
+    turned = TO_Y_UP @ clip.orientations @ rest.swapaxes(-1, -2) @ TO_Y_UP.T
+    force = np.einsum("tnij,tnj->tni", clip.orientations, clip.recording.acc.astype(np.float64))
+    in_smpl_axes = TO_Y_UP @ motion.rotations @ TO_Y_UP.T
+    pose = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec().reshape(-1, N_JOINTS, 3)
+    joints = (joint_transforms(body, motion)[1] - SMPL_PELVIS) @ TO_Y_UP.T
+    parts = {
+        "pose": pose,
+        "tran": (motion.pelvis - SMPL_PELVIS) @ TO_Y_UP.T,
+        "shape": np.zeros(10),
+        "joint": joints,
+        "vrot": turned,
+        "vacc": (force + gravity) @ TO_Y_UP.T,
+    }
+    found = {name: values.astype(np.float32) for name, values in parts.items()}
+    if method == "mobileposer":
+        found["contact"] = _contact(joints)
+    return found
+
+
+def _contact(joints: np.ndarray) -> np.ndarray:
+    """Whether the left and the right foot stand, shape (T, 2), int32; the first frame never."""
+    feet = joints[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
+    still = np.linalg.norm(np.diff(feet, axis=0), axis=2) < CONTACT_M
+    return np.concatenate([np.zeros((1, 2), dtype=np.int32), still.astype(np.int32)])

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an export is made of: a finished run's clips, its signals at chosen places, its motions at a rate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, RotationSpline
+
+from ..body.body import Body
+from ..body.landmarks import SENSOR_SITES
+from ..clip_files import signals_file
+from ..filtering import count_resampled
+from ..imu.recording import ImuRecording
+from ..imu.sensor import SensorModel
+from ..motion.motion import Motion
+from ..motion.skinning import patch_matrices
+from ..patches.naming import resolve
+from ..patches.own_placements import patches_at
+from ..patches.patches import PatchSet
+from ..results_folder import StudyResults
+from ..study import StudyConfig, record
+
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class StudySignals:
+    """A finished run, seen at some of its places.
+
+    Parameters
+    ----------
+    study : StudyResults
+    patches : tuple of int
+        Of the run.
+    """
+
+    study: StudyResults
+    patches: tuple[int, ...]
+
+    @classmethod
+    def at(cls, study: StudyResults, places: str) -> StudySignals:
+        """The run at places given by their names, ``all`` of them, or by default those it chose.
+
+        Raises
+        ------
+        ValueError
+            If a name means no place, or two mean the same.
+        """
+        if places.strip().lower() == ALL:
+            return cls(study, tuple(range(len(study.patches))))
+        if not places.strip():
+            return cls(study, _chosen(study))
+        found = [resolve(name, study.body(), study.patches) for name in _names(places)]
+        _refuse_same(_names(places), [study.patches.names[patch] for patch in found])
+        return cls(study, tuple(found))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the places."""
+        return tuple(self.study.patches.names[patch] for patch in self.patches)
+
+    @cached_property
+    def config(self) -> StudyConfig:
+        """The parameters of the run."""
+        return self.study.config()
+
+    def recordings(self) -> Iterator[ImuRecording]:
+        """What the run recorded of each clip, at the places, under the clip's labels.
+
+        Raises
+        ------
+        ValueError, OSError
+            If a recording is missing or damaged.
+        """
+        chosen = list(self.patches)
+        for clip in self.study.clips:
+            whole = ImuRecording.load(signals_file(self.study.out, clip.name))
+            yield ImuRecording(
+                whole.acc[:, chosen], whole.gyr[:, chosen], whole.rate, self.names,
+                clip.activity, clip.subject, clip.name,
+            )  # fmt: skip
+
+
+def placed(study: StudyResults, names: list[str]) -> PatchSet:
+    """Sensors at vertices: of published sites, of vertex numbers, of the run's own places.
+
+    Raises
+    ------
+    ValueError
+        If a name means nothing, or two mean one vertex.
+    """
+    body = study.body()
+    sites = {site.name.lower(): site for site in SENSOR_SITES}
+    where = {}
+    for name in names:
+        plain = " ".join(name.lower().split())
+        if plain.isdigit():
+            where[f"vertex {int(plain)}"] = int(plain)
+        elif plain in sites:
+            where[name] = sites[plain].vertex(body)
+        else:
+            where[name] = int(study.patches.vertices[resolve(name, body, study.patches)])
+    return patches_at(body, where)
+
+
+@dataclass(frozen=True, eq=False)
+class Worn:
+    """Sensors through one clip, with what no sensor knows.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        T samples of N sensors.
+    motion : Motion
+        The clip at the recording's rate, T frames.
+    orientations : ndarray, shape (T, N, 3, 3)
+        Sensor to world, z up.
+    """
+
+    recording: ImuRecording
+    motion: Motion
+    orientations: np.ndarray
+
+
+def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorModel) -> Iterator[Worn]:
+    """Each clip of a run recorded anew at a rate, with the true pose and orientations at its samples.
+
+    Raises
+    ------
+    ValueError
+        If the run's signals are not physical, or a motion is missing or damaged.
+    """
+    config = study.config()
+    if config.synthesis.convention != "physical":
+        raise ValueError(
+            "the run was made with --convention paper, whose signals are in no one frame: they cannot be "
+            "turned back; run it with the physical convention"
+        )
+    body = study.body()
+    synthesis = replace(config.synthesis, rate_hz=rate)
+    config = replace(config, synthesis=synthesis, sensor=sensor.name, own_sensor=sensor)
+    for clip in study.clips:
+        motion = study.motion(clip.name).labelled(clip.activity, clip.subject, clip.name)
+        recording = record(body, patches, motion, config)
+        sampled = at_rate(motion, rate)
+        yield Worn(recording, sampled, _orientations(body, patches, sampled))
+
+
+def _orientations(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
+    return patch_matrices(body, patches.triangles, motion)[..., :3, :3]
+
+
+def at_rate(motion: Motion, rate: float) -> Motion:
+    """The motion at another frame rate, along splines through its frames that bend smoothly."""
+    if motion.rate == rate:
+        return motion
+    own = np.arange(motion.n_frames) / motion.rate
+    times = np.arange(count_resampled(motion.n_frames, motion.rate, rate)) / rate
+    times = np.minimum(times, own[-1])  # rounding
+    rotations = np.stack(
+        [
+            RotationSpline(own, Rotation.from_matrix(motion.rotations[:, joint]))(times).as_matrix()
+            for joint in range(motion.rotations.shape[1])
+        ],
+        axis=1,
+    )
+    return replace(motion, rotations=rotations, pelvis=CubicSpline(own, motion.pelvis)(times), rate=rate)
+
+
+def _chosen(study: StudyResults) -> tuple[int, ...]:
+    """The patches that the run chose to be worn together, else its single best."""
+    for choice in ("worn_together", "subset"):
+        places = (study.summary.get(choice) or {}).get("places")
+        if places:
+            return tuple(int(place["patch"]) for place in places)
+    return (int(study.utility.mean.argmax()),)
+
+
+def _names(places: str) -> list[str]:
+    return [name.strip() for name in places.split(",") if name.strip()]
+
+
+def _refuse_same(given: list[str], found: list[str]) -> None:
+    for later, name in enumerate(found):
+        earlier = found.index(name)
+        if earlier < later:
+            raise ValueError(
+                f"'{given[earlier]}' and '{given[later]}' are both the place {name}: leave one out"
+            )

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a sensor model is worn, in words: which of straps and tissue are in its signals and which are not."""
+
+from __future__ import annotations
+
+from .sensor import SensorModel
+
+
+def wearing_sentences(model: SensorModel) -> str:
+    """What is in the signals of the way a sensor is worn, then what is not.
+
+    Examples
+    --------
+    >>> wearing_sentences(SensorModel.ideal())
+    'Loose straps, soft tissue and clothes are not in it.'
+    """
+    held, left = [], []
+    if model.mounting_turn_deg or model.mounting_shift_m:
+        off = f"{model.mounting_turn_deg:g}° and {1000 * model.mounting_shift_m:g} mm"
+        held.append(f"sits {off} off its place, anew in every clip (one standard deviation)")
+    else:
+        left.append("loose straps")
+    if model.fixed_misalignment_deg:
+        held.append(f"is turned by {model.fixed_misalignment_deg:g}° for good (one standard deviation)")
+    if model.soft_tissue_hz:
+        share = f"{model.soft_tissue_gain:.0%}".replace("%", " %")
+        held.append(f"rides on soft tissue ({model.soft_tissue_hz:g} Hz, {share} of its motion)")
+    else:
+        left.append("soft tissue")
+    if model.drop_fraction:
+        held.append(f"loses {100 * model.drop_fraction:g} % of its samples")
+    left.append("clothes")
+    missing = f"{_listed(left).capitalize()} are not in it."
+    return f"It {_listed(held)}. {missing}" if held else missing
+
+
+def _listed(words: list[str]) -> str:
+    *others, last = words
+    return f"{', '.join(others)} and {last}" if others else last

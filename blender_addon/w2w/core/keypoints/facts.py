@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What must be known of joint positions beside them: rate, unit, which way is up, which joints they are."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from ..file_names import shown
+from ..motion.source import UnusableMotion
+from .joint_sets import JOINT_SETS
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+"""Metres in a unit of length."""
+
+UPS = ("x", "y", "z", "-x", "-y", "-z")
+
+SPELLINGS = {
+    "fps": "rate", "framerate": "rate", "frame_rate": "rate", "mocap_framerate": "rate", "rate_hz": "rate",
+    "units": "unit", "up_axis": "up", "joints_are": "joint_set", "skeleton": "joint_set",
+}  # fmt: skip
+"""Other names of the facts, as people's files have them."""
+
+UNIT_SPELLINGS = {
+    "metre": "m", "meter": "m", "metres": "m", "meters": "m", "millimetres": "mm", "millimeters": "mm",
+    "centimetres": "cm", "centimeters": "cm", "inches": "in", "feet": "ft",
+}  # fmt: skip
+
+MAX_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class PoseFacts:
+    """What is said of joint positions; None where nothing is.
+
+    Parameters
+    ----------
+    rate : float or None
+        Frames per second.
+    unit : str or None
+        One of `UNITS`. The body is scaled by its limbs, so the unit only shows where a file is wrong.
+    up : str or None
+        The axis that points up: one of `UPS`.
+    joint_set : str or None
+        One of `JOINT_SETS`.
+
+    Raises
+    ------
+    ValueError
+        If a fact is out of its range; the message names it.
+    """
+
+    rate: float | None = None
+    unit: str | None = None
+    up: str | None = None
+    joint_set: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.rate is not None and not (isfinite(self.rate) and self.rate > 0):
+            raise ValueError(f"the pose's rate must be frames a second, above 0, not {self.rate:g}")
+        for name, known in (("unit", UNITS), ("up", UPS), ("joint_set", JOINT_SETS)):
+            value = getattr(self, name)
+            if value is not None and value not in known:
+                raise ValueError(f"the pose's {name} must be one of {', '.join(known)}, not {value!r}")
+
+    def completed(self, other: PoseFacts) -> PoseFacts:
+        """These facts, and where there is none the other's."""
+        missing = {item.name for item in fields(self) if getattr(self, item.name) is None}
+        return replace(self, **{name: getattr(other, name) for name in missing})
+
+
+def facts_of(content: Mapping[str, Any]) -> PoseFacts:
+    """The facts among what a file holds, under their usual names.
+
+    Raises
+    ------
+    UnusableMotion
+        If one is out of its range.
+    """
+    given: dict[str, Any] = {}
+    for key, value in content.items():
+        name = SPELLINGS.get(str(key).lower(), str(key).lower())
+        if name in {item.name for item in fields(PoseFacts)} and value not in (None, ""):
+            given[name] = value
+    try:
+        return PoseFacts(**{name: _fact(name, value) for name, value in given.items()})
+    except ValueError as error:
+        raise UnusableMotion(str(error)) from error
+
+
+def _fact(name: str, value: Any) -> float | str:
+    if name == "rate":
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(f"the pose's rate must be a number of frames a second, not {value!r}")
+        return float(min(value, 1e300))
+    if not isinstance(value, str):
+        raise ValueError(f"the pose's {name} must be text, not {value!r}")
+    plain = value.strip().lower()
+    return UNIT_SPELLINGS.get(plain, plain) if name == "unit" else plain
+
+
+def side_car(path: Path) -> Path | None:
+    """The file NAME.json with the facts of NAME.csv, NAME.npy or NAME.npz; None where there is none."""
+    beside = path.with_suffix(".json")
+    return beside if path.suffix.lower() != ".json" and beside.is_file() else None
+
+
+def side_car_facts(path: Path) -> PoseFacts:
+    """The facts that a side-car gives.
+
+    Raises
+    ------
+    UnusableMotion
+        If it is there and cannot be understood.
+    """
+    beside = side_car(path)
+    if beside is None:
+        return PoseFacts()
+    name = shown(beside.name)
+    try:
+        if beside.stat().st_size > MAX_BYTES:
+            raise UnusableMotion(f"{name} beside it is too large to say its rate and unit")
+        content = json.loads(beside.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise UnusableMotion(f"{name} beside it cannot be read as JSON: {error}") from error
+    if not isinstance(content, dict):
+        raise UnusableMotion(f"{name} beside it must be a JSON object with 'rate', 'unit', 'up', 'joint_set'")
+    try:
+        return facts_of(content)
+    except UnusableMotion as error:
+        raise UnusableMotion(f"{name} beside it: {error}") from error

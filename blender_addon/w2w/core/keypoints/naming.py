@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which joint set an array holds: by the joints' names, by their number, by the body they make."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from ..motion.source import UnusableMotion
+from .facts import PoseFacts
+from .joint_sets import JOINT_SETS, JointSet
+from .paths import BONES, REQUIRED
+
+SIDE_WORDS = {"l": "left", "left": "left", "r": "right", "right": "right"}
+
+SAME_JOINTS = ("mm-fit-17", "joint-centres")
+"""Sets with joints that another one has: only taken where they are named."""
+
+CLEARLY = 0.6
+"""A set is told by the body it makes where its bones change in length at most so much of the next best's."""
+
+LOWEST_STEADINESS = 1e-9
+
+
+class RawPose(NamedTuple):
+    """What a file holds.
+
+    Attributes
+    ----------
+    positions : ndarray
+        As the file has them.
+    names : tuple of str
+        Of the joints; empty where the file has none.
+    facts : PoseFacts
+        What the file says of them.
+    """
+
+    positions: np.ndarray
+    names: tuple[str, ...]
+    facts: PoseFacts
+
+
+def told_by(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
+    """The joint set of what a file holds, and its joints in that set's order, shape (T, J, 3).
+
+    Parameters
+    ----------
+    raw : RawPose
+    wanted : str or None
+        One of `JOINT_SETS`, where it is known.
+
+    Raises
+    ------
+    UnusableMotion
+        If no set fits, or several do.
+    """
+    if raw.positions.dtype.kind not in "fiu":
+        raise UnusableMotion("its positions are no numbers")
+    if raw.names:
+        return _by_names(raw, wanted)
+    positions = _three_axes(raw.positions, wanted)
+    n_joints = positions.shape[1]
+    if wanted is not None:
+        joint_set = JOINT_SETS[wanted]
+        if len(joint_set.joints) != n_joints:
+            raise UnusableMotion(f"it holds {n_joints} joints, and {wanted} has {len(joint_set.joints)}")
+        return joint_set, positions
+    fitting = [name for name, known in _candidates() if len(known.joints) == n_joints]
+    if not fitting:
+        known = ", ".join(f"{name} ({len(item.joints)})" for name, item in JOINT_SETS.items())
+        raise UnusableMotion(f"it holds {n_joints} joints, and no joint set has so many; there are {known}")
+    return JOINT_SETS[_by_steadiness(fitting, positions)], positions
+
+
+def _candidates() -> list[tuple[str, JointSet]]:
+    return [(name, joint_set) for name, joint_set in JOINT_SETS.items() if name not in SAME_JOINTS]
+
+
+def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
+    """Positions (T, J, 3) of an array that may hold them flat, with a confidence, or for one person."""
+    if array.ndim == 4 and 1 in array.shape[:2]:
+        array = array[0] if array.shape[0] == 1 else array[:, 0]
+    if array.ndim == 2 and array.shape[1] % 3 == 0 and array.shape[1]:
+        array = array.reshape(len(array), -1, 3)
+    if array.ndim == 4:
+        raise UnusableMotion(f"it has shape {array.shape}, as of several people: keep one of them")
+    if array.ndim == 3 and array.shape[2] == 2:
+        raise UnusableMotion(
+            "it holds positions in the picture (2D); a sensor's signal needs the third dimension: lift them "
+            "to 3D first"
+        )
+    if array.ndim != 3 or array.shape[2] not in (3, 4):
+        of = f" of {wanted}" if wanted else ""
+        raise UnusableMotion(f"it has shape {array.shape}; joint positions{of} have (frames, joints, 3)")
+    return array[:, :, :3]
+
+
+def _by_steadiness(fitting: list[str], positions: np.ndarray) -> str:
+    """Of sets with as many joints the one whose bones keep their length and are alike on both sides."""
+    if len(fitting) == 1:
+        return fitting[0]
+    unsteady = {name: _unsteadiness(JOINT_SETS[name], positions) for name in fitting}
+    best, second = sorted(unsteady, key=lambda name: unsteady[name])[:2]
+    if not unsteady[best] <= CLEARLY * unsteady[second]:
+        raise UnusableMotion(
+            f"its {positions.shape[1]} joints may be {' or '.join(fitting)}: say which (--pose-joints, or "
+            "'joint_set' in a json file of its name beside it)"
+        )
+    return best
+
+
+def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> float:
+    """How much the limbs' bones change in length and differ between the sides, as part of their length."""
+    lengths = {}
+    with np.errstate(invalid="ignore"):
+        for start, end in BONES:
+            ends = [positions[:, list(joint_set.members(name))].mean(axis=1) for name in (start, end)]
+            found = np.linalg.norm(ends[1].astype(np.float64) - ends[0], axis=1)
+            found = found[np.isfinite(found) & (found > 0)]
+            if not len(found):
+                return np.inf
+            lengths[start, end] = found
+    middle = {bone: float(np.median(found)) for bone, found in lengths.items()}
+    changes = [
+        float(np.median(np.abs(found - middle[bone]))) / middle[bone] for bone, found in lengths.items()
+    ]
+    half = len(BONES) // 2
+    apart = [
+        abs(middle[a] - middle[b]) / (middle[a] + middle[b])
+        for a, b in zip(BONES[:half], BONES[half:], strict=True)
+    ]
+    return float(np.mean(changes) + np.mean(apart) + LOWEST_STEADINESS)
+
+
+def plain_joint(name: str) -> str:
+    """A joint's name with its side first: ``LeftHip``, ``hip_l`` and ``LHip`` are all ``left hip``."""
+    spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[LR])(?=[A-Z][a-z])", " ", name)
+    words = [word for word in re.split(r"[^0-9a-z]+", spaced.lower()) if word]
+    sides = [SIDE_WORDS[word] for word in words if word in SIDE_WORDS]
+    rest = "".join(word for word in words if word not in SIDE_WORDS)
+    return f"{sides[0]} {rest}" if sides else rest
+
+
+def _by_names(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
+    place = {plain_joint(name): number for number, name in enumerate(raw.names)}
+    best, best_rank = None, (-1.0, 0)
+    for name, joint_set in [(wanted, JOINT_SETS[wanted])] if wanted else _candidates():
+        there = {joint for joint in joint_set.joints if plain_joint(joint) in place}
+        needed = {joint for landmark in REQUIRED for joint in joint_set.landmarks[landmark]}
+        rank = (len(there) / len(joint_set.joints), len(there))
+        if needed <= there and rank > best_rank:
+            best, best_rank = name, rank
+    if best is None:
+        missing = [name for name in REQUIRED if name not in {plain_joint(given) for given in raw.names}]
+        raise UnusableMotion(
+            f"its joints' names are of no set that W2W knows: it lacks "
+            f"{', '.join(missing or [str(wanted)])}; the sets are {', '.join(JOINT_SETS)}"
+        )
+    joint_set = JOINT_SETS[best]
+    nowhere = np.full((len(raw.positions), 3), np.nan)
+    columns = [
+        raw.positions[:, place[plain_joint(joint)]] if plain_joint(joint) in place else nowhere
+        for joint in joint_set.joints
+    ]
+    return joint_set, np.stack(columns, axis=1)

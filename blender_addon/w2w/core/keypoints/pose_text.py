@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Joint positions as text: csv by named columns, json of W2W's own layout or MMPose's."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..csv_tables import SEPARATORS, CsvError, decoded
+from ..motion.joint_files import split_column
+from ..motion.source import UnusableMotion
+from .facts import PoseFacts, facts_of
+from .naming import RawPose
+
+TIME_COLUMNS = {"time": 1.0, "time_s": 1.0, "seconds": 1.0, "time_ms": 1e-3, "timestamp_ms": 1e-3}
+"""Columns that tell a frame's time, and their unit in seconds."""
+
+UNEVEN = 0.25
+"""Frames whose steps in time stray further from the median, as part of it, are no regular clip."""
+
+JSON_ARRAYS = ("positions", "keypoints", "keypoints_3d", "joints")
+
+
+def read_csv_pose(path: Path) -> RawPose:
+    """Positions of a csv: columns ``left_hip_x``, ``left_hip_y``, ... in any order, a frame a row.
+
+    Raises
+    ------
+    UnusableMotion
+        If the columns are no joints' or a row is damaged.
+    """
+    try:
+        text, _ = decoded(path)
+    except CsvError as error:
+        raise UnusableMotion(str(error)) from error
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    header = lines[0] if lines else ""
+    separator = max(SEPARATORS, key=header.count)
+    columns = next(csv.reader([header], delimiter=separator), [])
+    places = _coordinates(columns)
+    if not places:
+        raise UnusableMotion(
+            "its first line names no joints; the columns must be left_hip_x, left_hip_y, left_hip_z and so on"
+        )
+    table = _numbers(lines[1:], separator, len(columns), decimal_comma=separator == ";")
+    wanted = [place for axes in places.values() for place in axes]
+    positions = table[:, wanted].reshape(len(table), -1, 3)
+    return RawPose(positions, tuple(places), PoseFacts(rate=_rate(columns, table)))
+
+
+def _coordinates(columns: list[str]) -> dict[str, tuple[int, int, int]]:
+    """Joint -> places of its x, y and z, for joints that have all three."""
+    found: dict[str, dict[str, int]] = {}
+    for place, name in enumerate(columns):
+        split = split_column(name)
+        if split is not None:
+            found.setdefault(split[0], {})[split[1]] = place
+    return {joint: tuple(axes[a] for a in "xyz") for joint, axes in found.items() if len(axes) == 3}
+
+
+def _numbers(lines: list[str], separator: str, width: int, decimal_comma: bool) -> np.ndarray:
+    """Rows of numbers; empty cells and words such as ``nan`` are NaN."""
+    table = np.full((len(lines), width), np.nan)
+    for number, cells in enumerate(csv.reader(lines, delimiter=separator)):
+        if len(cells) != width:
+            raise UnusableMotion(f"its row {number + 1} has {len(cells)} cells; the header has {width}")
+        for place, cell in enumerate(cells):
+            if decimal_comma:
+                cell = cell.replace(",", ".")
+            try:
+                table[number, place] = float(cell)
+            except ValueError:
+                continue
+    return table
+
+
+def _rate(columns: list[str], table: np.ndarray) -> float | None:
+    """Frames per second, where a column tells the time and the frames are regular."""
+    plain = [name.strip().lower() for name in columns]
+    column = next((name for name in TIME_COLUMNS if name in plain), None)
+    if column is None or len(table) < 2:
+        return None
+    steps = np.diff(table[:, plain.index(column)]) * TIME_COLUMNS[column]
+    step = float(np.median(steps))
+    if not step > 0:
+        raise UnusableMotion(f"its column {column} does not rise from row to row")
+    if not (np.abs(steps - step) <= UNEVEN * step).all():
+        raise UnusableMotion(
+            f"its frames are not regular: the steps of its column {column} reach from {steps.min():.4g} to "
+            f"{steps.max():.4g} s; resample it to one rate"
+        )
+    return float(1 / steps.mean())
+
+
+def read_json_pose(path: Path) -> RawPose:
+    """Positions of a json file: ``{"rate": 30, "positions": [frames][joints][x, y, z], ...}``, or MMPose's.
+
+    Raises
+    ------
+    UnusableMotion
+        If it is none of them.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise UnusableMotion(f"it cannot be read as JSON: {error}") from error
+    if not isinstance(content, dict):
+        raise UnusableMotion(_WRONG_JSON)
+    if "people" in content:
+        raise UnusableMotion(
+            "it is one frame of OpenPose's output: join the frames of a clip, lifted to 3D, in one file"
+        )
+    names = content.get("joint_names", content.get("names", ()))
+    if not (isinstance(names, list | tuple) and all(isinstance(name, str) for name in names)):
+        raise UnusableMotion("its 'joint_names' must be a list of names")
+    if "instance_info" in content:
+        return RawPose(_array(_mmpose_frames(content["instance_info"])), tuple(names), facts_of(content))
+    key = next((key for key in JSON_ARRAYS if isinstance(content.get(key), list)), None)
+    if key is None:
+        raise UnusableMotion(_WRONG_JSON)
+    array = _array(content[key])
+    if names and (array.ndim != 3 or array.shape[1] != len(names) or array.shape[2] < 3):
+        raise UnusableMotion(
+            f"its '{key}' have shape {array.shape}, and there are {len(names)} 'joint_names'"
+        )
+    return RawPose(array, tuple(names), facts_of(content))
+
+
+_WRONG_JSON = (
+    'it is no JSON object with "positions": a list of frames, each a list of joints, each [x, y, z]; with '
+    '"rate", "unit", "up" and "joint_set" beside'
+)
+
+
+def _mmpose_frames(info: Any) -> list[Any]:
+    """The first person of each frame of MMPose's ``instance_info``; a frame without one is not seen."""
+    try:
+        found = [frame["instances"][0]["keypoints"] if frame["instances"] else None for frame in info]
+        n_joints = len(next(frame for frame in found if frame is not None))
+    except (KeyError, IndexError, TypeError, StopIteration) as error:
+        raise UnusableMotion("its 'instance_info' is not as MMPose writes it, or shows nobody") from error
+    nobody = [[float("nan")] * 3] * n_joints
+    return [nobody if frame is None else frame for frame in found]
+
+
+def _array(values: Any) -> np.ndarray:
+    """Nested lists as an array; null is NaN."""
+    try:
+        return np.array(_without_null(values), dtype=np.float64)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise UnusableMotion(
+            "its positions are no regular list of frames, joints and numbers: give every frame all joints"
+        ) from error
+
+
+def _without_null(values: Any) -> Any:
+    if isinstance(values, list):
+        if any(value is None for value in values):
+            return [_unseen(values, value) for value in values]
+        return [_without_null(value) if isinstance(value, list) else value for value in values]
+    return values
+
+
+def _unseen(values: list[Any], value: Any) -> Any:
+    """NaN for a null coordinate; a null joint is one that was not seen."""
+    if value is not None:
+        return _without_null(value)
+    like = next((other for other in values if isinstance(other, list)), None)
+    return float("nan") if like is None else [float("nan")] * len(like)

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Acclaim's skeleton (.asf) and motion (.amc) files, as CMU and HDM05 publish their motion capture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..body.skeleton import Y_UP_TO_Z_UP
+from ..file_names import shown
+from .motion_file import size_and_head, unreadable
+from .source import SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
+
+AMC_SUFFIX, ASF_SUFFIX = ".amc", ".asf"
+
+USUAL_RATE = 120.0
+"""Frames per second of CMU's and HDM05's files; the format does not say them."""
+
+MIN_FRAMES = 4
+
+MAX_ASF_BYTES = 1 << 22
+
+ROOT = "root"
+TURNS, SHIFTS = ("rx", "ry", "rz"), ("tx", "ty", "tz")
+ORDERS = {"".join((a, b, c)) for a in "xyz" for b in "xyz" for c in "xyz" if len({a, b, c}) == 3}
+
+
+@dataclass
+class _Bone:
+    """A segment: where it points and how long it is, its axes, and what moves it."""
+
+    name: str
+    direction: np.ndarray = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
+    length: float = 0.0
+    axis: tuple[np.ndarray, str] = (np.zeros(3), "xyz")
+    moves: tuple[str, ...] = ()
+    parent: int = -1
+
+
+def skeleton_file(path: Path) -> Path:
+    """The .asf that an .amc belongs to: of its own name, of the longest beginning of it, or the only one.
+
+    Raises
+    ------
+    UnusableMotion
+        If there is none beside it, or several that could be.
+    """
+    beside = sorted(file for file in path.parent.iterdir() if file.suffix.lower() == ASF_SUFFIX)
+    stem = path.stem.lower()
+    starting = [file for file in beside if stem.startswith(file.stem.lower())]
+    if starting:
+        return max(starting, key=lambda file: len(file.stem))
+    if len(beside) == 1:
+        return beside[0]
+    found = ", ".join(shown(file.name) for file in beside[:5])
+    what = f"several lie there ({found})" if beside else "none lies there"
+    raise UnusableMotion(f"an .amc needs the .asf of its skeleton in the same folder, and {what}")
+
+
+def read_amc(path: str | Path, rate: float | None = None) -> SourceMotion:
+    """Read a motion and its skeleton.
+
+    Parameters
+    ----------
+    path : str or Path
+        The .amc; its .asf lies beside it.
+    rate : float, optional
+        Frames per second; CMU's and HDM05's 120 by default.
+
+    Returns
+    -------
+    SourceMotion
+        z up, in the file's own unit of length.
+
+    Raises
+    ------
+    UnusableMotion
+        If the files cannot be used; the message says why.
+    """
+    path = Path(path)
+    rate = USUAL_RATE if rate is None else rate
+    refuse_rate(rate)
+    size_and_head(path)
+    try:
+        skeleton = skeleton_file(path)
+        if size_and_head(skeleton)[0] > MAX_ASF_BYTES:
+            raise UnusableMotion(f"its skeleton {shown(skeleton.name)} is too large to be one")
+        try:
+            bones = _skeleton(_lines(skeleton))
+        except (ValueError, IndexError, KeyError) as error:
+            raise UnusableMotion(f"its skeleton {shown(skeleton.name)} is damaged: {error}") from error
+        values, position = _frames(_lines(path), bones)
+    except OSError as error:
+        raise UnusableMotion(unreadable(error)) from error
+    return _source(bones, values, position, rate)
+
+
+def _lines(path: Path) -> list[str]:
+    text = path.read_text(encoding="latin-1")
+    return [line for line in (raw.partition("#")[0].strip() for raw in text.splitlines()) if line]
+
+
+def _sections(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
+    """The parts of an .asf: the word after the colon, in lower case, and the lines below."""
+    name, held = "", []
+    for line in lines:
+        if line.startswith(":"):
+            if name:
+                yield name, held
+            words = line[1:].split()
+            name, held = (words[0].lower() if words else ""), [" ".join(words[1:])] if words[1:] else []
+        else:
+            held.append(line)
+    if name:
+        yield name, held
+
+
+def _skeleton(lines: list[str]) -> list[_Bone]:
+    """Bones, the root first, parents before children."""
+    parts = dict(_sections(lines))
+    missing = [name for name in ("root", "bonedata", "hierarchy") if name not in parts]
+    if missing:
+        raise ValueError(f"it lacks :{', :'.join(missing)}")
+    degrees = not any(line.lower().split() == ["angle", "rad"] for line in parts.get("units", ()))
+    if not degrees:
+        raise ValueError("its angles are in radians; only degrees are known")
+    found = {ROOT: _root(parts["root"])} | {bone.name: bone for bone in _bones(parts["bonedata"])}
+    ordered, place = [found[ROOT]], {ROOT: 0}
+    waiting = [line.split() for line in parts["hierarchy"] if line.lower() not in ("begin", "end")]
+    while waiting:
+        ready = [words for words in waiting if words[0] in place]
+        if not ready:
+            raise ValueError(f"its hierarchy does not lead from the root to {waiting[0][0]}")
+        for parent, *children in ready:
+            for child in children:
+                if child in place:
+                    raise ValueError(f"its bone {child} has two parents")
+                found[child].parent = place[parent]
+                place[child] = len(ordered)
+                ordered.append(found[child])
+        waiting = [words for words in waiting if words not in ready]
+    return ordered
+
+
+def _root(lines: list[str]) -> _Bone:
+    facts = {line.split()[0].lower(): line.split()[1:] for line in lines}
+    order = facts.get("axis", ["XYZ"])[0].lower()
+    turned = [float(word) for word in facts.get("orientation", ["0", "0", "0"])]
+    moves = tuple(word.lower() for word in facts["order"])
+    return _Bone(ROOT, axis=(np.array(turned), _checked(order)), moves=moves)
+
+
+def _bones(lines: list[str]) -> Iterator[_Bone]:
+    bone = None
+    for line in lines:
+        key, *words = line.split()
+        key = key.lower()
+        if key == "begin":
+            bone = _Bone("")
+        elif key == "end" and bone is not None:
+            yield bone
+            bone = None
+        elif bone is None:
+            continue
+        elif key == "name":
+            bone.name = words[0]
+        elif key == "direction":
+            bone.direction = np.array([float(word) for word in words[:3]])
+        elif key == "length":
+            bone.length = float(words[0])
+        elif key == "axis":
+            bone.axis = (np.array([float(word) for word in words[:3]]), _checked(words[3].lower()))
+        elif key == "dof":
+            bone.moves = tuple(word.lower() for word in words)
+
+
+def _checked(order: str) -> str:
+    if order not in ORDERS:
+        raise ValueError(f"{order} is no order of axes")
+    return order
+
+
+def _frames(lines: list[str], bones: list[_Bone]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Values of each bone by frame, and the root's position."""
+    starts = [number for number, line in enumerate(lines) if line.isdigit()]
+    if len(starts) < MIN_FRAMES:
+        raise UnusableMotion(f"it holds a pose, not a motion: {len(starts)} frames")
+    if any(line.upper().startswith(":RADIANS") for line in lines[: starts[0]]):
+        raise UnusableMotion("its angles are in radians; only degrees are known")
+    refuse_too_long(len(starts), len(bones))
+    moving = {bone.name: bone.moves for bone in bones if bone.moves}
+    values = {name: np.zeros((len(starts), len(moves))) for name, moves in moving.items()}
+    for frame, start in enumerate(starts):
+        stop = starts[frame + 1] if frame + 1 < len(starts) else len(lines)
+        for line in lines[start + 1 : stop]:
+            name, *words = line.split()
+            if name not in moving:
+                raise UnusableMotion(f"its frame {frame + 1} moves {name[:40]}, which its skeleton does not")
+            try:
+                values[name][frame] = [float(word) for word in words]
+            except ValueError as error:
+                raise UnusableMotion(
+                    f"its frame {frame + 1} gives {name[:40]} other than {len(moving[name])} numbers"
+                ) from error
+    if not all(np.isfinite(found).all() for found in values.values()):
+        raise UnusableMotion("its animation holds values that are not finite")
+    shifts = [moving[ROOT].index(axis) for axis in SHIFTS if axis in moving[ROOT]]
+    if len(shifts) < 3:
+        raise UnusableMotion("its root does not move along all three axes")
+    return values, values[ROOT][:, shifts]
+
+
+def _source(
+    bones: list[_Bone], values: dict[str, np.ndarray], position: np.ndarray, rate: float
+) -> SourceMotion:
+    n_frames = len(position)
+    rest = np.tile(np.eye(4), (len(bones), 1, 1))
+    moved = np.tile(np.eye(4), (n_frames, len(bones), 1, 1))
+    rest_end, end = np.zeros((len(bones), 3)), np.zeros((n_frames, len(bones), 3))
+    for number, bone in enumerate(bones):
+        turn = _turn(bone, values.get(bone.name), n_frames)
+        reach = bone.direction / max(np.linalg.norm(bone.direction), 1e-12) * bone.length
+        if bone.parent >= 0:
+            turn = moved[:, bone.parent, :3, :3] @ turn
+            rest[number, :3, 3], moved[:, number, :3, 3] = rest_end[bone.parent], end[:, bone.parent]
+        else:
+            moved[:, number, :3, 3] = position
+        moved[:, number, :3, :3] = turn
+        rest_end[number] = rest[number, :3, 3] + reach
+        end[:, number] = moved[:, number, :3, 3] + turn @ reach
+    up = np.eye(4)
+    up[:3, :3] = Y_UP_TO_Z_UP
+    parents = np.array([bone.parent for bone in bones])
+    names = tuple(bone.name for bone in bones)
+    return SourceMotion(names, parents, up @ rest @ up.T, up @ moved @ up.T, rate)
+
+
+def _turn(bone: _Bone, values: np.ndarray | None, n_frames: int) -> np.ndarray:
+    """Turn of a bone against its parent in each frame, in the axes of the rest pose, shape (T, 3, 3).
+
+    The bone turns about its own axes, which stand turned by `axis` in the rest pose: C M C^-1. The first
+    axis of an order is applied first.
+    """
+    angles, order = bone.axis
+    own = Rotation.from_euler(order, angles, degrees=True).as_matrix()
+    moving = [(place, move[1]) for place, move in enumerate(bone.moves) if move in TURNS]
+    if values is None or not moving:
+        return np.tile(np.eye(3), (n_frames, 1, 1))
+    places, axes = zip(*moving, strict=True)
+    turned = Rotation.from_euler("".join(axes), values[:, list(places)], degrees=True)
+    return own @ turned.as_matrix().reshape(-1, 3, 3) @ own.T

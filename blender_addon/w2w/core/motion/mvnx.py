@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Xsens MVN's open export, MVNX: segments' positions and orientations, read as a stream of XML."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from .motion_file import size_and_head, unreadable
+from .source import MOST_BONE_FRAMES, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
+
+MVNX_SUFFIX = ".mvnx"
+
+CHUNK = 1 << 20
+MIN_FRAMES = 4
+
+REST_FRAMES = ("tpose", "identity", "npose")
+"""Calibration poses, the best first: its own T-pose is nearest to W2W's."""
+
+CHAINS = (
+    ("Pelvis", "L5", "L3", "T12", "T8", "Neck", "Head"),
+    *(
+        ("T8", f"{side}Shoulder", f"{side}UpperArm", f"{side}ForeArm", f"{side}Hand")
+        for side in ("Left", "Right")
+    ),
+    *(
+        ("Pelvis", f"{side}UpperLeg", f"{side}LowerLeg", f"{side}Foot", f"{side}Toe")
+        for side in ("Left", "Right")
+    ),
+)
+"""Segments from the pelvis outwards (Xsens MVN User Manual, 23 segments)."""
+
+PARENT = {child: parent for chain in CHAINS for parent, child in pairwise(chain)}
+
+UNIT_LENGTH = 0.05
+"""How far a quaternion's length may be from 1."""
+
+
+class _Content:
+    """What is kept of the stream of tags."""
+
+    def __init__(self) -> None:
+        self.segments: list[str] = []
+        self.rate = 0.0
+        self.poses: dict[str, dict[str, list[float]]] = {}
+        self.frames: list[dict[str, list[float]]] = []
+        self._frame: dict[str, list[float]] | None = None
+        self._type = ""
+        self._text: list[str] | None = None
+        self.subjects = 0
+
+    def doctype(self, *_: str) -> None:
+        """Refused: a file of MVN has none, and entities may grow without end."""
+        raise UnusableMotion("it holds a document type, which no MVNX file has")
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Take up what a tag says."""
+        name = tag.rpartition("}")[2]
+        if name == "subject":
+            self.subjects += 1
+            if self.subjects == 1:
+                self.rate = _number(attributes.get("frameRate", "0"))
+        elif self.subjects != 1:
+            return
+        elif name == "segment":
+            self.segments.append(attributes.get("label", ""))
+        elif name == "frame":
+            self._frame, self._type = {}, attributes.get("type", "normal")
+        elif name in ("orientation", "position") and self._frame is not None:
+            self._text = []
+
+    def data(self, text: str) -> None:
+        """Collect the numbers of a tag that is kept."""
+        if self._text is not None:
+            self._text.append(text)
+
+    def end(self, tag: str) -> None:
+        """Keep what a tag held."""
+        name = tag.rpartition("}")[2]
+        if self._text is not None and self._frame is not None and name in ("orientation", "position"):
+            self._frame[name] = [_number(word) for word in "".join(self._text).split()]
+            self._text = None
+        elif name == "frame" and self._frame is not None:
+            if self._type == "normal":
+                self.frames.append(self._frame)
+                if len(self.frames) * max(1, len(self.segments)) > MOST_BONE_FRAMES:
+                    refuse_too_long(len(self.frames), len(self.segments))
+            else:
+                self.poses.setdefault(self._type, self._frame)
+            self._frame = None
+
+    def close(self) -> _Content:
+        """The content itself."""
+        return self
+
+
+def read_mvnx(path: str | Path) -> SourceMotion:
+    """Read the first person's motion.
+
+    Returns
+    -------
+    SourceMotion
+        In metres, z up, at rest in MVN's T-pose.
+
+    Raises
+    ------
+    UnusableMotion
+        If the file cannot be used; the message says why.
+    """
+    path = Path(path)
+    size_and_head(path)
+    parser = ElementTree.XMLParser(target=_Content())
+    try:
+        with path.open("rb") as stream:
+            while chunk := stream.read(CHUNK):
+                parser.feed(chunk)
+        content = parser.close()
+    except OSError as error:
+        raise UnusableMotion(unreadable(error)) from error
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise UnusableMotion(f"it cannot be read as MVNX: {error}") from error
+    return _source(content)
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise UnusableMotion(f"it holds '{word[:40]}' where a number should be") from None
+
+
+def _source(content: _Content) -> SourceMotion:
+    names = tuple(content.segments)
+    if "Pelvis" not in names or names[0] != "Pelvis":
+        raise UnusableMotion("it names no segments of MVN's, the pelvis first: it is no MVNX file of a body")
+    if len(content.frames) < MIN_FRAMES:
+        raise UnusableMotion(f"it holds a pose, not a motion: {len(content.frames)} frames")
+    refuse_rate(content.rate)
+    rest = next((content.poses[name] for name in REST_FRAMES if name in content.poses), None)
+    if rest is None:
+        raise UnusableMotion("it holds no calibration pose (tpose, identity or npose) to start from")
+    place = {name: number for number, name in enumerate(names)}
+    parents = [
+        place.get(PARENT.get(name, "Pelvis"), 0) if number else -1 for number, name in enumerate(names)
+    ]
+    if any(parent >= number for number, parent in enumerate(parents)):
+        raise UnusableMotion("its segments are not in MVN's order, from the pelvis outwards")
+    matrices = np.stack([_matrices(frame, len(names)) for frame in content.frames])
+    people = max(1, content.subjects)
+    return SourceMotion(
+        names, np.array(parents), _matrices(rest, len(names)), matrices, content.rate, people=people
+    )
+
+
+def _matrices(frame: dict[str, list[float]], n_segments: int) -> np.ndarray:
+    """World matrix of each segment, shape (S, 4, 4)."""
+    turns, places = (np.array(frame.get(name, ())) for name in ("orientation", "position"))
+    if turns.shape != (4 * n_segments,) or places.shape != (3 * n_segments,):
+        raise UnusableMotion(
+            f"a frame holds {len(turns)} numbers of orientation and {len(places)} of position; its "
+            f"{n_segments} segments need {4 * n_segments} and {3 * n_segments}: export it with both"
+        )
+    turns = turns.reshape(-1, 4)
+    lengths = np.linalg.norm(turns, axis=1)
+    if not (np.isfinite(places).all() and (np.abs(lengths - 1) < UNIT_LENGTH).all()):
+        raise UnusableMotion("its orientations are no unit quaternions, or its positions not finite")
+    found = np.tile(np.eye(4), (n_segments, 1, 1))
+    found[:, :3, :3] = Rotation.from_quat(turns[:, [1, 2, 3, 0]]).as_matrix()
+    found[:, :3, 3] = places.reshape(-1, 3)
+    return found

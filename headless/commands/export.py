@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w export`: a finished run's signals in the form that other tools read."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from w2w.core.exports.arrays import write_arrays, write_torch
+from w2w.core.exports.bids import write_bids
+from w2w.core.exports.biomechanics import write_opensim, write_xsens
+from w2w.core.exports.parquet import write_parquet
+from w2w.core.exports.pose_packs import METHODS, RATE_HZ, sites_of, write_pose_pack
+from w2w.core.exports.study_signals import StudySignals, placed, worn
+from w2w.core.file_names import shown
+from w2w.core.files import UNFINISHED, write_json
+from w2w.core.results_folder import StudyResults
+
+from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE
+from ..signal_options import chosen_sensor
+from ..stopping import STOPPED
+
+MARKER = ".w2w_export.json"
+"""In a folder that an export made, which another may replace."""
+
+WINDOWED = {"aeon": write_arrays, "torch": write_torch}
+RECORDED = {"bids": write_bids, "parquet": write_parquet}
+WORN = ("opensim", "xsens")
+TOOLS = (*WINDOWED, *METHODS, *RECORDED, *WORN)
+
+
+def export(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    tool: Annotated[str, typer.Option("--for", help=f"Who reads it: {', '.join(TOOLS)}.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", help="New folder.  [default: export/TOOL in RESULTS]", show_default=False
+        ),
+    ] = None,
+    places: Annotated[
+        str,
+        typer.Option(
+            help="Sensors, comma-separated: 'left wrist, sternum', a patch's name, 'all'; for pose "
+            "estimators, opensim and xsens also numbers of the body's vertices.  [default: those the run "
+            "chose; for pose estimators the method's own]"
+        ),
+    ] = "",
+    sensor: Annotated[
+        str,
+        typer.Option(
+            help="For pose estimators, opensim and xsens: another sensor, such as 'ideal'.  "
+            "[default: the run's]"
+        ),
+    ] = "",
+) -> None:
+    """Write a finished run's signals for another tool: arrays, training data, BIDS, OpenSim, Xsens, Parquet.
+
+    Exit codes: 0 written, 1 it cannot be (and why), 2 wrong use, 130 stopped by Ctrl-C.
+    """
+    console = Console(highlight=False)
+    try:
+        if tool not in TOOLS:
+            raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
+        study = StudyResults.load(results)
+        target = out or results / "export" / tool
+        _refuse_foreign(target)
+        write = _writer(study, tool, places, sensor)
+    except (ValueError, OSError) as error:
+        console.print(str(error), style="red", markup=False)
+        raise typer.Exit(USAGE) from error
+    try:
+        with console.status(f"Writing {tool}"):
+            said = _replace(target, tool, write)
+    except (ValueError, OSError) as error:
+        console.print(f"Nothing written: {error}", style="red", markup=False)
+        raise typer.Exit(NOTHING_TO_DO) from error
+    except KeyboardInterrupt as error:
+        console.print(f"\n{STOPPED}")
+        raise typer.Exit(INTERRUPTED) from error
+    console.print(f"{said}: {escape(shown(target))}")
+
+
+def _writer(study: StudyResults, tool: str, places: str, sensor: str) -> Callable[[Path], str]:
+    """What fills a folder and says what it wrote; whatever can be wrong with the arguments is found here."""
+    config = study.config()
+    if tool in WINDOWED or tool in RECORDED:
+        if sensor:
+            raise ValueError(
+                f"--for {tool} writes the signals that the run made: give the sensor to `w2w run`"
+            )
+        signals = StudySignals.at(study, places)
+        kind = "windows" if tool in WINDOWED else "clips"
+        write = {**WINDOWED, **RECORDED}[tool]
+        return lambda folder: f"{write(folder, signals)} {kind} of {_listed(signals.names)}"
+    model = chosen_sensor(sensor) if sensor else config.sensor_model()
+    given = [name.strip() for name in places.split(",") if name.strip()]
+    if tool in METHODS:
+        patches = placed(study, given or sites_of(tool))
+        clips = worn(study, patches, RATE_HZ, model)
+
+        def write_pack(folder: Path) -> str:
+            gravity = config.synthesis.gravity
+            count = write_pose_pack(folder, tool, study.body(), patches, clips, gravity)
+            return f"{count} clips of {_listed(patches.names)} at {RATE_HZ:g} Hz"
+
+        return write_pack
+    patches = placed(study, given or list(StudySignals.at(study, "").names))
+    clips = worn(study, patches, config.synthesis.rate_hz, model)
+    if tool == "opensim":
+        return lambda folder: (
+            f"{write_opensim(folder, study.body(), clips)} clips of {_listed(patches.names)}"
+        )
+    return lambda folder: f"{write_xsens(folder, clips)} clips of {_listed(patches.names)}"
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names) if len(names) <= 6 else f"{len(names)} places"
+
+
+def _refuse_foreign(target: Path) -> None:
+    """Refuse a folder that holds anything but an earlier export."""
+    if target.is_dir() and (not any(target.iterdir()) or (target / MARKER).is_file()):
+        return
+    if target.exists() or target.is_symlink():
+        raise ValueError(f"{shown(target)} is there and no export of W2W's: give another --out")
+
+
+def _replace(target: Path, tool: str, write: Callable[[Path], str]) -> str:
+    """Fill a folder beside the target and put it there when it is whole."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    folder = Path(mkdtemp(dir=target.parent, prefix=f".{target.name[:40]}.", suffix=UNFINISHED))
+    try:
+        said = write(folder)
+        write_json(folder / MARKER, {"for": tool, "wrote": said})
+        folder.chmod(0o755)
+        if target.is_dir():
+            shutil.rmtree(target)
+        folder.rename(target)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    return said

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Options for how signals are made: the sensor, its rate, the bands, the convention."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from w2w.core.imu.presets import PRESETS, preset
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.sensor_file import read_sensor
+from w2w.core.imu.synthesis import Synthesis
+
+PANEL = "Signals"
+
+AS_DEFAULT = Synthesis()
+CONVENTIONS = ("physical", "paper")
+
+Sensor = Annotated[
+    str,
+    typer.Option(
+        help="Sensor preset (see `w2w sensors`), 'ideal' for no errors, or a JSON file of your own part.",
+        rich_help_panel=PANEL,
+    ),
+]
+Rate = Annotated[float, typer.Option(min=5, max=1000, help="Sensor rate, Hz.", rich_help_panel=PANEL)]
+Band = Annotated[
+    float,
+    typer.Option(
+        min=0,
+        help="Band limit, Hz; 0 for none. Raise it for clean motion capture.",
+        rich_help_panel=PANEL,
+    ),
+]
+RootBand = Annotated[
+    float | None,
+    typer.Option(
+        min=0.1,
+        help="Band limit of the root's path, Hz: about 3 for inertial suits.",
+        rich_help_panel=PANEL,
+    ),
+]
+Convention = Annotated[
+    str,
+    typer.Option(
+        help="physical, or paper: the equations as the paper prints them, for comparison only.",
+        rich_help_panel=PANEL,
+    ),
+]
+
+
+def chosen_sensor(text: str) -> SensorModel:
+    """The sensor that `--sensor` names: a preset, or a file's.
+
+    Raises
+    ------
+    ValueError
+        If there is no such preset or the file does not describe a sensor; the message says why.
+    """
+    if not (text.lower().endswith(".json") or Path(text).is_file()):
+        try:
+            return preset(text)
+        except ValueError as error:
+            raise ValueError(f"--sensor: {error}, or a JSON file of your own part") from error
+    try:
+        return read_sensor(text)
+    except OSError as error:
+        raise ValueError(f"--sensor: {text} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise ValueError(f"--sensor: {error}") from error
+
+
+def sensor_settings(text: str) -> dict[str, str | SensorModel]:
+    """`--sensor` as fields of a `StudyConfig`."""
+    model = chosen_sensor(text)
+    if PRESETS.get(model.name) == model:
+        return {"sensor": model.name}
+    return {"sensor": model.name, "own_sensor": model}
+
+
+def synthesis_settings(rate: float, band: float, convention: str) -> Synthesis:
+    """`--rate`, `--band` and `--convention` as a `Synthesis`.
+
+    Raises
+    ------
+    ValueError
+        If the convention is unknown.
+    """
+    if convention not in CONVENTIONS:
+        raise ValueError(f"--convention must be {' or '.join(CONVENTIONS)}, not {convention}")
+    if not (math.isfinite(rate) and math.isfinite(band)):
+        raise ValueError("--rate and --band must be numbers of Hz")
+    return Synthesis(rate_hz=rate, cutoff_hz=band or None, convention=convention)

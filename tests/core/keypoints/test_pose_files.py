@@ -1,0 +1,310 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Joint positions in files: every set and kind is known again, and what is wrong is one sentence."""
+
+import json
+
+import numpy as np
+import pytest
+
+from w2w.core.datasets.utd_mhad import read_utd_mhad
+from w2w.core.files import write_npz
+from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.keypoints.joint_sets import JOINT_SETS, unseen
+from w2w.core.keypoints.naming import plain_joint
+from w2w.core.keypoints.pose_files import read_joints
+from w2w.core.motion.joint_files import is_joint_file, may_hold_joints
+from w2w.core.motion.motion import Motion, read_amass
+from w2w.core.motion.skinning import on_the_ground
+from w2w.core.motion.source import UnusableMotion
+
+from ...seen_joints import seen_as
+
+TOLD_BY_NAME = [name for name in JOINT_SETS if name not in ("mm-fit-17", "joint-centres")]
+
+
+@pytest.fixture(scope="module")
+def walk(shared_data, bundled_body):
+    """Three seconds of real motion capture."""
+    motion = on_the_ground(
+        bundled_body, read_amass(shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz")
+    )
+    step = round(motion.rate / 30)
+    return Motion(motion.rotations[::step][:90], motion.pelvis[::step][:90], motion.rate / step)
+
+
+def as_csv(path, joint_set, positions, rows=None, spell="{joint}_{axis}"):
+    header = [spell.format(joint=joint, axis=axis) for joint in joint_set.joints for axis in "xyz"]
+    lines = [",".join(f"{value:.6f}" for value in frame.ravel()) for frame in positions]
+    path.write_text("\n".join([",".join(header), *(lines if rows is None else rows)]) + "\n")
+
+
+def written(folder, kind, name, positions, rate):
+    """The positions in millimetres, as a file of a kind."""
+    path, joint_set = folder / f"clip.{kind}", JOINT_SETS[name]
+    facts = {"rate": rate, "unit": "mm", "up": "z"}
+    if kind == "csv":
+        as_csv(path, joint_set, 1000 * positions)
+    elif kind == "npy":
+        np.save(path, 1000 * positions)
+    elif kind == "npz":
+        arrays = {"positions": 1000 * positions, "fps": np.array(rate), "unit": np.array("mm")}
+        write_npz(path, arrays | {"up": np.array("z")})
+        return path
+    else:
+        path.write_text(json.dumps({"positions": (1000 * positions).tolist(), **facts}))
+        return path
+    (folder / "clip.json").write_text(json.dumps(facts))
+    return path
+
+
+@pytest.mark.parametrize("kind", ["csv", "npy", "npz", "json"])
+@pytest.mark.parametrize("name", TOLD_BY_NAME)
+def test_every_set_is_known_again_in_every_kind_of_file(tmp_path, bundled_body, walk, name, kind):
+    positions = seen_as(JOINT_SETS[name], bundled_body, walk)
+    found = read_joints(written(tmp_path, kind, name, positions, walk.rate))
+    assert found.joint_set == JOINT_SETS[name]
+    assert (found.rate, found.unit, found.up, found.up_is_guessed) == (walk.rate, "mm", "z", False)
+    np.testing.assert_allclose(found.positions, 1000 * positions, atol=1e-3)
+    if kind == "npy":
+        fit = found.fit(bundled_body)
+        assert fit.scale == pytest.approx(0.001, rel=0.02)
+        assert found.height(bundled_body, fit) == pytest.approx(bundled_body.height, rel=0.02)
+
+
+def test_columns_in_any_order_and_spelling_with_a_clock_and_confidences(tmp_path, bundled_body, walk):
+    joint_set = JOINT_SETS["openpose-25"]
+    positions = seen_as(joint_set, bundled_body, walk)
+    spelt = {"left": "L", "right": "R"}
+    columns = [("time", np.arange(len(positions)) / 30)]
+    for number in reversed(range(len(joint_set.joints))):
+        side, _, part = joint_set.joints[number].partition("_")
+        joint = (
+            spelt[side] + part.title().replace("_", "") if side in spelt else joint_set.joints[number].title()
+        )
+        columns += [(f"{joint}.{axis.upper()}", positions[:, number, k]) for k, axis in enumerate("xyz")]
+        columns.append((f"{joint}.confidence", np.ones(len(positions))))
+    rows = np.stack([values for _, values in columns], axis=1)
+    lines = [";".join(f"{value:.6f}".replace(".", ",") for value in row) for row in rows]
+    (tmp_path / "a.csv").write_text(";".join(name for name, _ in columns) + "\n" + "\n".join(lines))
+    found = read_joints(tmp_path / "a.csv", PoseFacts(unit="m"))
+    assert found.joint_set == joint_set
+    assert found.rate == pytest.approx(30)
+    assert found.up_is_guessed
+    assert found.up == "z"
+    np.testing.assert_allclose(found.positions, positions, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("spelt", "plain"),
+    [
+        ("LeftHip", "left hip"), ("hip_l", "left hip"), ("LHip", "left hip"), ("RBigToe", "right bigtoe"),
+        ("left_big_toe", "left bigtoe"), ("mouth_left", "left mouth"), ("SpineNavel", "spinenavel"),
+        ("right hand tip", "right handtip"), ("nose", "nose"),
+    ],
+)  # fmt: skip
+def test_a_joint_has_one_name_however_it_is_spelt(spelt, plain):
+    assert plain_joint(spelt) == plain
+
+
+def test_facts_on_the_command_line_come_before_the_file_and_the_file_before_its_side_car(tmp_path):
+    positions = np.random.default_rng(0).normal(size=(10, 20, 3))
+    write_npz(tmp_path / "a.npz", {"joints": positions, "fps": np.array(25.0)})
+    (tmp_path / "a.json").write_text('{"rate": 50, "unit": "cm", "up": "y"}')
+    found = read_joints(tmp_path / "a.npz")
+    assert (found.rate, found.unit, found.up) == (25, "cm", "y")
+    found = read_joints(tmp_path / "a.npz", PoseFacts(rate=100.0, up="-z"))
+    assert (found.rate, found.unit, found.up) == (100, "cm", "-z")
+
+
+def test_a_joint_at_nought_or_without_a_number_was_not_seen(tmp_path):
+    positions = np.random.default_rng(0).normal(size=(10, 20, 3)) + 1
+    positions[2, 5] = 0
+    positions[3, 6, 1] = np.nan
+    positions[:, 3] = 0  # the origin of the axes, in every frame
+    np.save(tmp_path / "a.npy", positions)
+    seen = np.isfinite(read_joints(tmp_path / "a.npy", PoseFacts(rate=30.0, up="y")).positions).all(axis=2)
+    assert np.argwhere(~seen).tolist() == [[2, 5], [3, 6]]
+
+
+def test_mmpose_and_flat_arrays_and_one_person_of_several_axes(tmp_path):
+    positions = np.random.default_rng(0).normal(size=(6, 20, 3))
+    frames = [
+        {"frame_id": k, "instances": [{"keypoints": frame.tolist()}]} for k, frame in enumerate(positions)
+    ]
+    frames[3]["instances"] = []
+    (tmp_path / "m.json").write_text(json.dumps({"meta_info": {}, "instance_info": frames}))
+    given = PoseFacts(rate=30.0, up="y")
+    found = read_joints(tmp_path / "m.json", given).positions
+    assert np.isnan(found[3]).all()
+    np.testing.assert_allclose(found[[0, 1, 2, 4, 5]], positions[[0, 1, 2, 4, 5]])
+    for name, array in {
+        "flat": positions.reshape(6, -1),
+        "one": positions[:, None],
+        "first": positions[None],
+    }.items():
+        np.save(tmp_path / f"{name}.npy", array)
+        np.testing.assert_array_equal(read_joints(tmp_path / f"{name}.npy", given).positions, positions)
+
+
+def test_seventeen_joints_that_make_no_body_must_be_named(tmp_path):
+    np.save(tmp_path / "a.npy", np.random.default_rng(0).normal(size=(50, 17, 3)))
+    with pytest.raises(UnusableMotion, match=r"may be human36m-17 or coco-17: say which"):
+        read_joints(tmp_path / "a.npy", PoseFacts(rate=30.0))
+    found = read_joints(tmp_path / "a.npy", PoseFacts(rate=30.0, joint_set="mm-fit-17", up="z"))
+    assert found.joint_set == JOINT_SETS["mm-fit-17"]
+
+
+RANDOM = np.random.default_rng(0).normal(size=(20, 20, 3))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.npy", RANDOM[..., :2], "positions in the picture (2D)"),
+        ("a.npy", RANDOM[:, :19], "it holds 19 joints, and no joint set has so many; there are human"),
+        ("a.npy", RANDOM[:, None].repeat(2, 1), "as of several people"),
+        ("a.npy", RANDOM[0, 0], "it has shape (3,)"),
+        ("a.npy", np.zeros((5, 0, 3)), "it holds 0 joints"),
+        ("a.npy", RANDOM[:2], "a pose, not a motion: 2 frames"),
+        ("a.npy", np.full((9, 20, 3), np.nan), "hips and shoulders are never seen together"),
+        ("a.npy", RANDOM * 1e12, "beyond any unit of length"),
+        ("a.npy", np.array(["x"] * 60).reshape(1, 20, 3), "its positions are no numbers"),
+        ("a.npy", b"no npy", "a.npy is damaged or no npy file"),
+        ("a.npy", b"", "the file is empty"),
+        ("a.npz", {"other": RANDOM}, "it holds other, and none of positions"),
+        ("a.npz", {"joints": RANDOM, "unit": np.array("furlong")}, "the pose's unit must be one of m, cm"),
+        ("a.json", "{", "it cannot be read as JSON"),
+        ("a.json", "[1, 2]", 'no JSON object with "positions"'),
+        ("a.json", "[" * 100_000, "it cannot be read as JSON"),
+        ("a.json", '{"positions": [[[1, 2, 3]], [[1, 2]]]}', "no regular list of frames"),
+        ("a.json", '{"positions": [[["a", "b", "c"]]]}', "no regular list of frames"),
+        ("a.json", '{"people": []}', "one frame of OpenPose"),
+        ("a.json", '{"instance_info": [{"instances": []}]}', "shows nobody"),
+        ("a.json", '{"positions": [[[1, 2, 3]]], "joint_names": ["a", "b"]}', "there are 2 'joint_names'"),
+        ("a.json", '{"positions": [[[1, 2, 3]]], "rate": "fast"}', "the pose's rate must be a number"),
+        ("a.json", '{"positions": [[[1, 2, 3]]], "rate": -1}', "the pose's rate must be frames a second"),
+        ("a.csv", "file,activity\na,b\n", "its first line names no joints"),
+        ("a.csv", "hip_x,hip_y,hip_z\n1,2\n", "its row 1 has 2 cells; the header has 3"),
+        ("a.csv", "time,hip_x,hip_y,hip_z\n0,1,2,3\n0,1,2,3\n", "its column time does not rise"),
+        ("a.csv", "time,hip_x,hip_y,hip_z\n0,1,2,3\n1,1,2,3\n9,1,2,3\n", "its frames are not regular"),
+        ("a.csv", "hip_x,hip_y,hip_z\n" + "1,2,3\n" * 9, "of no set that W2W knows: it lacks left hip"),
+        ("a.txt", "x", "no kind of file that joint positions come in"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_sentence(tmp_path, name, content, message):
+    path = tmp_path / name
+    if isinstance(content, np.ndarray):
+        np.save(path, content)
+    elif isinstance(content, dict):
+        write_npz(path, content)
+    else:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(UnusableMotion) as caught:
+        read_joints(path, PoseFacts() if b"rate" in path.read_bytes()[-40:] else PoseFacts(rate=30.0))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_rate_unit_and_side_car_are_asked_for_in_a_sentence(tmp_path, bundled_body, walk):
+    positions = seen_as(JOINT_SETS["kinect-20"], bundled_body, walk)
+    np.save(tmp_path / "a.npy", positions)
+    with pytest.raises(
+        UnusableMotion, match=r"does not say its frame rate: give --pose-rate, .* a\.json beside"
+    ):
+        read_joints(tmp_path / "a.npy")
+    (tmp_path / "a.json").write_text("{")
+    with pytest.raises(UnusableMotion, match=r"a\.json beside it cannot be read as JSON"):
+        read_joints(tmp_path / "a.npy")
+    (tmp_path / "a.json").write_text('{"rate": 30, "unit": "mm"}')
+    with pytest.raises(
+        UnusableMotion, match=r"in 'mm' its person would be 0\.00\d+ m tall: correct its unit"
+    ):
+        read_joints(tmp_path / "a.npy").fit(bundled_body)
+    nowhere = positions.copy()
+    nowhere[:, 4:] = np.nan
+    np.save(tmp_path / "a.npy", nowhere)
+    with pytest.raises(UnusableMotion, match="can hardly ever be seen: there is no body to fit"):
+        read_joints(tmp_path / "a.npy", PoseFacts(up="z", unit="m")).fit(bundled_body)
+
+
+def test_a_real_kinect_skeleton_is_read_and_fitted(shared_data, tmp_path, bundled_body):
+    trial = read_utd_mhad(shared_data / "imu/utd_mhad/utd_mhad_subjects_1_4.npz")[0]
+    np.save(tmp_path / "kinect.npy", trial.skeleton)
+    found = read_joints(tmp_path / "kinect.npy", PoseFacts(rate=30.0, unit="m"))
+    assert (found.joint_set, found.up) == (JOINT_SETS["kinect-20"], "y")
+    fit = found.fit(bundled_body)
+    assert 1.3 < found.height(bundled_body, fit) < 2.1
+    assert fit.motion.n_frames == len(trial.skeleton)
+
+
+def test_what_a_set_cannot_show_is_said():
+    assert "turns of the forearms about their own axis" in unseen(JOINT_SETS["human36m-17"])
+    assert "turns of the forearms about their own axis" not in unseen(JOINT_SETS["blazepose-33"])
+    assert "the feet" in unseen(JOINT_SETS["coco-17"])
+    assert "the feet" not in unseen(JOINT_SETS["openpose-25"])
+
+
+def test_only_text_that_names_joints_is_taken_for_motion(tmp_path, bundled_body, walk):
+    joint_set = JOINT_SETS["coco-17"]
+    as_csv(tmp_path / "a.csv", joint_set, seen_as(joint_set, bundled_body, walk))
+    (tmp_path / "labels.csv").write_text("file,activity\na.csv,walk\n")
+    (tmp_path / "side.json").write_text('{"rate": 30, "unit": "m", "joint_set": "coco-17"}')
+    (tmp_path / "bones.json").write_text('{"name": "x", "joints": {"pelvis": "hips"}}')
+    (tmp_path / "b.json").write_text('{"rate": 30, "keypoints": []}')
+    held = {path.name for path in tmp_path.iterdir() if may_hold_joints(path)}
+    assert held == {"a.csv", "b.json"}
+    write_npz(tmp_path / "amass.npz", {"poses": np.zeros((9, 72)), "joints": np.zeros((9, 22, 3))})
+    assert not is_joint_file(tmp_path / "amass.npz")
+
+
+def write_c3d(path, labels, positions, rate=100.0, unit="mm"):
+    ezc3d = pytest.importorskip("ezc3d", exc_type=ImportError)
+    made = ezc3d.c3d()
+    made["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    made["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    made["parameters"]["POINT"]["LABELS"]["value"] = tuple(labels)
+    made["data"]["points"] = np.concatenate(
+        [positions.transpose(2, 1, 0), np.ones((1, positions.shape[1], len(positions)))]
+    )
+    made.write(str(path))
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [("HJC", "KJC", "AJC", "SJC", "EJC", "WJC"), ("FEP", "FEO", "TIO", "HUP", "HUO", "RAO")],
+    ids=["joint centres", "plug-in gait"],
+)
+def test_joint_centres_of_a_c3d_file(tmp_path, bundled_body, walk, ends):
+    joint_set = JOINT_SETS["coco-17"]
+    positions = 1000 * seen_as(joint_set, bundled_body, walk)
+    parts = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+    columns = {
+        f"Anna:{side[0].upper()}{end}": joint_set.joints.index(f"{side}_{part}")
+        for side in ("left", "right")
+        for part, end in zip(parts, ends, strict=True)
+    }
+    labels = ["Anna:LASI", *columns, "*12"]
+    points = np.concatenate(
+        [positions[:, :1], positions[:, list(columns.values())], positions[:, :1]], axis=1
+    )
+    write_c3d(tmp_path / "gait.c3d", labels, points)
+    found = read_joints(tmp_path / "gait.c3d")
+    assert (found.joint_set, found.rate, found.unit, found.up) == (
+        JOINT_SETS["joint-centres"],
+        100,
+        "mm",
+        "z",
+    )
+    fit = found.fit(bundled_body)
+    assert found.height(bundled_body, fit) == pytest.approx(bundled_body.height, rel=0.02)
+    write_c3d(tmp_path / "markers.c3d", ["LASI", "RASI", "LHJC"], points[:, :3])
+    with pytest.raises(
+        UnusableMotion, match=r"no joint centre of the .*right hip.* holds LASI, RASI, LHJC: W2W"
+    ):
+        read_joints(tmp_path / "markers.c3d")
+
+
+def test_c3d_files_that_are_none_or_cannot_be_read(tmp_path):
+    (tmp_path / "a.c3d").write_bytes(b"x" * 600)
+    with pytest.raises(UnusableMotion, match=r"it cannot be read as C3D|C3D files are read by ezc3d"):
+        read_joints(tmp_path / "a.c3d")

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Joint positions from video go the whole road: inspected, run, loaded from Python."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import w2w
+from headless.__main__ import APP
+from w2w.core.datasets.utd_mhad import UTD_ACTIONS, read_utd_mhad
+from w2w.core.keypoints.joint_sets import JOINT_SETS
+from w2w.core.motion.motion import Motion, read_amass
+from w2w.core.motion.skinning import on_the_ground
+
+from ..seen_joints import seen_as
+
+pytestmark = pytest.mark.usefixtures("one_worker")
+
+ACTIONS = ("wave", "walk")
+
+
+def call(*arguments):
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    assert "Traceback" not in result.output
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def kinect(shared_data, tmp_path_factory):
+    """Real Kinect skeletons of two actions as npy files, and two files that cannot be used."""
+    folder = tmp_path_factory.mktemp("kinect")
+    counts = dict.fromkeys(ACTIONS, 0)
+    for trial in read_utd_mhad(shared_data / "imu/utd_mhad/utd_mhad_subjects_1_4.npz"):
+        action = trial.recording.activity
+        if counts.get(action, 9) < 3:
+            (folder / action).mkdir(exist_ok=True)
+            np.save(folder / action / f"{counts[action]}.npy", trial.skeleton)
+            counts[action] += 1
+    assert set(counts) <= set(UTD_ACTIONS)
+    np.save(folder / "walk" / "flat.npy", np.zeros((30, 20, 2)))
+    (folder / "walk" / "broken.npy").write_text("no array")
+    (folder / "walk" / "notes.csv").write_text("file,activity\nx,y\n")
+    (folder / "walk" / "settings.json").write_text('{"name": 1}')
+    return folder
+
+
+@pytest.mark.slow
+def test_kinect_skeletons_are_a_library(kinect, tmp_path):
+    options = ("--patches", 8, "--folds", 3, "--no-pictures", "--no-report", "--workers", 1, "--window", 1)
+    code, output = call(
+        "run", kinect, "--out", tmp_path / "out", *options, "--pose-rate", 30, "--pose-unit", "m"
+    )
+    assert code == 0, output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert (summary["clips"]["found"], summary["clips"]["used"]) == (8, 6)
+    assert {entry["skeleton"] for entry in summary["used"]} == {"Kinect, 20 joints"}
+    reasons = {entry["file"]: entry["reason"] for entry in summary["skipped"]}
+    assert "positions in the picture (2D)" in reasons["walk/flat.npy"]
+    assert "damaged or no npy file" in reasons["walk/broken.npy"]
+    walk = Motion.load(tmp_path / "out" / "motions" / "walk_0.npz")
+    assert walk.rate == 30
+    before = (tmp_path / "out" / "signals" / "walk_0.npz").stat().st_mtime_ns
+    (kinect / "walk" / "0.json").write_text('{"rate": 60}')  # the options come before a side-car...
+    code, output = call(
+        "run", kinect, "--out", tmp_path / "out", *options, "--pose-rate", 30, "--pose-unit", "m"
+    )
+    assert code == 0, output
+    (kinect / "walk" / "0.json").unlink()
+    after = (tmp_path / "out" / "signals" / "walk_0.npz").stat().st_mtime_ns
+    assert after > before  # ... but the clip is read again, for it might have said more
+    code, output = call("run", kinect, "--out", tmp_path / "other", *options)
+    assert code == 1
+    assert "does not say its frame rate: give --pose-rate" in output
+
+
+def test_inspect_names_the_joints_and_what_cannot_be_seen(kinect):
+    code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "m")
+    assert code == 0, output
+    assert "joints Kinect, 20 joints" in output
+    assert "up y (by where the trunk points: say it with --pose-up if it is wrong)" in output
+    assert "turns of the forearms about their own axis" in output
+    assert "m tall" in output
+    code, output = call("inspect", kinect / "wave" / "0.npy")
+    assert (code, "does not say its frame rate" in output) == (1, True)
+    code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-unit", "furlong")
+    assert (code, "the pose's unit must be one of m, cm" in output) == (2, True)
+    code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "mm")
+    assert (code, "m tall: correct its unit" in output) == (1, True)
+
+
+def test_a_pipe_named_like_text_is_never_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "a.csv")
+    os.mkfifo(tmp_path / "b.npz")
+    code, output = call("inspect", tmp_path / "b.npz")
+    assert (code, "a named pipe" in output) == (1, True)
+    code, output = call("inspect", tmp_path / "a.csv")
+    assert (code, "a named pipe" in output) == (1, True)
+    code, output = call("run", tmp_path, "--out", tmp_path.parent / "out")
+    assert code in (1, 2), output
+
+
+def test_python_loads_them(shared_data, bundled_body, tmp_path):
+    motion = on_the_ground(
+        bundled_body, read_amass(shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz")
+    )
+    joint_set = JOINT_SETS["humanml3d-22"]
+    np.save(tmp_path / "walk.npy", seen_as(joint_set, bundled_body, motion)[:200])
+    motions = w2w.load(tmp_path / "walk.npy", pose=w2w.PoseFacts(rate=motion.rate, up="z"))
+    assert motions[0].n_frames == 200
+    assert motions[0].clip == "walk"
+    with pytest.raises(ValueError, match="does not say its frame rate"):
+        w2w.load(tmp_path / "walk.npy")

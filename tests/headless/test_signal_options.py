@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sensor, the bands and the convention in the user's hands: what is given is used and kept."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from headless.__main__ import APP
+from w2w.core.files import write_npz
+from w2w.core.imu.presets import preset
+from w2w.core.imu.recording import ImuRecording
+
+pytestmark = pytest.mark.usefixtures("one_worker")
+
+
+def w2w(*arguments):
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """Two activities of three clips each: an arm swings slowly or fast while the root shakes."""
+    folder = tmp_path_factory.mktemp("library")
+    rng = np.random.default_rng(3)
+    time = np.arange(150) / 50
+    for activity, speed in (("slow", 1.0), ("fast", 2.0)):
+        (folder / activity).mkdir()
+        for clip in range(3):
+            poses = np.zeros((150, 72))
+            poses[:, 3 * 17] = (0.8 + 0.1 * clip) * np.sin(2 * np.pi * speed * time)
+            trans = np.zeros((150, 3)) + [0, 0, 1] + 0.002 * rng.normal(size=(150, 3))
+            arrays = {"poses": poses, "trans": trans, "mocap_framerate": np.array(50.0)}
+            write_npz(folder / activity / f"{clip}.npz", arrays)
+    return folder
+
+
+def run(library, out, *options):
+    code, output = w2w(
+        "run", library, "--out", out, "--patches", 8, "--folds", 3, "--no-pictures", "--no-report",
+        "--workers", 1, *options,
+    )  # fmt: skip
+    assert code == 0, output
+    config = json.loads((out / "config.json").read_text())["parameters"]
+    return config, ImuRecording.load(out / "signals" / "fast_0.npz")
+
+
+@pytest.mark.slow
+def test_an_own_sensor_is_used_kept_and_heeded_when_it_changes(library, tmp_path):
+    part = tmp_path / "my part.json"
+    part.write_text('{"like": "bmi270", "gyroscope": {"full_scale": "250 dps", "lowpass_hz": null}}')
+    config, first = run(library, tmp_path / "out", "--sensor", part)
+    assert config["sensor"] == "my part"
+    assert config["own_sensor"]["gyroscope"]["full_scale"] == pytest.approx(np.radians(250))
+    assert config["sensor_model"] == config["own_sensor"]
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["sensor"] == "my part"
+    baked = (tmp_path / "out" / "signals" / "fast_0.npz").stat().st_mtime_ns
+    run(library, tmp_path / "out", "--sensor", part)
+    assert (tmp_path / "out" / "signals" / "fast_0.npz").stat().st_mtime_ns == baked
+    part.write_text('{"like": "bmi270", "gyroscope": {"full_scale": "125 dps"}}')
+    _, second = run(library, tmp_path / "out", "--sensor", part)
+    assert np.abs(first.gyr).max() > np.radians(130) > np.abs(second.gyr).max()  # clips at the new range
+    assert preset("bmi270").gyroscope.full_scale > np.abs(first.gyr).max()
+
+
+@pytest.mark.slow
+def test_bands_and_convention_are_used_and_kept(library, tmp_path):
+    options = ("--sensor", "ideal", "--rate", 50)
+    config, usual = run(library, tmp_path / "out", *options)
+    assert (config["synthesis"]["cutoff_hz"], config["root_band_hz"]) == (10, None)
+    config, rooted = run(library, tmp_path / "out", *options, "--root-band", 2)
+    assert config["root_band_hz"] == 2
+    assert rooted.acc.std(axis=0).mean() < 0.8 * usual.acc.std(axis=0).mean()
+    np.testing.assert_allclose(rooted.gyr, usual.gyr, atol=1e-6)  # turns know nothing of the path
+    config, narrow = run(library, tmp_path / "out", *options, "--band", 3)
+    assert config["synthesis"]["cutoff_hz"] == 3
+    assert narrow.acc.std(axis=0).mean() < 0.8 * usual.acc.std(axis=0).mean()
+    config, printed = run(library, tmp_path / "out", *options, "--convention", "paper", "--band", 0)
+    assert (config["synthesis"]["convention"], config["synthesis"]["cutoff_hz"]) == ("paper", None)
+    assert np.median(np.abs(printed.acc - usual.acc)) > 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--sensor", "nosuch"], "there is no sensor preset 'nosuch'"),
+        (["--sensor", "gone.json"], "--sensor: gone.json cannot be read: No such file"),
+        (["--sensor", "BAD"], "'accelerometer.noise_density' must be 0 to 1 m/s2/sqrt(Hz), not 160"),
+        (["--convention", "mine"], "--convention must be physical or paper, not mine"),
+    ],
+)
+def test_wrong_use_is_a_sentence_before_anything_is_made(library, tmp_path, options, message):
+    bad = tmp_path / "bad.json"
+    bad.write_text('{"accelerometer": {"noise_density": 160}}')
+    options = [str(bad) if word == "BAD" else word for word in options]
+    code, output = w2w("run", library, "--out", tmp_path / "out", *options)
+    assert code == 2
+    assert message in output
+    assert not (tmp_path / "out").exists()
+
+
+def test_sensors_shows_one_whole_and_writes_it(tmp_path):
+    code, output = w2w("sensors")
+    assert code == 0
+    assert "paper (5 deg, fixed)" in output
+    code, output = w2w("sensors", "bmi270", "--out", tmp_path / "mine.json")
+    assert code == 0
+    assert "noise_density" in output
+    code, output = w2w("sensors", tmp_path / "mine.json")
+    assert code == 0, output
+    (tmp_path / "mine.json").write_text('{"jitter": 1}')
+    code, output = w2w("sensors", tmp_path / "mine.json")
+    assert (code, "did you mean 'jitter_s'" in output) == (2, True)
+    assert w2w("sensors", "--out", tmp_path / "x.json")[0] == 2
+    code, output = w2w("sensors", "bmi270", "--out", tmp_path / "no" / "x.json")
+    assert (code, "cannot be written" in output) == (1, True)
