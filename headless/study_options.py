@@ -19,6 +19,7 @@ from w2w.core.body.body import Body
 from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.patches.own_placements import read_placements
 from w2w.core.ranking.utility import unavailable
 from w2w.core.study import StudyConfig
 
@@ -58,6 +59,13 @@ class StudyOptions:
         ),
     ] = "neutral"
     patches: Annotated[int, typer.Option(min=2, max=6890, help="Number of places on the body.")] = 512
+    placements: Annotated[
+        Path | None,
+        typer.Option(
+            help="Spots of your own beside them: csv with columns name, vertex, or name, x, y, z (metres "
+            "on the body at rest, z up, soles at z = 0)."
+        ),
+    ] = None
     rate: Rate = 50.0
     sensor: Sensor = DEFAULT_SENSOR
     band: Band = AS_DEFAULT.cutoff_hz
@@ -126,6 +134,7 @@ class StudyOptions:
         """
         config = StudyConfig(
             patches=self.patches,
+            placements=tuple(read_placements(self.placements).items()) if self.placements else (),
             synthesis=synthesis_settings(self.rate, self.band, self.convention),
             root_band_hz=self.root_band,
             **sensor_settings(self.sensor),

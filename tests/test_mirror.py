@@ -12,7 +12,9 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
     "tests/core/datasets": "broad clock dsads gait gait_sites",
     "tests/core/exports": "arrays bids biomechanics parquet pose_packs study_signals",
-    "tests/core/findings": "advice_content best_regions counts finished_study label_notes new_folder summary",
+    "tests/core/findings": (
+        "advice_content best_regions counts finished_study label_notes new_folder own_placements summary"
+    ),
     "tests/core/imu": "errors formats gaps presets quantities text_tables vendor_formats",
     "tests/core/keypoints": "facts joint_sets limbs naming paths pose_c3d pose_text smoothing",
     "tests/core/motion": "activity_groups joint_files repair source",
@@ -26,7 +28,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
     ),
     "tests/headless/reports": (
-        "advice_text comparison console_tables page pictures redraw report_data signal_figure"
+        "advice_text comparison console_tables own_table page pictures redraw report_data signal_figure"
     ),
     "tests/headless/runs": (
         "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"

@@ -19,6 +19,7 @@ from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.label_notes import label_notes
+from w2w.core.findings.own_placements import own_content
 from w2w.core.findings.summary import study_counts, window_content
 from w2w.core.motion.library import Library
 from w2w.core.ranking.f1 import FEWEST_CLIPS
@@ -34,6 +35,7 @@ from ..runs.study import RunPlan
 from ..window_options import window_warning
 from .advice_text import show_advice, show_best_spot, show_worn
 from .html import REPORT
+from .own_table import show_own_placements
 from .pictures import BLEND
 
 
@@ -62,6 +64,8 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_window_warning(study.clips, study.config.windows, console)
     show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
+    own = [name for name, _ in study.config.placements]
+    show_own_placements(own_content(own, utility, study.results.patches), console)
     if study.worn is not None:
         show_worn(study.worn, study.results.patches, console)
     show_advice(study.advice, utility, study.results.patches, study.together, console)

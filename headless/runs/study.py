@@ -123,7 +123,10 @@ def _prepare(body: Body, config: StudyConfig, out: Path) -> PatchSet:
     if config.augmentation and config.augmentation.bodies and not bundled:
         raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
     forget_running(out)
-    patches = place_patches(Body.bundled() if bundled else body, config)
+    try:
+        patches = place_patches(Body.bundled() if bundled else body, config)
+    except ValueError as error:
+        raise StudyError(str(error)) from error
     body.save(out / WORK / "body.npz")
     patches.save(out / WORK / "patches.npz")
     try:

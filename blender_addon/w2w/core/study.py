@@ -21,6 +21,7 @@ from .imu.virtual import record_motion
 from .motion.duplicates import mirrored_signatures
 from .motion.motion import Motion
 from .motion.variants import smoothed_root
+from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.features import window_features
 from .ranking.folds import same_motion_groups
@@ -43,6 +44,8 @@ class StudyConfig:
         Places on the body.
     patch_mode : {"exact", "fast"}
         Geodesic distances that the places are sampled by (`patches.sample_patches`).
+    placements : tuple of (str, int or tuple of 3 floats)
+        Placements of one's own beside the sampled patches, as for `with_placements`.
     synthesis : Synthesis
         How ideal signals are made; its `rate_hz` is the sensor's rate.
     sensor : str
@@ -81,6 +84,7 @@ class StudyConfig:
 
     patches: int = DEFAULT_PATCHES
     patch_mode: str = "exact"
+    placements: tuple[tuple[str, int | tuple[float, ...]], ...] = ()
     synthesis: Synthesis = field(default_factory=Synthesis)
     sensor: str = DEFAULT_SENSOR
     own_sensor: SensorModel | None = None
@@ -122,6 +126,8 @@ class StudyConfig:
         names = ("patches", "patch_mode", "synthesis", "root_band_hz", "windows", "seed")
         chosen = {name: plain(getattr(self, name)) for name in names}
         chosen |= {"sensor_model": plain(self.sensor_model())}
+        if self.placements:
+            chosen |= {"placements": plain(self.placements)}
         if self.augmentation is not None:
             chosen |= {"augmentation": plain(self.augmentation), "keep_copies": self.keeps_copies()}
         return chosen
@@ -146,6 +152,9 @@ class StudyConfig:
         wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
         costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
         given["constraints"] = Constraints(**wishes, costs=costs)
+        given["placements"] = tuple(
+            (name, tuple(where) if isinstance(where, list) else where) for name, where in given["placements"]
+        )
         if given["own_sensor"] is not None:
             given["own_sensor"] = sensor_of_plain(given["own_sensor"])
         if given["augmentation"] is not None:
@@ -167,8 +176,15 @@ def plain(value: Any) -> Any:
 
 
 def place_patches(body: Body, config: StudyConfig) -> PatchSet:
-    """The study's places on its body."""
-    return sample_patches(body, config.patches, config.seed, mode=config.patch_mode)
+    """The study's patches on its body, and its own placements after them.
+
+    Raises
+    ------
+    ValueError
+        If a placement cannot be: the message says why.
+    """
+    patches = sample_patches(body, config.patches, config.seed, mode=config.patch_mode)
+    return with_placements(body, patches, dict(config.placements)) if config.placements else patches
 
 
 def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -> ImuRecording:

@@ -12,8 +12,8 @@ from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import record_motion
 from w2w.core.patches.carriers import random_poses
-from w2w.core.patches.naming import resolve
-from w2w.core.patches.own_placements import patches_at
+from w2w.core.patches.naming import find_places, resolve
+from w2w.core.patches.own_placements import patches_at, read_placements, with_placements
 from w2w.core.patches.patches import PatchSet, sample_patches
 
 
@@ -84,3 +84,47 @@ def test_every_piece_of_a_body_needs_a_placement(bundled_body):
     )
     with pytest.raises(ValueError, match="of 2 separate pieces: each needs a placement"):
         patches_at(twice, {"pod": 5})
+
+
+def test_placements_stand_after_the_sampled_patches(bundled_body):
+    sampled = sample_patches(bundled_body, 24, seed=3, mode="fast")
+    free = int(np.setdiff1d(np.arange(1000), sampled.vertices)[0])
+    both = with_placements(bundled_body, sampled, {"ring": free, "strap pod": int(sampled.vertices[5])})
+    assert len(both) == 25
+    np.testing.assert_array_equal(both.vertices[:24], sampled.vertices)
+    assert both.vertices[24] == free
+    assert both.names[24] == "ring"
+    assert both.names[5] == "strap pod"
+    others = np.delete(np.arange(24), 5)
+    assert [both.names[patch] for patch in others] == [sampled.names[patch] for patch in others]
+    assert find_places(both.regions, both.names, "Strap Pod").tolist() == [5]
+
+
+def test_a_placement_may_not_be_called_as_another_patch(bundled_body):
+    sampled = sample_patches(bundled_body, 24, seed=3, mode="fast")
+    free = int(np.setdiff1d(np.arange(1000), sampled.vertices)[0])
+    with pytest.raises(ValueError, match="already: name your placement otherwise"):
+        with_placements(bundled_body, sampled, {sampled.names[0].upper(): free})
+
+
+def test_placements_are_read_from_tables_of_either_kind(tmp_path):
+    (tmp_path / "a.csv").write_text("name;vertex\nstrap pod;1234\nRing;77\n", encoding="utf-8")
+    assert read_placements(tmp_path / "a.csv") == {"strap pod": 1234, "Ring": 77}
+    (tmp_path / "b.csv").write_text("name,vertex,x,y,z\npod,12,,,\nclip,,0.14,-0.06,0.98\n", encoding="utf-8")
+    assert read_placements(tmp_path / "b.csv") == {"pod": 12, "clip": (0.14, -0.06, 0.98)}
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("name,vertex\n", "names no placement"),
+        ("name,vertex\npod,left\n", "line 2: 'pod' needs the number of a vertex, or x, y and z"),
+        ("name,x,y,z\npod,1,2,\n", "line 2: 'pod' needs the number of a vertex, or x, y and z"),
+        ("name,vertex\npod,1\npod,2\n", "line 3: 'pod' stands there a second time"),
+        ("spot,vertex\npod,1\n", "needs the columns 'name'"),
+    ],
+)
+def test_tables_that_are_not_placements_are_refused(tmp_path, text, sentence):
+    (tmp_path / "own.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=sentence):
+        read_placements(tmp_path / "own.csv")

@@ -24,6 +24,7 @@ from .best_regions import best_regions
 from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study
 from .label_notes import label_content
+from .own_placements import own_content
 
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "rank_high", "cluster")
@@ -103,6 +104,7 @@ def summary(study: Study) -> dict[str, Any]:
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
         **advice_content(study.advice, utility, patches, study.together, study.worn),
+        "own_placements": own_content([name for name, _ in study.config.placements], utility, patches),
         "regions": _regions(study),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),

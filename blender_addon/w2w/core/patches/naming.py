@@ -274,8 +274,9 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
         If nothing on a body is called that.
     """
     words = " ".join(wish.lower().split())
-    if words in names:
-        return np.array([names.index(words)])
+    known = [name.lower() for name in names]
+    if words in known:
+        return np.array([known.index(words)])
     if words == MIDDLE:
         return np.array([place for place, region in enumerate(regions) if not _side(region)], dtype=int)
     side = _side(words)

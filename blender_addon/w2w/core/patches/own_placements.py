@@ -5,11 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from numbers import Integral
+from pathlib import Path
 
 import numpy as np
 
 from ..body.body import Body
 from ..body.regions import regions_of
+from ..csv_tables import read_table
 from .carriers import carrier_triangles
 from .interpolation import interpolation_weights
 from .patches import PatchSet
@@ -50,6 +52,75 @@ def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> P
             raise ValueError(
                 f"'{names[earlier]}' and '{names[later]}' are both at vertex {vertex}: leave one of them out"
             )
+    return _patches(body, centres, names, seed=0)
+
+
+def with_placements(
+    body: Body, patches: PatchSet, placements: Mapping[str, int | Sequence[float]]
+) -> PatchSet:
+    """Patches of a body, and placements of your own after them.
+
+    Parameters
+    ----------
+    body : Body
+    patches : PatchSet
+    placements : mapping of str to int or sequence of 3 floats
+        As for `patches_at`.
+
+    Returns
+    -------
+    PatchSet
+        The patches keep their numbers and names. A placement at the vertex of one of them is that one,
+        under its own name.
+
+    Raises
+    ------
+    ValueError
+        As `patches_at`; or if a placement is called as a patch elsewhere is.
+    """
+    own = patches_at(body, placements)
+    names, centres = list(patches.names), patches.vertices.tolist()
+    for name, vertex in zip(own.names, own.vertices.tolist(), strict=True):
+        if vertex in centres:
+            names[centres.index(vertex)] = name
+        else:
+            names.append(name)
+            centres.append(vertex)
+    if len({name.lower() for name in names}) < len(names):
+        taken = {name.lower() for name in patches.names}
+        twice = next(name for name in own.names if name.lower() in taken)
+        raise ValueError(f"a patch of the body is called '{twice}' already: name your placement otherwise")
+    return _patches(body, np.array(centres), tuple(names), patches.seed)
+
+
+def read_placements(path: str | Path) -> dict[str, int | tuple[float, float, float]]:
+    """Read placements from a csv file with the columns ``name`` and either ``vertex`` or ``x``, ``y``, ``z``.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read or is not such a table; the message says which line.
+    """
+    found: dict[str, int | tuple[float, float, float]] = {}
+    for line, row in read_table(path, ("name",), ("vertex", "x", "y", "z")).rows:
+        position = (row["x"], row["y"], row["z"])
+        if row["name"] in found:
+            raise ValueError(f"{path}, line {line}: '{row['name']}' stands there a second time")
+        try:
+            found[row["name"]] = (
+                int(row["vertex"]) if row["vertex"] else tuple(float(number) for number in position)
+            )
+        except ValueError:
+            raise ValueError(
+                f"{path}, line {line}: '{row['name']}' needs the number of a vertex, or x, y and z in "
+                f"metres, not '{row['vertex'] or ', '.join(position)}'"
+            ) from None
+    if not found:
+        raise ValueError(f"{path} names no placement")
+    return found
+
+
+def _patches(body: Body, centres: np.ndarray, names: tuple[str, ...], seed: int) -> PatchSet:
     graph = StripGraph.of(body.vertices, body.faces)
     distance = graph.distances(centres)
     if not np.isfinite(distance.min(axis=0)).all():
@@ -60,7 +131,7 @@ def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> P
         triangles=carrier_triangles(body, graph, centres),
         labels=distance.argmin(axis=0).astype(np.int32),
         regions=tuple(regions[code] for code in codes[centres]),
-        seed=0,
+        seed=seed,
         interpolation=interpolation_weights(graph, centres),
         own_names=names,
     )

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How placements of one's own do beside the sampled patches, as plain values on file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..patches.patches import PatchSet
+from ..ranking.utility import UtilityMap
+from .advice_content import DIGITS, place_content
+
+
+def own_content(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
+    """Each placement with its scores, its rank among the sampled patches and what it loses against the best.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the placements, as `StudyConfig.placements` has them.
+    utility : UtilityMap
+    patches : PatchSet
+
+    Returns
+    -------
+    list of dict
+        `rank` counts the sampled patches whose expected F1 is higher, and one; `loss` is the expected F1 that
+        wearing the sensor there costs against the best patch; `as_good` says whether they can be told apart.
+    """
+    known = [name.lower() for name in patches.names]
+    own = [known.index(" ".join(name.lower().split())) for name in names]
+    sampled = np.setdiff1d(np.arange(len(patches)), own)
+    expected = utility.expected_mean
+    return [
+        {
+            **place_content(patch, utility, patches),
+            "rank": int((expected[sampled] > expected[patch]).sum()) + 1,
+            "of": len(sampled) + 1,
+            "loss": round(float(expected.max() - expected[patch]), DIGITS),
+            "as_good": bool(utility.as_good[patch]),
+        }
+        for patch in own
+    ]

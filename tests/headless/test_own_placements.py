@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w run --placements`: spots of one's own are simulated, ranked, and may be wished for."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from headless.__main__ import APP
+from w2w.core.results_folder import StudyResults
+
+pytestmark = pytest.mark.usefixtures("one_worker")
+
+
+def run(*arguments):
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("own")
+    table = "name,vertex,x,y,z\nStrap pod,1234,,,\nclip,,0.14,-0.06,0.98\n"
+    (folder / "own.csv").write_text(table, encoding="utf-8")
+    assert run("demo-library", folder / "library", "--clips", 2)[0] == 0
+    code, output = run(
+        *(
+            "run",
+            folder / "library",
+            "--out",
+            folder / "out",
+            "--patches",
+            12,
+            "--no-pictures",
+            "--no-report",
+        ),
+        *("--labels", folder / "library" / "labels.csv", "--workers", 1, "--placements", folder / "own.csv"),
+    )
+    assert code == 0, output
+    return folder / "out", output
+
+
+def test_they_have_signals_scores_a_rank_and_a_loss(finished):
+    out, output = finished
+    study = StudyResults.load(out)
+    assert len(study.patches) == 14
+    own = {entry["name"]: entry for entry in json.loads((out / "summary.json").read_text())["own_placements"]}
+    assert list(own) == ["Strap pod", "clip"]
+    assert own["Strap pod"]["vertex"] == 1234
+    assert own["clip"]["region"].startswith("left")
+    expected = study.utility.expected_mean
+    for name, entry in own.items():
+        patch = study.patches.names.index(name)
+        assert entry["rank"] == 1 + int((expected[:12] > expected[patch]).sum())
+        assert entry["loss"] == pytest.approx(expected.max() - expected[patch], abs=1e-6)
+        assert entry["of"] == 13
+        assert name in output
+    assert "Your placements" in output
+    with np.load(next((out / "signals").glob("*.npz"))) as signals:
+        assert signals["acc"].shape[1] == 14
+    with (out / "utility.csv").open(newline="") as stream:
+        assert len(list(csv.DictReader(stream))) == 14
+
+
+def test_they_may_be_wished_for_by_name(finished):
+    out, _ = finished
+    code, output = run("place", out, "--must", "strap pod", "--max", 1, "--out", out / "choice.json")
+    assert code == 0, output
+    choice = json.loads((out / "choice.json").read_text())
+    assert [place["name"] for place in choice["subset"]["places"]] == ["Strap pod"]
+
+
+def test_one_that_is_off_the_body_is_wrong_use_and_said(finished, tmp_path):
+    out, _ = finished
+    (tmp_path / "own.csv").write_text("name,x,y,z\nkite,0,0,9\n", encoding="utf-8")
+    library = out.parent / "library"
+    own = ("--placements", tmp_path / "own.csv")
+    code, output = run("run", library, "--out", tmp_path / "out", *own, "--patches", 8)
+    assert code != 0
+    assert "'kite' lies" in output
+    assert "from the skin" in output
