@@ -35,8 +35,10 @@ from w2w.core.ranking.inputs import PlaceBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.joint import SetTests, chosen_by_halves, grow, promise, random_sets
-from w2w.core.selection.subsets import Terms
+from w2w.core.selection.joint import chosen_by_halves, grow
+from w2w.core.selection.promise import promise, random_sets
+from w2w.core.selection.set_tests import SetTests
+from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "library"

@@ -85,7 +85,7 @@ def place(
     worn, tested = None, ()
     if together:
         with console.status("Choosing sensors to wear together"):
-            worn = choose_to_wear(study, config)
+            worn, advice = choose_to_wear(study, config, advice)
             tested = sensors_together(study, advice.subset.order)
     show_best_spot(advice, study.utility, study.patches, console)
     if worn is not None:

@@ -4,47 +4,11 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.pooling import Pooling
-from w2w.core.selection import joint
-from w2w.core.selection.joint import SetTests, choose_together, grow
-from w2w.core.selection.subsets import Terms
+from w2w.core.selection import joint, set_tests
+from w2w.core.selection.joint import choose_together, grow
+from w2w.core.selection.promise import promise
 
-N, D, CLIPS = 12, 6, 12
-NAMES = ("crawl", "jump", "run", "sit")
-
-
-def library(seed=0, told=(0, 1), shuffled=False):
-    """Patches 0 to 3 tell crawl from jump alone, 4 to 7 run from sit, the others nothing."""
-    rng = np.random.default_rng(seed)
-    clip = np.repeat(np.arange(4 * CLIPS), 2)
-    activity = np.repeat(np.arange(4), 2 * CLIPS)
-    features = rng.normal(size=(len(clip), N, D)) + 0.7 * rng.normal(size=(4 * CLIPS, N, D))[clip]
-    side = np.where(activity % 2, 0.9, -0.9)
-    for group, patches in enumerate((slice(0, 4), slice(4, 8))):
-        if group in told:
-            features[:, patches, 0] += np.where(activity // 2 == group, side, 0)[:, None]
-            features[:, patches, 1] += 2.0 * (activity // 2 == group)[:, None]
-    names = np.array(NAMES)[activity]
-    if shuffled:
-        names = np.array(NAMES)[rng.permutation(np.repeat(np.arange(4), CLIPS))][clip]
-    return features.astype(np.float32), names, clip
-
-
-def prepare(features, names, clip, subject=None):
-    return SetTests.of(
-        features, names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, Pooling.none(N), workers=1
-    )
-
-
-def terms(size=None, **wishes):
-    allowed = wishes.get("allowed")
-    return Terms.checked(np.zeros((N, 4)), size, allowed, wishes.get("required", ()), wishes.get("cost"))
-
-
-def alone(found):
-    """About what the F1 of each patch on other clips would be: less than on the clips that chose it."""
-    mean = 0.8 * found.whole.alone[1].mean(axis=0)
-    return mean, mean - 0.1, mean + 0.1
+from .made_sets import N, alone, library, prepare, terms
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +61,7 @@ def test_the_promise_is_what_another_library_of_the_kind_gives():
     for seed in range(4):
         here, there = prepare(*library(2 * seed)), prepare(*library(2 * seed + 1))
         order = grow(here.whole, terms(2), 2)
-        made = joint.promise(here, terms(2), order, grow, (0.3, 0.2, 0.4))
+        made = promise(here, terms(2), order, grow, (0.3, 0.2, 0.4))
         differences.append(made.mean[1] - there.whole.f1_of_first(order)[1].mean())
         assert made.raw.shape == (2, 4)
     assert abs(np.mean(differences)) < 0.05
@@ -109,7 +73,7 @@ def test_where_labels_mean_nothing_nothing_is_promised():
     for seed in range(4):
         found = prepare(*library(seed, shuffled=True))
         order = grow(found.whole, terms(3), 3)
-        made = joint.promise(found, terms(3), order, grow, (0.25, 0.2, 0.3))
+        made = promise(found, terms(3), order, grow, (0.25, 0.2, 0.3))
         promised.append(made.f1[-1].mean())
     assert np.mean(promised) < 0.32  # a quarter is chance
 
@@ -124,7 +88,7 @@ def test_subjects_are_left_out_where_they_are_told():
 
 
 def test_many_windows_are_thinned_evenly(monkeypatch):
-    monkeypatch.setattr(joint, "MOST_WINDOWS", 40)
+    monkeypatch.setattr(set_tests, "MOST_WINDOWS", 40)
     features, names, clip = library()
     found = prepare(features, names, clip)
     assert len(found.whole.f1_of_first([0])) == 1
