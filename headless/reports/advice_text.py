@@ -61,6 +61,8 @@ def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
             f"{made.raw[number].mean():.3f}",
         )
     console.print(table)
+    if worn.every_pair:
+        console.print("The first two are the best of all pairs, each tried.")
 
 
 def show_advice(

@@ -141,7 +141,11 @@ AT_MOST = 6
 
 
 def choose_to_wear(
-    study: StudyResults, config: StudyConfig, advice: Advice, pooling: Pooling | None = None
+    study: StudyResults,
+    config: StudyConfig,
+    advice: Advice,
+    pooling: Pooling | None = None,
+    every_pair: bool = False,
 ) -> tuple[JointSet | None, Advice]:
     """Choose the patches to wear together, and tell what the advice's sets would reach on other clips.
 
@@ -154,6 +158,8 @@ def choose_to_wear(
         Chosen under the same.
     pooling : Pooling, optional
         Over the skin of the study's body, which takes seconds to make.
+    every_pair : bool
+        Whether sets grow from the best of all pairs, which takes minutes.
 
     Returns
     -------
@@ -174,7 +180,7 @@ def choose_to_wear(
     if tests is None:
         return None, advice
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    worn = choose_together(tests, expected, terms, config.target, config.every_activity)
+    worn = choose_together(tests, expected, terms, config.target, config.every_activity, every_pair)
     return worn, advice_promised(advice, tests, terms, expected)
 
 

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen together: what complements is found, wishes are kept, the promise is what other clips give."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
 from w2w.core.selection import joint, set_tests
-from w2w.core.selection.joint import choose_together, grow
+from w2w.core.selection.joint import best_pair, choose_together, grow
 from w2w.core.selection.promise import promise
 
 from .made_sets import N, alone, library, prepare, terms
@@ -112,3 +114,44 @@ def test_a_half_goes_on_where_it_stopped_and_ends_as_if_it_had_not(tests):
     assert min(joint.chosen_by_halves(half, other, 2)) >= 4
     assert joint.chosen_by_halves(half, free, 2) == whole[:2]
     assert joint.chosen_by_halves(half, free, 4) == whole == scratch
+
+
+@pytest.mark.parametrize("worst", [False, True])
+def test_the_best_pair_is_the_best_of_all(tests, worst):
+    def value(pair):
+        return float(tests.whole.added(pair[:1], np.array(pair[1:]), worst)[0])
+
+    pair = best_pair(tests.whole, terms(2), worst=worst)
+    by_value = max(combinations(range(N), 2), key=value)
+    assert value(pair) == pytest.approx(value(by_value), abs=1e-6)
+    assert tests.whole.single[pair[0]] >= tests.whole.single[pair[1]]
+    assert value(pair) >= value(grow(tests.whole, terms(2), 2, worst=worst)) - 1e-6
+
+
+def test_the_best_pair_keeps_to_wishes(tests):
+    one, two = [10, 11], [5, 9]
+    assert np.isin(best_pair(tests.whole, terms(required=[one])), one).any()
+    pair = best_pair(tests.whole, terms(allowed=np.arange(N) != 5, required=[one, two]), among=1)
+    assert 9 in pair
+    assert np.isin(pair, one).any()
+    assert best_pair(tests.whole, terms(1)) == ()
+    dear = np.ones(N)
+    dear[:8] = 1e6
+    assert min(best_pair(tests.whole, terms(cost=dear))) >= 8
+
+
+def test_sets_grow_from_the_best_pair_and_are_promised_what_such_sets_give(tests, monkeypatch):
+    halves = []
+
+    def counted(one, *arguments, **options):
+        halves.append(one is not tests.whole)
+        return best_pair(one, *arguments, **options)
+
+    monkeypatch.setattr(joint, "best_pair", counted)
+    chosen = choose_together(tests, alone(tests), terms(4), target=1.0, every_pair=True)
+    assert chosen.every_pair
+    assert chosen.order[:2] == best_pair(tests.whole, terms(4), alone(tests)[0])
+    assert sorted(halves) == [False] + [True] * 2 * len(tests.pairs)  # halves try every pair, too
+    assert (np.diff(chosen.promise.mean) >= 0).all()
+    enough = choose_together(tests, alone(tests), terms(4), target=0.3, every_pair=True)
+    assert (len(enough.order), enough.reached, enough.every_pair) == (1, True, False)

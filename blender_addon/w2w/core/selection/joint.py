@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -75,12 +75,45 @@ def grow(
     return tuple(order)
 
 
-def chosen_by_halves(half: Tests, terms: Terms, size: int, worst: bool = False) -> tuple[int, ...]:
+def best_pair(
+    tests: Tests,
+    terms: Terms,
+    first: np.ndarray | None = None,
+    worst: bool = False,
+    among: int | None = None,
+) -> tuple[int, ...]:
+    """The pair by which the classifier on both tells the activities apart best: every pair is tried.
+
+    Parameters are those of `grow`. The patch that is better alone comes first; where no two may be
+    chosen, there is none.
+    """
+    options = [np.flatnonzero(terms.allowed), *terms.required]
+    candidates = np.unique(np.concatenate([patches[:among] for patches in options]))
+    if min(len(candidates), terms.max_size) < 2:
+        return ()
+    wanted = np.ones((len(candidates),) * 2, dtype=bool)
+    for group in terms.required[:2]:
+        inside = np.isin(candidates, group)
+        wanted &= inside[:, None] | inside
+    cost = terms.cost[candidates]
+    with threadpool_limits(1):
+        value = tests.pairs(candidates, wanted, worst) / (cost[:, None] + cost)
+    pair = candidates[list(np.unravel_index(value.argmax(), value.shape))]
+    alone = (tests.single if first is None else first)[pair]
+    return tuple(pair[np.argsort(-alone, kind="stable")].tolist())
+
+
+def chosen_by_halves(
+    half: Tests, terms: Terms, size: int, worst: bool = False, every_pair: bool = False
+) -> tuple[int, ...]:
     """Choose as `grow` does, among fewer candidates; goes on from what was chosen under the same terms."""
-    terms_before, worst_before, before = half.grown
-    start = before if terms_before is terms and worst_before == worst else ()
+    way = (worst, every_pair)
+    terms_before, way_before, before = half.grown
+    start = before if terms_before is terms and way_before == way else ()
     if len(start) < size:
-        half.grown = terms, worst, grow(half, terms, size, worst=worst, among=OF_HALVES, start=start)
+        if every_pair and not start:
+            start = best_pair(half, terms, worst=worst, among=OF_HALVES)
+        half.grown = terms, way, grow(half, terms, size, worst=worst, among=OF_HALVES, start=start)
     return half.grown[2][:size]
 
 
@@ -101,6 +134,8 @@ class JointSet:
         Expected F1 that no activity may fall short of; 0 for none.
     reached : bool
     cost : float
+    every_pair : bool
+        Whether the first two are the best of all pairs.
     """
 
     order: tuple[int, ...]
@@ -110,6 +145,7 @@ class JointSet:
     every_activity: float
     reached: bool
     cost: float
+    every_pair: bool = False
 
     def sentence(self) -> str:
         """Say in words what the set would reach on other clips."""
@@ -134,6 +170,7 @@ def choose_together(
     terms: Terms,
     target: float = 0.9,
     every_activity: float = 0.0,
+    every_pair: bool = False,
 ) -> JointSet:
     """The smallest set whose promise reaches the target, or the one beyond which it rises no more.
 
@@ -145,17 +182,41 @@ def choose_together(
     terms : Terms
     target : float
     every_activity : float
+    every_pair : bool
+        Whether sets grow from the best of all pairs, where one patch does not do.
 
     Returns
     -------
     JointSet
     """
-    worst, order = every_activity > 0, ()
-    choose = partial(chosen_by_halves, worst=worst)
+    wishes = (target, every_activity)
+    if not every_pair or terms.max_size < 2:
+        return _choose(tests, expected, terms, *wishes)
+    if len(terms.required) > 1:
+        return _choose(tests, expected, terms, *wishes, every_pair=True)
+    alone = _choose(tests, expected, replace(terms, max_size=1), *wishes)
+    if alone.reached:
+        return alone
+    together = _choose(tests, expected, terms, *wishes, every_pair=True)
+    return together if together.promise.mean[-1] > alone.promise.mean[-1] else alone
+
+
+def _choose(
+    tests: SetTests,
+    expected: Sequence[np.ndarray],
+    terms: Terms,
+    target: float,
+    every_activity: float,
+    every_pair: bool = False,
+) -> JointSet:
+    worst = every_activity > 0
+    order = best_pair(tests.whole, terms, expected[0], worst) if every_pair else ()
+    fewest_by_way = max(len(order), 1)
+    choose = partial(chosen_by_halves, worst=worst, every_pair=every_pair)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order = grow(tests.whole, terms, size, expected[0], worst, start=order)
         made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
-        least = fewest(order, terms.required)
+        least = max(fewest(order, terms.required), fewest_by_way)
         good = (made.mean >= target - ROUNDING) & (made.f1.min(axis=1) >= every_activity - ROUNDING)
         good[: least - 1] = False
         if good.any() or (len(order) > least and made.mean[-1] <= made.mean[-2]):
@@ -170,4 +231,5 @@ def choose_together(
         every_activity,
         bool(good.any()),
         float(terms.cost[list(order)].sum()),
+        every_pair,
     )

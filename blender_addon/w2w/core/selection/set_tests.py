@@ -5,14 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PlaceBlocks, SomeWindows, as_blocks, spans
-from ..ranking.joint_scores import JointScores, Training
+from ..ranking.joint_fit import Training
+from ..ranking.joint_scores import JointScores
 from ..ranking.map_scores import class_auc, rank_score, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
@@ -43,16 +44,18 @@ class Tests:
     ) -> None:
         self._scores, self._labels, self._trial = scores, labels, trial
         self._n_activities, self._pooling = n_activities, pooling
-        self.grown: tuple[Terms | None, bool, tuple[int, ...]] = (None, False, ())
+        self.grown: tuple[Terms | None, tuple[bool, bool], tuple[int, ...]] = (None, (False, False), ())
         self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, n_activities)))
 
     @cached_property
     def alone(self) -> tuple[np.ndarray, np.ndarray]:
         """Rank score and F1 of each patch alone, shape (A, N) each."""
-        maps = []
-        for _, scores in self._scores.each_added((), range(self._scores.n_patches)):
+
+        def judge(scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             named = window_f1(scores.argmax(axis=1), self._labels, self._n_activities)
-            maps.append((rank_score(scores, self._labels, self._trial.weight), named))
+            return rank_score(scores, self._labels, self._trial.weight), named
+
+        maps = self._scores.of_added((), range(self._scores.n_patches), judge)
         compared, f1 = np.array(maps).transpose(1, 2, 0)
         return compared, f1
 
@@ -69,12 +72,16 @@ class Tests:
 
     def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
         """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
-        shown = self._trial.testable
-        areas = [
-            class_auc(scores, self._labels, self._trial.weight)[shown]
-            for _, scores in self._scores.each_added(worn, candidates.tolist())
-        ]
-        return np.min(areas, axis=1) if worst else np.mean(areas, axis=1)
+        judge = partial(self._areas, worst=worst)
+        return np.array(self._scores.of_added(worn, candidates.tolist(), judge))
+
+    def pairs(self, candidates: np.ndarray, wanted: np.ndarray, worst: bool) -> np.ndarray:
+        """The same of every wanted pair of candidates, shape (C, C); minus infinity for the others."""
+        return self._scores.of_pairs(candidates.tolist(), wanted, partial(self._areas, worst=worst))
+
+    def _areas(self, scores: np.ndarray, worst: bool) -> np.ndarray:
+        areas = class_auc(scores, self._labels, self._trial.weight)[..., self._trial.testable]
+        return areas.min(axis=-1) if worst else areas.mean(axis=-1)
 
     def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
