@@ -117,7 +117,10 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
         pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.15, 0.3)
         chosen = advice
         worn, advice = yield from in_thread(
-            lambda _told: choose_to_wear(finished, config, chosen, pooling), "choosing what to wear", 0.3, 0.95
+            lambda _told: choose_to_wear(finished, config, chosen, pooling),
+            "choosing what to wear",
+            0.3,
+            0.95,
         )
         order = advice.subset.order
         tested = yield from in_thread(lambda _told: sensors_together(finished, order), "testing", 0.95, 1.0)
