@@ -86,7 +86,7 @@ def show_advice(
         console.print("The sensors were not tested together.")
     console.print(f"By the best-of proxy: {subset.proxy_sentence()}; {advice.gap_sentence()}.")
     if advice.exact is not None and advice.exact.promise not in (None, subset.promise):
-        console.print(f"Of the exact optimum, {advice.exact.expected_sentence()}.")
+        console.print(f"The exact optimum: {advice.exact.expected_sentence()}.")
     if advice.next_place >= 0:
         more = patches.names[advice.next_place]
         console.print(f"By the proxy, one more sensor ({more}) would add {advice.next_gain:.3f}.")
