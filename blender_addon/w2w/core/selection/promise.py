@@ -71,7 +71,8 @@ def promise(
 
     One half of the clips chooses a set in the same way, the other tells its F1 and that of sets
     drawn at random; what the choice gains over those, on average over halves and both ways, is added to
-    what random sets reach on all clips. A patch worn can be ignored, so the promise never falls.
+    what random sets reach on all clips, less of it where these leave less to gain. A patch worn can be
+    ignored, so the promise never falls.
 
     Parameters
     ----------
@@ -92,6 +93,7 @@ def promise(
         raw = tests.whole.f1_of_first(order)
         gains = [
             _gain(choose(here, terms, size), there, level_of[there])
+            * _left(level_of[tests.whole], level_of[there])[:, None]
             for pair in tests.pairs
             for here, there in (pair, pair[::-1])
         ]
@@ -117,6 +119,12 @@ def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
     delivered = there.f1_of_first(order)
     more = len(level) - len(delivered)
     return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
+
+
+def _left(level: np.ndarray, level_there: np.ndarray) -> np.ndarray:
+    """How much of a gain is left at another level: F1 moves by p (1 - p) with its logit; never more."""
+    whole, there = (_mean(one) * (1 - _mean(one)) for one in (level, level_there))
+    return np.minimum(np.maximum(whole, 0) / np.maximum(there, 1e-6), 1.0)
 
 
 def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
