@@ -11,8 +11,8 @@ rho of the two halves' expected maps (mean, and by activity), the share of patch
 the other half's value, how many patches are said to be as good as the best, and the reliability that a
 half says of its map with the correlation that the other half's map then has with it. For sets of 2 to
 `--sets` sensors (0 for none): what a set chosen by one half was promised to give, what it delivers on the
-other, and its gain there over sets drawn at random. Then the same with labels shuffled between clips, where
-there is nothing to find.
+other, and its gain there over sets drawn at random; likewise for sets that the paper's proxy chose, with
+the proxy's own mean-max F1. Then the same with labels shuffled between clips, where there is nothing to find.
 """
 
 from __future__ import annotations
@@ -35,8 +35,12 @@ from w2w.core.ranking.inputs import PlaceBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.joint import SetTests, chosen_by_halves, grow, promise, random_sets
-from w2w.core.selection.subsets import Terms
+from w2w.core.selection.joint import chosen_by_halves, grow
+from w2w.core.selection.promise import promise, random_sets
+from w2w.core.selection.proxy_promise import greedy_by_half
+from w2w.core.selection.set_tests import SetTests
+from w2w.core.selection.subsets import greedy_order
+from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
@@ -210,21 +214,28 @@ def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
 def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: int) -> dict[str, float]:
     terms = Terms.checked(utility.f1, largest, None, (), None)
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    order = grow(here.whole, terms, largest, expected[0])
-    made = promise(here, terms, order, chosen_by_halves, tuple(float(one[order[0]]) for one in expected))
     drawn = [there.whole.f1_of_first(one) for one in random_sets(terms, largest, seed=99)]
-    delivered = np.nanmean(there.whole.f1_of_first(order), axis=1)
-    of_size = {
-        "promise": made.mean,
-        "delivery": delivered,
-        "gain": delivered - np.nanmean(drawn, axis=(0, 2)),
-        "naive": np.nanmean(made.raw, axis=1),
+    chance = np.nanmean(drawn, axis=(0, 2))
+    ways = {
+        "of": (grow(here.whole, terms, largest, expected[0]), chosen_by_halves),
+        "of the proxy's": (greedy_order(terms), greedy_by_half),
     }
-    return {
-        f"{what} of {number}": float(values[number - 1])
-        for number in range(2, largest + 1)
-        for what, values in of_size.items()
-    }
+    found = {}
+    for way, (order, choose) in ways.items():
+        made = promise(here, terms, order, choose, tuple(float(one[order[0]]) for one in expected))
+        delivered = np.nanmean(there.whole.f1_of_first(order), axis=1)
+        of_size = {
+            "promise": made.mean,
+            "delivery": delivered,
+            "gain": delivered - chance[: len(order)],
+            "naive": np.nanmean(made.raw, axis=1),
+        }
+        if way != "of":
+            of_size["mean-max"] = np.maximum.accumulate(terms.f1[list(order)], axis=0).mean(axis=1)
+        for number in range(2, largest + 1):
+            for what, values in of_size.items():
+                found[f"{what} {way} {number}"] = float(values[min(number, len(values)) - 1])
+    return found
 
 
 def rank_correlation(one: np.ndarray, other: np.ndarray) -> float:

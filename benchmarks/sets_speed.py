@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How long sets to wear together take: one more sensor, six of them, the promise, and every pair.
 
-    python -m benchmarks.sets_speed RESULTS [--pairs 8]
+    python -m benchmarks.sets_speed RESULTS [--no-pairs]
 
-The baseline is the classifier trained anew on the features of each set side by side, as `w2w place` tests a
-chosen set: for a few candidates, times their number. Pairs are timed for a few first patches with all others.
+Printed are seconds by the clock and of the processor: on a machine that does other things as well, only the
+second say something. The baseline is the classifier trained anew on the features of each set side by side, as
+`w2w place` tests a chosen set: for a few candidates, times their number.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -21,31 +23,39 @@ from w2w.core.clip_ranking import set_tests
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.joint import LARGEST_SET, choose_together, grow
-from w2w.core.selection.subsets import Terms
+from w2w.core.selection.advice import advise
+from w2w.core.selection.joint import LARGEST_SET, best_pair, choose_together, grow
+from w2w.core.selection.proxy_promise import advice_promised
+from w2w.core.selection.terms import Terms
 
 BASELINE_CANDIDATES = 4
 
 
 def timed(name: str, work: Callable[[], object]) -> tuple[float, object]:
-    start = time.perf_counter()
+    """Processor seconds of some work, and what it gives."""
+    clock, processor = time.perf_counter(), time.process_time()
     found = work()
-    seconds = time.perf_counter() - start
-    print(f"{name}: {seconds:.2f} s", flush=True)
-    return seconds, found
+    clock, processor = time.perf_counter() - clock, time.process_time() - processor
+    print(f"{name}: {clock:.2f} s, of the processor {processor:.2f} s", flush=True)
+    return processor, found
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("results", type=Path)
-    parser.add_argument("--pairs", type=int, default=8)
+    parser.add_argument("--no-pairs", action="store_true", help="leave out the choice among all pairs")
     given = parser.parse_args()
     study = StudyResults.load(given.results)
     config, labels, utility = study.config(), study.labels(), study.utility
     pooling = Pooling.on(study.body(), study.patches)
     inputs = study.inputs("ridge")
-    _, tests = timed("preparing", lambda: set_tests(inputs, labels, config, pooling))
-    n_patches = len(utility.mean)
+
+    def prepared() -> object:
+        return set_tests(inputs, labels, config, pooling)
+
+    _, tests = timed("preparing", prepared)
+    n_patches, n_windows = len(utility.mean), len(labels.activity)
+    print(f"{n_patches} patches, {n_windows} windows, {len(utility.activities)} activities")
     terms = Terms.checked(utility.f1, None, None, (), None)
     best = int(utility.expected_mean.argmax())
     others = np.setdiff1d(np.arange(n_patches), [best])
@@ -53,15 +63,26 @@ def main() -> None:
         one_more, _ = timed(f"{len(others)} second sensors", lambda: tests.whole.added([best], others, False))
     timed(f"{LARGEST_SET} sensors", lambda: grow(tests.whole, terms, LARGEST_SET, utility.expected_mean))
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    timed("the choice with its promise", lambda: choose_together(tests, expected, terms, 1.0))
-    with threadpool_limits(1):
-        firsts = np.linspace(0, n_patches - 1, given.pairs).astype(int)
-        pairs, _ = timed(
-            f"{given.pairs * n_patches} pairs",
-            lambda: [tests.whole.added([first], np.arange(n_patches), False) for first in firsts],
+    timed(
+        f"{LARGEST_SET} sensors with their promise", lambda: choose_together(prepared(), expected, terms, 1.0)
+    )
+    worn = prepared()
+    choose_together(worn, expected, terms, 1.0)
+    advice = advise(utility, study.patches, config.target)
+    timed(
+        "the promises of the paper's sets after that", lambda: advice_promised(advice, worn, terms, expected)
+    )
+    if not given.no_pairs:
+        pairs = n_patches * (n_patches - 1) // 2
+        _, pair = timed(f"the best of {pairs} pairs", lambda: best_pair(tests.whole, terms, expected[0]))
+        greedy = grow(tests.whole, terms, 2, expected[0])
+        areas = [float(tests.whole.added(one[:1], np.array(one[1:]), False)[0]) for one in (pair, greedy)]
+        print(f"mean area under the ROC curves {areas[0]:.4f}, of the greedy pair {areas[1]:.4f}")
+        timed(
+            "the choice from the best pair on with its promise",
+            lambda: choose_together(prepared(), expected, terms, 1.0, every_pair=True),
         )
-    all_pairs = pairs / (given.pairs * n_patches) * n_patches * (n_patches - 1) / 2
-    print(f"every pair of {n_patches}: {all_pairs:.0f} s by that")
+    print(f"most memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB")
 
     def side_by_side() -> None:
         folds = {name: number for number, name in enumerate(sorted(set(labels.activity.tolist())))}
@@ -76,7 +97,7 @@ def main() -> None:
         f"baseline: {BASELINE_CANDIDATES} second sensors, features side by side", side_by_side
     )
     per_set = baseline / BASELINE_CANDIDATES * len(others)
-    print(f"one more sensor takes {one_more / per_set:.2f} of the baseline's time")
+    print(f"one more sensor takes {one_more / per_set:.2f} of the baseline's processor time")
 
 
 if __name__ == "__main__":

@@ -142,6 +142,11 @@ def test_a_set_is_tested_together(ranking):
     chosen = ranking.smallest_set(0.99, max_sensors=2)
     exact = ranking.smallest_set(0.99, max_sensors=2, exact=True)
     assert exact.mean_max_after_each[-1] >= chosen.mean_max_after_each[-1] - 1e-6
+    for found in (chosen, exact):
+        assert "expected F1" in found.sentence()
+        assert found.promise.low[-1] <= found.promise.mean[-1] <= found.promise.high[-1]
+    assert ranking.smallest_set(0.99, max_sensors=2, promise=False).promise is None
+    assert replace(ranking, classifier="trees").smallest_set(0.99).promise is None
     maps = ranking.together(chosen.order)
     assert len(maps) == len(chosen.order)
     assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
@@ -153,6 +158,8 @@ def test_a_set_is_chosen_to_be_worn_together(ranking):
     assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
     assert worn.promise.mean[0] == pytest.approx(ranking.utility.expected_mean[worn.order[0]])
     assert "on other clips" in worn.sentence()
+    pair = ranking.wear_together(1.0, max_sensors=2, every_pair=True)
+    assert pair.every_pair == (len(pair.order) == 2)
     with pytest.raises(ValueError, match="ridge"):
         replace(ranking, classifier="trees").wear_together()
 

@@ -24,6 +24,11 @@ from w2w.core.selection.headline import (
 )
 from w2w.core.selection.joint import JointSet
 
+NOT_PROMISED = (
+    "What the set by the paper's algorithm 2 would reach on other clips is not known: that takes the "
+    "classifier ridge and a test together. What follows is of these very clips, which flatter it."
+)
+
 AT_MOST = 12
 """Sensors listed on the screen; the files have them all."""
 
@@ -56,6 +61,8 @@ def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
             f"{made.raw[number].mean():.3f}",
         )
     console.print(table)
+    if worn.every_pair:
+        console.print("The first two are the best of all pairs, each tried.")
 
 
 def show_advice(
@@ -66,43 +73,59 @@ def show_advice(
     console: Console,
 ) -> None:
     """Print the chosen set sensor by sensor, and what the choice rests on."""
-    names = patches.names
-    caution = mean_caution(utility)
-    table = Table(title="The set by the paper's algorithm 2, sensor by sensor", title_justify="left")
-    table.add_column("")
-    table.add_column("place", overflow="fold")
-    if together:
-        table.add_column("F1 together", justify="right")
-        table.add_column("95 % interval", justify="right")
-    table.add_column("best-of proxy", justify="right")
-    table.add_column("would do as well", overflow="fold")
-    order = advice.subset.order
-    for number, (place, score) in enumerate(
-        zip(order[:AT_MOST], advice.subset.mean_max_after_each, strict=False)
-    ):
-        row = [str(number + 1), names[place]]
-        if together:
-            row += _tested(together[number], caution) if number < len(together) else ["", ""]
-        table.add_row(*row, f"{score:.3f}", _regions(advice.alternatives[number], patches))
-    if len(order) > AT_MOST:
-        table.add_row("", f"and {len(order) - AT_MOST} more")
-    console.print(table)
+    subset = advice.subset
+    if subset.promise is None:
+        console.print(NOT_PROMISED, style="yellow")
+    else:
+        console.print(f"By the paper's algorithm 2, {subset.expected_sentence()}.")
+    console.print(_set_table(advice, utility, patches, together))
     joint = joint_of(advice, together)
     if joint is not None:
         console.print(f"{_capital(joint['sentence'])}.")
     else:
         console.print("The sensors were not tested together.")
-    console.print(f"By the best-of proxy: {advice.subset.sentence()}; {advice.gap_sentence()}.")
+    console.print(f"By the best-of proxy: {subset.proxy_sentence()}; {advice.gap_sentence()}.")
+    if advice.exact is not None and advice.exact.promise not in (None, subset.promise):
+        console.print(f"The exact optimum: {advice.exact.expected_sentence()}.")
     if advice.next_place >= 0:
-        console.print(
-            f"By the proxy, one more sensor ({names[advice.next_place]}) would add {advice.next_gain:.3f}."
-        )
+        more = patches.names[advice.next_place]
+        console.print(f"By the proxy, one more sensor ({more}) would add {advice.next_gain:.3f}.")
     console.print(
-        "'F1 together': one classifier on all sensors up to that line, tested as the map is. 'Best-of "
+        "'Expected F1', 'on these clips': one classifier on all sensors up to that line, on other clips by "
+        "halves of these, and tested as the map is. 'Best-of "
         "proxy' (mean-max F1): for each activity the F1 of the sensor that is best at it; it never falls "
         "when sensors are added, which a real classifier's F1 can.",
         style="dim",
     )
+
+
+def _set_table(
+    advice: Advice, utility: UtilityMap, patches: PatchSet, together: Sequence[UtilityMap]
+) -> Table:
+    """The set sensor by sensor: what it would reach on other clips, then what it reached on these."""
+    subset, caution = advice.subset, mean_caution(utility)
+    made, order = subset.promise, subset.order
+    headings = ["expected F1", "95 % interval"] if made is not None else []
+    if together:
+        headings += ["on these clips"] if made is not None else ["F1 on these clips", "95 % interval"]
+    table = Table(title="The set by the paper's algorithm 2, sensor by sensor", title_justify="left")
+    table.add_column("")
+    table.add_column("place", overflow="fold")
+    for heading in [*headings, "best-of proxy"]:
+        table.add_column(heading, justify="right")
+    table.add_column("would do as well", overflow="fold")
+    for number, (place, score) in enumerate(zip(order[:AT_MOST], subset.mean_max_after_each, strict=False)):
+        cells = []
+        if made is not None:
+            cells += [f"{made.mean[number]:.3f}", interval_text(made.low[number], made.high[number], "")]
+        if together:
+            tested = _tested(together[number], caution) if number < len(together) else ["", ""]
+            cells += tested if made is None else tested[:1]
+        same = _regions(advice.alternatives[number], patches)
+        table.add_row(str(number + 1), patches.names[place], *cells, f"{score:.3f}", same)
+    if len(order) > AT_MOST:
+        table.add_row("", f"and {len(order) - AT_MOST} more")
+    return table
 
 
 def _capital(text: str) -> str:

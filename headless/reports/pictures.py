@@ -83,6 +83,12 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
     pictures = renderer.render(patch_colours(patches, utility.expected_mean, low, high))
     corners = body.vertices[patches.triangles[order]]
     normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
+    made = subset.promise
+    scores, label = (
+        (subset.mean_max_after_each, "Best-of F1 on these clips")
+        if made is None
+        else (made.mean.tolist(), "Expected F1")
+    )
     subtitle = subset.sentence()
     if len(order) < len(subset.order):
         subtitle += f" (the first {len(order)} of {len(subset.order)} places shown)"
@@ -93,7 +99,8 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
         f"Where to wear {count}" if subset.reached else "Where to wear: the best set there is",
         renderer.locate(corners.mean(axis=1), normals),
         [patches.names[patch] for patch in order],
-        subset.mean_max_after_each[: len(order)],
+        scores[: len(order)],
+        label,
         target=subset.target,
         subtitle=subtitle,
         scale=(low, high),

@@ -107,7 +107,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         advice = _choose(utility, patches, config)
     results = StudyResults(out, utility, patches, ranked, config.as_dict())
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
-        worn = choose_to_wear(results, config, pooling)
+        worn, advice = choose_to_wear(results, config, advice, pooling)
     return Study(plan.library, config, body, clips, results, advice, worn)
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2w.core.blas import multiply, solve_positive
+from w2w.core.blas import add_square, multiply, multiply_lower, solve_positive
 
 SIZES = st.integers(1, 40)
 LAYOUTS = st.sampled_from(["rows", "columns", "part", "every second", "turned over"])
@@ -81,3 +81,30 @@ def test_what_cannot_be_solved_is_refused() -> None:
         solve_positive(np.diag([1.0, -1.0]), np.ones((1, 2)))
     with pytest.raises(ValueError, match="cannot solve"):
         solve_positive(np.eye(2), np.ones((1, 3)))
+
+
+@given(SIZES, SIZES, LAYOUTS, st.sampled_from([np.float32, np.float64]))
+def test_squares_are_added_to_the_upper_triangle_alone(m, k, layout, dtype) -> None:
+    rng = np.random.default_rng([m, k])
+    rows, matrix = rng.normal(size=(m, k)).astype(dtype), rng.normal(size=(k, k)).astype(dtype)
+    wanted = matrix + np.triu(-2 * rows.T.astype(np.float64) @ rows)
+    add_square(matrix, laid_out(rows, layout), -2.0)
+    np.testing.assert_allclose(matrix, wanted, rtol=1e-4, atol=1e-4)
+
+
+@given(SIZES, SIZES, LAYOUTS, st.sampled_from([np.float32, np.float64]))
+def test_triangles_are_multiplied_by_what_stands_below_their_diagonal(n, k, layout, dtype) -> None:
+    rng = np.random.default_rng([n, k])
+    lower, b = rng.normal(size=(n, n)).astype(dtype), rng.normal(size=(n, k)).astype(dtype)
+    wanted = np.tril(lower).astype(np.float64) @ b
+    before = b.copy()
+    product = multiply_lower(laid_out(lower, layout), laid_out(b, layout))
+    np.testing.assert_allclose(product, wanted, rtol=1e-4, atol=1e-4)
+    np.testing.assert_array_equal(b, before)
+
+
+def test_squares_and_triangles_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValueError, match="cannot add"):
+        add_square(np.eye(2), np.ones((3, 3)))
+    with pytest.raises(ValueError, match="cannot multiply"):
+        multiply_lower(np.eye(2), np.ones((3, 3)))

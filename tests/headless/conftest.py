@@ -30,8 +30,11 @@ from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
-from w2w.core.selection.joint import SetTests, choose_together
-from w2w.core.selection.subsets import Terms, multi_sensor_check
+from w2w.core.selection.joint import choose_together
+from w2w.core.selection.proxy_promise import advice_promised
+from w2w.core.selection.set_tests import SetTests
+from w2w.core.selection.subsets import multi_sensor_check
+from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 
 
@@ -129,19 +132,17 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     together = multi_sensor_check(advice.subset.order, features, activity, **protocol)
     details = {"windows": WINDOWS, "frames": 120, "duration_s": 4.0}
     ranked = tuple(LabelledClip(clip.name, clip.activity, clip.subject, clip.name) for clip in clips)
+    tests = SetTests.of(features, activity, **protocol, pooling=pooling)
+    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
+    terms = Terms.checked(utility.f1, 5, None, (), None)
     drawn = Study(
         library,
         config,
         body,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         StudyResults(out, utility, patches, ranked, config.as_dict()),
-        advice,
-        choose_together(
-            SetTests.of(features, activity, **protocol, pooling=pooling),
-            (utility.expected_mean, utility.expected_low, utility.expected_high),
-            Terms.checked(utility.f1, 5, None, (), None),
-            config.target,
-        ),
+        advice_promised(advice, tests, terms, expected),
+        choose_together(tests, expected, terms, config.target),
         tuple(together),
     )
     write_config(drawn)

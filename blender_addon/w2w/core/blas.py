@@ -69,6 +69,65 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
     return out
 
 
+def add_square(upper: np.ndarray, rows: np.ndarray, times: float = 1.0) -> None:
+    """Add rows' @ rows, or a multiple, to the upper triangle of a matrix: half the work of a product.
+
+    Parameters
+    ----------
+    upper : ndarray, shape (k, k), float32 or float64
+        In rows; its upper triangle is overwritten, the rest left as it is.
+    rows : ndarray, shape (m, k), of the same type
+        Laid out otherwise than in rows or in columns it is copied first.
+    times : float
+
+    Raises
+    ------
+    ValueError
+        If shapes or types do not go together, or the matrix is not laid out in rows.
+    """
+    stride = _row_stride(upper)
+    m, k = rows.shape
+    if upper.shape != (k, k) or upper.dtype != rows.dtype or stride is None or min(m, k) == 0:
+        raise ValueError(f"cannot add the square of {rows.dtype} {rows.shape} to {upper.dtype} {upper.shape}")
+    rows, turned, stride_rows = _laid_out(rows)
+    update = _routine(cython_blas, upper.dtype, "syrk", "cciinpinpi")
+    update(
+        b"L", turned, _size(k), _size(m), _number(upper.dtype, times), rows.ctypes.data, _size(stride_rows),
+        _number(upper.dtype, 1.0), upper.ctypes.data, _size(stride),
+    )  # fmt: skip
+
+
+def multiply_lower(lower: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The product of a lower triangular matrix with another, in half the work of a full one.
+
+    Parameters
+    ----------
+    lower : ndarray, shape (n, n), float32 or float64
+        What stands above its diagonal is not read.
+    b : ndarray, shape (n, k), of the same type
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+
+    Raises
+    ------
+    ValueError
+        If shapes or types do not go together.
+    """
+    product = np.array(b, order="C")
+    n, k = product.shape
+    if lower.shape != (n, n) or lower.dtype != product.dtype or min(n, k) == 0:
+        raise ValueError(f"cannot multiply {lower.dtype} {lower.shape} by {b.dtype} {b.shape}")
+    lower, turned, stride = _laid_out(lower)
+    times = _routine(cython_blas, lower.dtype, "trmm", "cccciinpipi")
+    times(
+        b"R", b"U" if turned == b"N" else b"L", turned, b"N", _size(k), _size(n), _number(lower.dtype, 1.0),
+        lower.ctypes.data, _size(stride), product.ctypes.data, _size(k),
+    )  # fmt: skip
+    return product
+
+
 def solve_positive(upper: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Solve a system whose matrix is symmetric and positive definite, by Cholesky's factors.
 

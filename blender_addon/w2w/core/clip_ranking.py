@@ -12,13 +12,12 @@ import numpy as np
 
 from .clip_files import ClipWindows
 from .motion.library import Clip
-from .patches.patches import PatchSet
 from .ranking.classifiers.ridge import Ridge
 from .ranking.inputs import PlaceBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap, utility_map
-from .selection.joint import JointSet, SetTests, choose_together
-from .selection.subsets import Terms, multi_sensor_check
+from .selection.set_tests import SetTests
+from .selection.subsets import multi_sensor_check
 from .study import StudyConfig, same_clips
 
 
@@ -158,42 +157,23 @@ def rank_windows(
 
 
 def set_tests(
-    inputs: np.ndarray | PlaceBlocks, labels: WindowLabels, config: StudyConfig, pooling: Pooling
-) -> SetTests:
-    """All that sets of patches are chosen and judged by, dealt as the config says."""
-    protocol = labels.protocol(config)
-    del protocol["classifier"]  # always the ridge
-    return SetTests.of(inputs, labels.activity, **protocol, pooling=pooling)
-
-
-def choose_worn(
     inputs: np.ndarray | PlaceBlocks,
     labels: WindowLabels,
     config: StudyConfig,
-    utility: UtilityMap,
-    patches: PatchSet,
     pooling: Pooling,
     classifier: Any = None,
-) -> JointSet | None:
-    """Choose the patches to wear together, under the config's target and constraints.
+) -> SetTests | None:
+    """All that sets of patches are chosen and judged by, dealt as the config says.
 
     Returns
     -------
-    JointSet or None
+    SetTests or None
         None for other classifiers than the ridge, which would take too long.
-
-    Raises
-    ------
-    ValueError
-        If the constraints cannot be met.
     """
-    if (config.classifier if classifier is None else classifier) != Ridge.name:
+    protocol = labels.protocol(config, classifier)
+    if protocol.pop("classifier") != Ridge.name:
         return None
-    wishes = config.constraints.terms(patches)
-    terms = Terms.checked(utility.f1, config.max_places, **wishes)
-    tests = set_tests(inputs, labels, config, pooling)
-    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    return choose_together(tests, expected, terms, config.target, config.every_activity)
+    return SetTests.of(inputs, labels.activity, **protocol, pooling=pooling)
 
 
 def rank_together(

@@ -12,14 +12,17 @@ from typing import Any
 
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
-from .clip_ranking import LabelledClip, WindowLabels, choose_worn, rank_together
+from .clip_ranking import LabelledClip, WindowLabels, rank_together, set_tests
 from .motion.motion import Motion
 from .patches.patches import PatchSet
 from .ranking.inputs import PlaceBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.windows import WindowSpec
-from .selection.joint import JointSet
+from .selection.advice import Advice
+from .selection.joint import JointSet, choose_together
+from .selection.proxy_promise import advice_promised
+from .selection.terms import Terms
 from .study import StudyConfig
 
 UTILITY = "utility.npz"
@@ -138,21 +141,47 @@ AT_MOST = 6
 
 
 def choose_to_wear(
-    study: StudyResults, config: StudyConfig, pooling: Pooling | None = None
-) -> JointSet | None:
-    """Choose the patches to wear together from a finished ranking, as `choose_worn` does.
+    study: StudyResults,
+    config: StudyConfig,
+    advice: Advice,
+    pooling: Pooling | None = None,
+    every_pair: bool = False,
+) -> tuple[JointSet | None, Advice]:
+    """Choose the patches to wear together, and tell what the advice's sets would reach on other clips.
 
     Parameters
     ----------
     study : StudyResults
     config : StudyConfig
         The run's own, or with another target and other constraints.
+    advice : Advice
+        Chosen under the same.
     pooling : Pooling, optional
         Over the skin of the study's body, which takes seconds to make.
+    every_pair : bool
+        Whether sets grow from the best of all pairs, which takes minutes.
+
+    Returns
+    -------
+    worn : JointSet or None
+        None for other classifiers than the ridge, which would take too long.
+    advice : Advice
+        Its sets with what they would reach, by the same tests; as it was where there are none.
+
+    Raises
+    ------
+    ValueError
+        If the constraints cannot be met.
     """
+    utility = study.utility
+    terms = Terms.checked(utility.f1, config.max_places, **config.constraints.terms(study.patches))
     pooling = pooling or Pooling.on(study.body(), study.patches)
-    inputs = study.inputs(config.classifier)
-    return choose_worn(inputs, study.labels(), config, study.utility, study.patches, pooling)
+    tests = set_tests(study.inputs(config.classifier), study.labels(), config, pooling)
+    if tests is None:
+        return None, advice
+    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
+    worn = choose_together(tests, expected, terms, config.target, config.every_activity, every_pair)
+    return worn, advice_promised(advice, tests, terms, expected)
 
 
 def sensors_together(study: StudyResults, order: Sequence[int]) -> tuple[UtilityMap, ...]:

@@ -115,8 +115,12 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     if gather is not None:
         finished = yield from in_thread(gather, "gathering windows", 0.1, 0.15)
         pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.15, 0.3)
-        worn = yield from in_thread(
-            lambda _told: choose_to_wear(finished, config, pooling), "choosing what to wear", 0.3, 0.95
+        chosen = advice
+        worn, advice = yield from in_thread(
+            lambda _told: choose_to_wear(finished, config, chosen, pooling),
+            "choosing what to wear",
+            0.3,
+            0.95,
         )
         order = advice.subset.order
         tested = yield from in_thread(lambda _told: sensors_together(finished, order), "testing", 0.95, 1.0)

@@ -26,6 +26,18 @@ def test_the_smallest_set_that_reaches_the_target_counts():
     assert joint["sentence"] == "tested together, one classifier reaches F1 0.910 with 2 sensors (target 0.9)"
 
 
+def test_what_other_clips_would_give_stands_first():
+    together = scores_of(0.7, 0.91)
+    for entry, expected in zip(together, (0.5, 0.6), strict=True):
+        entry |= {"expected_f1": expected, "expected_f1_interval": [expected - 0.1, expected + 0.2]}
+    joint = joint_content(together, 0.9, chosen=2)
+    assert (joint["expected_f1"], joint["expected_f1_interval"]) == (0.6, [0.5, 0.8])
+    assert joint["sentence"] == (
+        "expected F1 0.600 on other clips with 2 sensors (95 % interval 0.50 to 0.80); on these clips, "
+        "tested together, one classifier reaches F1 0.910 with 2 sensors (target 0.9)"
+    )
+
+
 def test_a_set_without_a_place_that_must_be_is_none():
     joint = joint_content(scores_of(0.95, 0.85, 0.92), 0.9, chosen=3, least=2)
     assert (joint["sensors"], joint["reached"]) == (3, True)

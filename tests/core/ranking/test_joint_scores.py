@@ -4,17 +4,20 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.joint_scores import JointScores, Training
+from w2w.core.ranking import joint_scores
+from w2w.core.ranking.joint_fit import Training
+from w2w.core.ranking.joint_scores import JointScores
 
 N, W, D, A = 6, 60, 5, 3
 RIDGE = 0.1
 
 
-@pytest.fixture
-def library():
+@pytest.fixture(params=[D, 2 * W], ids=["many windows", "few windows"])
+def library(request):
     rng = np.random.default_rng(0)
     labels = np.arange(W) % A
-    features = rng.normal(size=(N, W, D)) + rng.normal(size=(N, A, D))[:, labels]
+    width = request.param
+    features = rng.normal(size=(N, W, width)) + rng.normal(size=(N, A, width))[:, labels]
     features -= features.mean(axis=1, keepdims=True)
     trainings = [Training(np.arange(0, 40), np.arange(40, 60)), Training(np.arange(20, 60), np.arange(0, 20))]
     return features.astype(np.float32), labels, trainings
@@ -40,7 +43,7 @@ def side_by_side(features, labels, training, ridge):
 def test_each_patch_added_equals_the_definition(library, worn):
     features, labels, trainings = library
     joint = JointScores(features, labels, trainings, RIDGE)
-    for candidate, scores in joint.each_added(worn, [4, 1]):
+    for candidate, scores in zip((4, 1), joint.of_added(worn, [4, 1], np.copy), strict=True):
         sets = features[[*worn, candidate]]
         wanted = np.concatenate([side_by_side(sets, labels, training, RIDGE) for training in trainings])
         if candidate not in worn:
@@ -52,7 +55,7 @@ def test_the_first_and_the_first_two_are_what_adding_gives(library):
     joint = JointScores(features, labels, trainings, RIDGE)
     order = [3, 0, 5]
     for size, scores in enumerate(joint.each_first(order), start=1):
-        ((_, added),) = joint.each_added(order[: size - 1], [order[size - 1]])
+        (added,) = joint.of_added(order[: size - 1], [order[size - 1]], np.copy)
         np.testing.assert_allclose(scores, added, atol=2e-3 * np.abs(added).max())
     np.testing.assert_array_equal(joint.windows, [*range(40, 60), *range(20)])
 
@@ -64,3 +67,32 @@ def test_an_activity_without_training_is_never_named(library):
     for scores in joint.each_first([0, 1]):
         assert (scores[:, 2] == -np.inf).all()
         assert np.isfinite(scores[:, :2]).all()
+
+
+@pytest.mark.parametrize("tile", [1, 2**30])
+def test_every_pair_equals_the_definition(library, monkeypatch, tile):
+    monkeypatch.setattr(joint_scores, "TILE_BYTES", tile)
+    features, labels, trainings = library
+    joint = JointScores(features, labels, trainings, RIDGE)
+    candidates, wanted = [5, 0, 3, 1], np.ones((4, 4), dtype=bool)
+    wanted[1, 3] = False
+    judged = []
+
+    def judge(scores):
+        judged.extend(scores)
+        return np.arange(len(judged) - len(scores), len(judged))
+
+    monkeypatch.setattr(joint, "_workers", 1)
+    values = joint.of_pairs(candidates, wanted, judge)
+    assert len(judged) >= 5
+    for i, j in zip(*np.triu_indices(4, 1), strict=True):
+        if not wanted[i, j]:
+            assert values[i, j] == -np.inf
+            continue
+        pair = [candidates[i], candidates[j]]
+        scores = judged[int(values[i, j])]
+        by_definition = joint.each_first(pair)[1]
+        np.testing.assert_allclose(scores, by_definition, atol=1e-4 * np.abs(by_definition).max())
+        doubly = [side_by_side(features[pair], labels, training, RIDGE) for training in trainings]
+        np.testing.assert_allclose(scores, np.concatenate(doubly), atol=2e-3 * np.abs(scores).max())
+    assert np.isneginf(values[np.tril_indices(4)]).all()

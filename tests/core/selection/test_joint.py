@@ -1,50 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen together: what complements is found, wishes are kept, the promise is what other clips give."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
-from w2w.core.ranking.pooling import Pooling
-from w2w.core.selection import joint
-from w2w.core.selection.joint import SetTests, choose_together, grow
-from w2w.core.selection.subsets import Terms
+from w2w.core.selection import joint, set_tests
+from w2w.core.selection.joint import best_pair, choose_together, grow
+from w2w.core.selection.promise import promise
 
-N, D, CLIPS = 12, 6, 12
-NAMES = ("crawl", "jump", "run", "sit")
-
-
-def library(seed=0, told=(0, 1), shuffled=False):
-    """Patches 0 to 3 tell crawl from jump alone, 4 to 7 run from sit, the others nothing."""
-    rng = np.random.default_rng(seed)
-    clip = np.repeat(np.arange(4 * CLIPS), 2)
-    activity = np.repeat(np.arange(4), 2 * CLIPS)
-    features = rng.normal(size=(len(clip), N, D)) + 0.7 * rng.normal(size=(4 * CLIPS, N, D))[clip]
-    side = np.where(activity % 2, 0.9, -0.9)
-    for group, patches in enumerate((slice(0, 4), slice(4, 8))):
-        if group in told:
-            features[:, patches, 0] += np.where(activity // 2 == group, side, 0)[:, None]
-            features[:, patches, 1] += 2.0 * (activity // 2 == group)[:, None]
-    names = np.array(NAMES)[activity]
-    if shuffled:
-        names = np.array(NAMES)[rng.permutation(np.repeat(np.arange(4), CLIPS))][clip]
-    return features.astype(np.float32), names, clip
-
-
-def prepare(features, names, clip, subject=None):
-    return SetTests.of(
-        features, names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, Pooling.none(N), workers=1
-    )
-
-
-def terms(size=None, **wishes):
-    allowed = wishes.get("allowed")
-    return Terms.checked(np.zeros((N, 4)), size, allowed, wishes.get("required", ()), wishes.get("cost"))
-
-
-def alone(found):
-    """About what the F1 of each patch on other clips would be: less than on the clips that chose it."""
-    mean = 0.8 * found.whole.alone[1].mean(axis=0)
-    return mean, mean - 0.1, mean + 0.1
+from .made_sets import N, alone, library, prepare, terms
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +63,7 @@ def test_the_promise_is_what_another_library_of_the_kind_gives():
     for seed in range(4):
         here, there = prepare(*library(2 * seed)), prepare(*library(2 * seed + 1))
         order = grow(here.whole, terms(2), 2)
-        made = joint.promise(here, terms(2), order, grow, (0.3, 0.2, 0.4))
+        made = promise(here, terms(2), order, grow, (0.3, 0.2, 0.4))
         differences.append(made.mean[1] - there.whole.f1_of_first(order)[1].mean())
         assert made.raw.shape == (2, 4)
     assert abs(np.mean(differences)) < 0.05
@@ -109,7 +75,7 @@ def test_where_labels_mean_nothing_nothing_is_promised():
     for seed in range(4):
         found = prepare(*library(seed, shuffled=True))
         order = grow(found.whole, terms(3), 3)
-        made = joint.promise(found, terms(3), order, grow, (0.25, 0.2, 0.3))
+        made = promise(found, terms(3), order, grow, (0.25, 0.2, 0.3))
         promised.append(made.f1[-1].mean())
     assert np.mean(promised) < 0.32  # a quarter is chance
 
@@ -124,7 +90,7 @@ def test_subjects_are_left_out_where_they_are_told():
 
 
 def test_many_windows_are_thinned_evenly(monkeypatch):
-    monkeypatch.setattr(joint, "MOST_WINDOWS", 40)
+    monkeypatch.setattr(set_tests, "MOST_WINDOWS", 40)
     features, names, clip = library()
     found = prepare(features, names, clip)
     assert len(found.whole.f1_of_first([0])) == 1
@@ -148,3 +114,44 @@ def test_a_half_goes_on_where_it_stopped_and_ends_as_if_it_had_not(tests):
     assert min(joint.chosen_by_halves(half, other, 2)) >= 4
     assert joint.chosen_by_halves(half, free, 2) == whole[:2]
     assert joint.chosen_by_halves(half, free, 4) == whole == scratch
+
+
+@pytest.mark.parametrize("worst", [False, True])
+def test_the_best_pair_is_the_best_of_all(tests, worst):
+    def value(pair):
+        return float(tests.whole.added(pair[:1], np.array(pair[1:]), worst)[0])
+
+    pair = best_pair(tests.whole, terms(2), worst=worst)
+    by_value = max(combinations(range(N), 2), key=value)
+    assert value(pair) == pytest.approx(value(by_value), abs=1e-6)
+    assert tests.whole.single[pair[0]] >= tests.whole.single[pair[1]]
+    assert value(pair) >= value(grow(tests.whole, terms(2), 2, worst=worst)) - 1e-6
+
+
+def test_the_best_pair_keeps_to_wishes(tests):
+    one, two = [10, 11], [5, 9]
+    assert np.isin(best_pair(tests.whole, terms(required=[one])), one).any()
+    pair = best_pair(tests.whole, terms(allowed=np.arange(N) != 5, required=[one, two]), among=1)
+    assert 9 in pair
+    assert np.isin(pair, one).any()
+    assert best_pair(tests.whole, terms(1)) == ()
+    dear = np.ones(N)
+    dear[:8] = 1e6
+    assert min(best_pair(tests.whole, terms(cost=dear))) >= 8
+
+
+def test_sets_grow_from_the_best_pair_and_are_promised_what_such_sets_give(tests, monkeypatch):
+    halves = []
+
+    def counted(one, *arguments, **options):
+        halves.append(one is not tests.whole)
+        return best_pair(one, *arguments, **options)
+
+    monkeypatch.setattr(joint, "best_pair", counted)
+    chosen = choose_together(tests, alone(tests), terms(4), target=1.0, every_pair=True)
+    assert chosen.every_pair
+    assert chosen.order[:2] == best_pair(tests.whole, terms(4), alone(tests)[0])
+    assert sorted(halves) == [False] + [True] * 2 * len(tests.pairs)  # halves try every pair, too
+    assert (np.diff(chosen.promise.mean) >= 0).all()
+    enough = choose_together(tests, alone(tests), terms(4), target=0.3, every_pair=True)
+    assert (len(enough.order), enough.reached, enough.every_pair) == (1, True, False)

@@ -106,9 +106,12 @@ def test_the_ranking_on_file_is_whole(study):
 def test_another_choice_from_the_same_ranking(study):
     out, _ = study
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
-    free, _ = chosen(out, "--no-together")
+    free, output = chosen(out, "--no-together")
     assert free["together"] == []
     assert free["worn_together"] is None
+    assert free["subset"]["expected_f1"] is None
+    assert "would reach on other clips is not known" in output
+    assert output.index("not known") < output.index("best-of proxy")
     left, output = chosen(out, "--only", "left", "--must", "left arm", "--max", 3, "--target", 1)
     regions = [place["region"] for place in left["subset"]["places"]]
     assert all(region.startswith("left") for region in regions)
@@ -124,6 +127,11 @@ def test_another_choice_from_the_same_ranking(study):
     assert worn["expected_f1"] == promised[-1]
     low, high = worn["expected_f1_interval"]
     assert low <= worn["expected_f1"] <= high
+    for found in (left["subset"], left["exact"], left["joint"]):
+        low, high = found["expected_f1_interval"]
+        assert low <= found["expected_f1"] <= high
+    said = left["subset"]["expected_sentence"]
+    assert output.index(said) < output.index(left["subset"]["sentence"])
     assert before == {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
 
 
@@ -232,6 +240,15 @@ def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
         code, output = run("place", out, "--redraw")
     assert code == 4
     assert "another run works in" in output
+
+
+def test_every_pair_may_be_tried(study):
+    out, _ = study
+    asked, output = chosen(out, "--target", 1, "--max", 2, "--only", "left", "--every-pair")
+    worn = asked["worn_together"]
+    assert worn["every_pair"] == (len(worn["places"]) == 2)
+    assert ("best of all pairs" in output) == worn["every_pair"]
+    assert all(place["region"].startswith("left") for place in worn["places"])
 
 
 @pytest.mark.parametrize(

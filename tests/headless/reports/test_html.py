@@ -140,7 +140,10 @@ def test_tables_tell_what_the_summary_tells(page, drawn_results):
     for place, tested in zip(summary["subset"]["places"], summary["together"], strict=True):
         low, high = tested["mean_f1_interval"]
         joint = f"{tested['mean_f1']:.2f} {low:.2f}–{high:.2f}"
-        assert f"{place['name']} {place['mean_f1']:.2f} {joint} {place['mean_max_f1_so_far']:.2f}" in text
+        low, high = place["expected_f1_so_far_interval"]
+        expected = f"{place['expected_f1_so_far']:.2f} {low:.2f}–{high:.2f}"
+        raw = f"{joint} {place['mean_f1']:.2f} {place['mean_max_f1_so_far']:.2f}"
+        assert f"{place['name']} {expected} {raw}" in text
     assert "empty <b>file</b>" in text
     assert "bootstrap intervals over clips" in text
 
@@ -281,11 +284,33 @@ def test_results_of_an_earlier_version_still_make_a_page(sparse_results, tmp_pat
     for name in ("joint", "labels", "windows", "ranked_activities", "interval_caution"):
         del summary[name]
     del summary["clips"]["ranked"]
+    for name in ("expected_f1", "expected_f1_interval", "expected_sentence"):
+        del summary["subset"][name]
+    for place in summary["subset"]["places"]:
+        del place["expected_f1_so_far"], place["expected_f1_so_far_interval"]
     (out / "summary.json").write_text(json.dumps(summary))
     config = json.loads((out / "config.json").read_text())
     del config["parameters"]["title"]
     (out / "config.json").write_text(json.dumps(config))
-    assert "14 of 17 clips ranked, in 3 activities" in read(out)[1]
+    text = read(out)[1]
+    assert "14 of 17 clips ranked, in 3 activities" in text
+    unknown = "What the set by the paper's algorithm 2 would reach on other clips is not known"
+    assert text.index(unknown) < text.index("By the best-of proxy")
+
+
+def test_every_set_has_an_expected_f1_that_stands_before_the_proxy(sparse_results):
+    summary = json.loads((sparse_results / "summary.json").read_text())
+    for found in (summary[name] for name in ("worn_together", "subset", "exact", "joint")):
+        low, high = found["expected_f1_interval"]
+        assert 0 <= low <= found["expected_f1"] <= high <= 1
+    assert [entry["expected_f1"] for entry in summary["together"]] == [
+        place["expected_f1_so_far"] for place in summary["subset"]["places"][: len(summary["together"])]
+    ]
+    assert summary["joint"]["sentence"].startswith(f"expected F1 {summary['joint']['expected_f1']:.3f}")
+    _, text = read(sparse_results)
+    expected = summary["subset"]["expected_sentence"]
+    assert f"{summary['subset']['expected_f1']:.3f}" in expected
+    assert text.index(expected) < text.index(summary["subset"]["sentence"])
 
 
 def test_the_same_results_give_the_same_page(page, drawn_results):

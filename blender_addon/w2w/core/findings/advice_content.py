@@ -19,6 +19,7 @@ from ..selection.headline import (
     where_to_wear,
 )
 from ..selection.joint import JointSet
+from ..selection.promise import Promise
 from ..selection.subsets import Subset
 from .counts import interval_caution
 from .joint import joint_content
@@ -67,7 +68,7 @@ def advice_content(
             "name": patches.names[advice.next_place],
             "gain": _f1(advice.next_gain),
         },
-        "together": together_content(together),
+        "together": together_content(together, advice.subset.promise),
     }
 
 
@@ -78,34 +79,51 @@ def worn_content(worn: JointSet, utility: UtilityMap, patches: PatchSet) -> dict
         "sentence": worn.sentence(),
         "target": worn.target,
         "every_activity": worn.every_activity,
+        "every_pair": worn.every_pair,
         "reached": worn.reached,
         "cost": worn.cost,
-        "expected_f1": _f1(made.mean[-1]),
-        "expected_f1_interval": [_f1(made.low[-1]), _f1(made.high[-1])],
+        **expected_content(made, len(worn.order)),
         "f1": {name: _f1(value) for name, value in zip(worn.activities, made.f1[-1], strict=True)},
         "places": [
             {
                 **place_content(patch, utility, patches),
-                "expected_f1_so_far": _f1(made.mean[number]),
-                "expected_f1_so_far_interval": [_f1(made.low[number]), _f1(made.high[number])],
-                "mean_f1_so_far": _f1(made.raw[number].mean()),
+                **expected_content(made, number, "_so_far"),
+                "mean_f1_so_far": _f1(made.raw[number - 1].mean()),
             }
-            for number, patch in enumerate(worn.order)
+            for number, patch in enumerate(worn.order, start=1)
         ],
     }
 
 
+def expected_content(made: Promise | None, sensors: int, suffix: str = "") -> dict[str, Any]:
+    """What the first so many sensors of a set would reach on other clips; None where it is not known."""
+    name = f"expected_f1{suffix}"
+    if made is None:
+        return {name: None, f"{name}_interval": None}
+    interval = [_f1(made.low[sensors - 1]), _f1(made.high[sensors - 1])]
+    return {name: _f1(made.mean[sensors - 1]), f"{name}_interval": interval}
+
+
 def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
-    """A set of places with its reach."""
+    """A set of places with what it would reach on other clips, and its reach by the proxy on these."""
+    made = subset.promise
     return {
+        **expected_content(made, len(subset.order)),
+        "expected_sentence": subset.expected_sentence(),
         "target": subset.target,
         "reached": subset.reached,
-        "sentence": subset.sentence(),
+        "sentence": subset.proxy_sentence(),
         "best_reachable": _f1(subset.best_reachable),
         "cost": subset.cost,
         "places": [
-            {**place_content(patch, utility, patches), "mean_max_f1_so_far": _f1(value)}
-            for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True)
+            {
+                **place_content(patch, utility, patches),
+                **expected_content(made, number, "_so_far"),
+                "mean_max_f1_so_far": _f1(value),
+            }
+            for number, (patch, value) in enumerate(
+                zip(subset.order, subset.mean_max_after_each, strict=True), start=1
+            )
         ],
     }
 
@@ -126,12 +144,13 @@ def place_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[st
     }
 
 
-def together_content(together: Sequence[UtilityMap]) -> list[dict[str, Any]]:
-    """What one classifier on the first sensor, the first two, and so on reached."""
+def together_content(together: Sequence[UtilityMap], made: Promise | None = None) -> list[dict[str, Any]]:
+    """What one classifier on the first sensor, the first two, and so on would reach, and reached here."""
     return [
         {
             "sensors": number,
             "classifier": tested.classifier,
+            **expected_content(made, number),
             "mean_f1": _f1(tested.mean[0]),
             "mean_f1_interval": [_f1(tested.mean_low[0]), _f1(tested.mean_high[0])],
             "f1": {name: _f1(value) for name, value in zip(tested.activities, tested.f1[0], strict=True)},
@@ -143,7 +162,8 @@ def together_content(together: Sequence[UtilityMap]) -> list[dict[str, Any]]:
 def joint_of(advice: Advice, together: Sequence[UtilityMap]) -> dict[str, Any] | None:
     """What the chosen sensors reach together; None where they were not tested so."""
     subset = advice.subset
-    return joint_content(together_content(together), subset.target, len(subset.order), advice.least)
+    tested = together_content(together, subset.promise)
+    return joint_content(tested, subset.target, len(subset.order), advice.least)
 
 
 def _f1(value: float) -> float:

@@ -17,7 +17,8 @@ def joint_content(
     Parameters
     ----------
     together : sequence of dict
-        What one classifier on the first sensor, the first two, and so on reached.
+        What one classifier on the first sensor, the first two, and so on reached, and, where it is
+        known, would reach on other clips.
     target : float
     chosen : int
         Sensors of the whole set, of which only the first few are tested together.
@@ -36,6 +37,8 @@ def joint_content(
     best = reaching[0] if reaching else max(tested, key=lambda entry: entry["mean_f1"])
     return {
         "sensors": best["sensors"],
+        "expected_f1": best.get("expected_f1"),
+        "expected_f1_interval": best.get("expected_f1_interval"),
         "mean_f1": best["mean_f1"],
         "mean_f1_interval": best["mean_f1_interval"],
         "target": target,
@@ -51,9 +54,16 @@ def sensors(count: int) -> str:
 
 def _sentence(best: dict[str, Any], last: dict[str, Any], target: float, chosen: int, reached: bool) -> str:
     score = f"F1 {best['mean_f1']:.3f} with {sensors(best['sensors'])}"
+    if best.get("expected_f1") is not None:
+        low, high = best["expected_f1_interval"]
+        expected = f"expected F1 {best['expected_f1']:.3f} on other clips"
+        interval = f"95 % interval {low:.2f} to {high:.2f}"
+        lead = f"{expected} with {sensors(best['sensors'])} ({interval}); on these clips, "
+    else:
+        lead = ""
     if reached:
-        return f"tested together, one classifier reaches {score} (target {target:g})"
-    text = f"tested together, up to {sensors(last['sensors'])} do not reach {target:g}: {score} at best"
+        return f"{lead}tested together, one classifier reaches {score} (target {target:g})"
+    text = f"{lead}tested together, up to {sensors(last['sensors'])} do not reach {target:g}: {score} at best"
     if last["mean_f1"] < best["mean_f1"] - ROUNDING:
         text += f", {last['mean_f1']:.3f} with {last['sensors']}"
     return text + (f"; more than {last['sensors']} were not tested" if chosen > last["sensors"] else "")

@@ -136,7 +136,7 @@ def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
     advice = advise(utility, parts.patches, config.target, config.max_places, config.constraints)
     study = StudyResults(out, utility, parts.patches, ranked, config.as_dict())
     told(0.85)
-    worn = choose_to_wear(study, config, pooling)
+    worn, advice = choose_to_wear(study, config, advice, pooling)
     together = sensors_together(study, advice.subset.order)
     finished = Study(parts.library, config, parts.body, tuple(results), study, advice, worn, together)
     write_json(out / "config.json", config_content(finished, parts.versions))

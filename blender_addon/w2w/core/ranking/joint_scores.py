@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Patches worn together: class scores of one classifier on a set of patches, for every next patch at once."""
+"""Patches worn together: class scores of one classifier on a set of patches, for every next patch or pair."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import accumulate
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
 
-from ..blas import solve_positive
-from .classifiers.ridge import LEAST_WITHIN, NEVER_VARIES
+from .joint_fit import JointFit, Training
+from .joint_pairs import Seconds, bytes_of_second, second_patches
 
+Judged = TypeVar("Judged")
 
-class Training(NamedTuple):
-    """Windows trained on, and windows tested on what was trained."""
+TILE_BYTES = 512 * 2**20
+"""Memory for what pairs share of their second patches, held for as many of these as it takes."""
 
-    trained: np.ndarray
-    tested: np.ndarray
+AT_ONCE = 8
+"""Pairs judged at once."""
 
 
 class JointScores:
@@ -27,9 +27,7 @@ class JointScores:
 
     It is the classifier of `Ridge` with the ridge multiplied by the number of patches, so that the
     kernel of a set is the mean of its patches' kernels and a wide set is held back no less than a
-    single patch. The patches worn enter by their kernels between windows (Saunders, Gammerman and
-    Vovk 1998). What they explain is taken out of the windows once a training (`_Worn`); each
-    candidate then costs hardly more than it would alone, by the inverse of a matrix in blocks.
+    single patch. How a training is solved says `JointFit`.
 
     Parameters
     ----------
@@ -58,36 +56,93 @@ class JointScores:
         ridge: float,
         workers: int = 2,
     ) -> None:
-        self._features = features
         self.n_patches = len(features)
         self._workers = workers
-        self._fits = [_Fit(labels, training, int(labels.max()) + 1, ridge) for training in trainings]
+        n_activities = int(labels.max()) + 1
+        self._fits = [JointFit(features, labels, training, n_activities, ridge) for training in trainings]
         self.windows = np.concatenate([training.tested for training in trainings])
 
-    def each_added(self, worn: Sequence[int], candidates: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:
-        """Scores by the patches worn and one more, for each candidate in turn.
+    def of_added(
+        self, worn: Sequence[int], candidates: Iterable[int], judge: Callable[[np.ndarray], Judged]
+    ) -> list[Judged]:
+        """What is judged of the patches worn and one more, for each candidate.
 
-        Yields
-        ------
-        candidate : int
-        scores : ndarray, shape (V, A), float32
-            Logarithms of the classes' probabilities, but for a term that all classes share.
+        Parameters
+        ----------
+        worn : sequence of int
+        candidates : iterable of int
+        judge : callable
+            Given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
+            all classes share. Called from several threads.
         """
-        bases = [fit.wear([self._features[patch] for patch in worn]) for fit in self._fits]
+        bases = [fit.wear(worn) for fit in self._fits]
 
-        def scores(candidate: int) -> np.ndarray:
-            inputs = self._features[candidate]
-            return np.concatenate(
-                [fit.add(base, inputs) for fit, base in zip(self._fits, bases, strict=True)]
-            )
+        def of(candidate: int) -> Judged:
+            scores = [fit.add(base, candidate) for fit, base in zip(self._fits, bases, strict=True)]
+            return judge(np.concatenate(scores))
 
-        yield from zip(candidates, self._parallel(scores, candidates), strict=True)
+        return list(self._parallel(of, candidates))
+
+    def of_pairs(
+        self,
+        candidates: Sequence[int],
+        wanted: np.ndarray,
+        judge: Callable[[np.ndarray], np.ndarray],
+    ) -> np.ndarray:
+        """What is judged of every pair of candidates.
+
+        What does not depend on the first patch is prepared for many second ones, what does not depend
+        on the second once for each first.
+
+        Parameters
+        ----------
+        candidates : sequence of int, length C
+        wanted : ndarray of bool, shape (C, C)
+            The pairs to judge; those above the diagonal count.
+        judge : callable
+            Given scores (P, V, A) of some pairs as `of_added` has them, returns P values.
+
+        Returns
+        -------
+        ndarray, shape (C, C)
+            Minus infinity for pairs not judged.
+        """
+        values = np.full(wanted.shape, -np.inf)
+        wanted = np.triu(wanted, 1)
+        size = max(1, TILE_BYTES // sum(map(bytes_of_second, self._fits)))
+        for start in range(0, len(candidates), size):
+            tile = candidates[start : start + size]
+            seconds = [second_patches(fit, len(tile)) for fit in self._fits]
+            self._each(lambda number, s=seconds, t=tile: [one.put(number, t[number]) for one in s], len(tile))
+            here = slice(start, start + len(tile))
+            row = partial(self._row, candidates, seconds, wanted[:, here], judge, values[:, here])
+            self._each(row, here.stop)
+        return np.where(wanted, values, -np.inf)
+
+    def _row(
+        self,
+        candidates: Sequence[int],
+        seconds: Sequence[Seconds],
+        wanted: np.ndarray,
+        judge: Callable[[np.ndarray], np.ndarray],
+        values: np.ndarray,
+        number: int,
+    ) -> None:
+        """Judge one candidate with all that are wanted of the second ones prepared."""
+        others = np.flatnonzero(wanted[number])
+        if not len(others):
+            return
+        firsts = [one.first(candidates[number]) for one in seconds]
+        for start in range(others[0], others[-1] + 1, AT_ONCE):
+            stop = min(start + AT_ONCE, others[-1] + 1)
+            scores = [one.scores(first, start, stop) for one, first in zip(seconds, firsts, strict=True)]
+            values[number, start:stop] = judge(np.concatenate(scores, axis=1))
 
     def each_first(self, order: Sequence[int]) -> list[np.ndarray]:
         """Scores (V, A) by the first patch, by the first two, and so on."""
 
-        def of_fit(fit: _Fit) -> list[np.ndarray]:
-            sums = fit.sums_of_kernels(self._features[patch] for patch in order)
+        def of_fit(fit: JointFit) -> list[np.ndarray]:
+            sums = fit.sums_of_kernels(order)
             return [fit.scores(kernels, count) for count, kernels in enumerate(sums, start=1)]
 
         return [np.concatenate(of_size) for of_size in zip(*self._parallel(of_fit, self._fits), strict=True)]
@@ -96,128 +151,6 @@ class JointScores:
         with ThreadPoolExecutor(self._workers) as pool:
             yield from pool.map(work, items)
 
-
-class _Rows(NamedTuple):
-    """A patch's features in units of their deviation within classes, in one training.
-
-    `within` (n, D) are the windows trained on about their class means, `means` (A, D), `tested` (v, D).
-    """
-
-    within: np.ndarray
-    means: np.ndarray
-    tested: np.ndarray
-
-
-class _Kernels(NamedTuple):
-    """Products of the rows of patches, summed over patches: of each two kinds of `_Rows`."""
-
-    within_within: np.ndarray
-    within_means: np.ndarray
-    means_means: np.ndarray
-    tested_within: np.ndarray
-    tested_means: np.ndarray
-
-
-class _Worn(NamedTuple):
-    """What patches worn explain in one training.
-
-    Attributes
-    ----------
-    left : ndarray, shape (n, n), or None
-        Takes what they explain out of the windows trained on; None where nothing is worn.
-    means : ndarray, shape (n, A)
-        What they say of the class means, by window.
-    tested : ndarray, shape (v, n)
-        What they share between windows tested and trained on.
-    scores : ndarray, shape (v, A)
-    norms : ndarray, shape (A,)
-        Squared lengths of the class means.
-    ridge : float
-    """
-
-    left: np.ndarray | None
-    means: np.ndarray
-    tested: np.ndarray
-    scores: np.ndarray
-    norms: np.ndarray
-    ridge: float
-
-
-class _Fit:
-    """One training: its windows, whatever the patches."""
-
-    def __init__(self, labels: np.ndarray, training: Training, n_activities: int, ridge: float) -> None:
-        self.training = training
-        self.member = np.eye(n_activities, dtype=np.float32)[labels[training.trained]]
-        self.counts = self.member.sum(axis=0)
-        self.average = np.ascontiguousarray((self.member / np.maximum(self.counts, 1)).T)
-        self.ridge = np.float32(ridge * len(self.member))
-
-    def rows(self, inputs: np.ndarray) -> _Rows:
-        """The rows of a patch, from its features (W, D)."""
-        seen = inputs[self.training.trained]
-        means = self.average @ seen
-        within = seen - self.member @ means
-        variance = np.einsum("nd,nd->d", within, within) / len(seen)
-        least = LEAST_WITHIN * np.einsum("nd,nd->d", seen, seen) / len(seen)
-        variance = np.maximum(variance, least)
-        scale = np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf)).astype(np.float32)
-        return _Rows(within / scale, means / scale, inputs[self.training.tested] / scale)
-
-    def kernels(self, inputs: np.ndarray) -> _Kernels:
-        """The kernels of a patch."""
-        within, means, tested = self.rows(inputs)
-        return _Kernels(
-            within @ within.T, within @ means.T, means @ means.T, tested @ within.T, tested @ means.T
-        )
-
-    def sums_of_kernels(self, features: Iterable[np.ndarray]) -> Iterator[_Kernels]:
-        """The kernels of the first patch, of the first two, and so on."""
-        return accumulate(map(self.kernels, features), lambda total, own: _Kernels(*map(np.add, total, own)))
-
-    def scores(self, kernels: _Kernels, count: int) -> np.ndarray:
-        """Scores (v, A) by `count` patches."""
-        worn = self._explain(kernels, self.ridge * count)
-        return self._scores(worn.scores, worn.norms)
-
-    def wear(self, features: Sequence[np.ndarray]) -> _Worn:
-        """What patches of features (W, D) explain where one more will be worn."""
-        ridge = self.ridge * (len(features) + 1)
-        if features:
-            *_, kernels = self.sums_of_kernels(features)
-            return self._explain(kernels, ridge)
-        trained, tested, classes = len(self.member), len(self.training.tested), len(self.counts)
-        nothing = ((trained, classes), (tested, trained), (tested, classes), (classes,))
-        return _Worn(None, *(np.zeros(shape, np.float32) for shape in nothing), ridge)
-
-    def _explain(self, kernels: _Kernels, ridge: float) -> _Worn:
-        matrix = kernels.within_within.copy()
-        matrix.flat[:: len(matrix) + 1] += ridge
-        lower = cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
-        inverse = solve_triangular(
-            lower, np.eye(len(lower), dtype=np.float32), lower=True, check_finite=False
-        )
-        means, tested = inverse @ kernels.within_means, kernels.tested_within @ inverse.T
-        return _Worn(
-            left=np.sqrt(ridge) * inverse,
-            means=inverse.T @ means,
-            tested=tested @ inverse,
-            scores=(kernels.tested_means - tested @ means) / ridge,
-            norms=(np.diag(kernels.means_means) - np.einsum("na,na->a", means, means)) / ridge,
-            ridge=ridge,
-        )
-
-    def add(self, worn: _Worn, inputs: np.ndarray) -> np.ndarray:
-        """Scores (v, A) by the patches worn and one more, of features (W, D)."""
-        within, means, tested = self.rows(inputs)
-        new = within if worn.left is None else worn.left @ within
-        gram = new.T @ new
-        gram.flat[:: len(gram) + 1] += worn.ridge
-        means = means - worn.means.T @ within
-        slopes = solve_positive(gram, means)
-        scores = worn.scores + tested @ slopes.T - worn.tested @ (within @ slopes.T)
-        return self._scores(scores, worn.norms + np.einsum("ad,ad->a", means, slopes))
-
-    def _scores(self, products: np.ndarray, norms: np.ndarray) -> np.ndarray:
-        offset = np.where(self.counts > 0, norms / 2, np.inf).astype(np.float32)
-        return (products - offset) * np.float32(len(self.member))
+    def _each(self, work: Callable[[int], Any], count: int) -> None:
+        for _ in self._parallel(work, range(count)):
+            pass

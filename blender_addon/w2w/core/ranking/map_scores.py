@@ -48,25 +48,52 @@ def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
 
     Parameters
     ----------
-    scores, labels, weight
-        As for `rank_score`; scores are compared between windows, about their means over activities.
+    scores : ndarray, shape (..., V, A)
+        As for `rank_score`, of any number of classifiers; compared between windows, about their means
+        over activities, in single precision.
+    labels, weight
+        As for `rank_score`.
 
     Returns
     -------
-    ndarray, shape (A,)
+    ndarray, shape (..., A)
         NaN for activities without windows.
     """
-    areas = np.full(scores.shape[1], np.nan)
-    present = np.unique(labels)
-    known = np.isfinite(scores)  # of the activities that were trained
-    level = np.where(known, scores, 0.0)[:, present].sum(axis=1) / known[:, present].sum(axis=1)
-    about = scores - level[:, None]
-    for activity in present:
-        own = labels == activity
-        others = np.sort(about[~own, activity])
-        below = np.searchsorted(others, about[own, activity]) / max(len(others), 1)
-        areas[activity] = np.average(below, weights=weight[own])
-    return areas
+    *many, n_windows, n_activities = scores.shape
+    present, line = np.unique(labels, return_inverse=True)
+    about = _about_their_means(scores[..., present].reshape(-1, n_windows, len(present)))
+    lines = np.arange(about.shape[0] * len(present)).reshape(-1, len(present), 1)
+    everyone = _keys(np.sort(about, axis=2), lines).ravel()
+    own = _keys(about[:, line, np.arange(n_windows)], lines[:, line, 0])
+    order = own.argsort(axis=1)  # activity by activity
+    own = np.take_along_axis(own, order, axis=1)
+    size = np.bincount(line)
+    start = np.cumsum(size) - size
+    before = np.arange(n_windows)  # of the same activity; equal ones are not below each other
+    before = np.maximum.accumulate(np.where(np.diff(own, prepend=own[:, :1] - 1) > 0, before, 0), axis=1)
+    line = np.repeat(np.arange(len(present)), size)
+    below = np.searchsorted(everyone, own) - lines[:, line, 0] * n_windows - (before - start[line])
+    areas = np.full((len(about), n_activities), np.nan)
+    vote = weight[order]
+    votes = np.add.reduceat(below * vote, start, axis=1) / np.add.reduceat(vote, start, axis=1)
+    areas[:, present] = votes / np.maximum(n_windows - size, 1)
+    return areas.reshape(*many, n_activities)
+
+
+def _about_their_means(scores: np.ndarray) -> np.ndarray:
+    """Scores (P, V, A) about each window's mean over the activities that were trained, shape (P, A, V)."""
+    scores = np.ascontiguousarray(scores.swapaxes(1, 2), dtype=np.float32)
+    known = np.isfinite(scores)
+    if known.all():
+        return scores - scores.mean(axis=1, keepdims=True)
+    sums, counts = (part.sum(axis=1, keepdims=True) for part in (np.where(known, scores, 0), known))
+    return scores - (sums / counts).astype(np.float32)
+
+
+def _keys(values: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """Integers in the order of lines and, within a line, of values in single precision."""
+    bits = values.view(np.int32)
+    return (bits ^ ((bits >> 31) & np.int32(0x7FFFFFFF))) + (line.astype(np.int64) << 33)
 
 
 def window_f1(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:

@@ -12,7 +12,8 @@ from scipy.spatial.distance import squareform
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from .constraints import Constraints
-from .subsets import ROUNDING, Subset, best_single, exact_subset, fewest, greedy_subset, marginal_gain
+from .subsets import ROUNDING, Subset, best_single, exact_subset, greedy_subset, marginal_gain
+from .terms import fewest
 
 
 def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.ndarray:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ import numpy as np
 from ..ranking.inputs import PlaceBlocks, as_blocks
 from ..ranking.utility import UtilityMap, utility_map
 from .exact import LARGEST, FacilityLocation, best_small_set
+from .promise import Promise
+from .terms import Requirement, Terms, open_mask
 
 ROUNDING = 1e-6
 """F1 differences smaller than this are rounding, and the solver's tolerance."""
@@ -36,6 +38,8 @@ class Subset:
         Sum of the chosen places' costs; their number where costs are 1.
     proven : bool
         True where a solver proved that no cheaper set does as much.
+    promise : Promise, optional
+        What one classifier on the first place, the first two, and so on would reach on other clips.
     """
 
     order: tuple[int, ...]
@@ -45,9 +49,24 @@ class Subset:
     best_reachable: float
     cost: float
     proven: bool = False
+    promise: Promise | None = None
 
     def sentence(self) -> str:
-        """Say in words whether the target was reached."""
+        """Say in words what the set would reach on other clips, if that is known, and by the proxy."""
+        if self.promise is None:
+            return self.proxy_sentence()
+        return f"{self.expected_sentence()}; by the proxy on these clips, {self.proxy_sentence()}"
+
+    def expected_sentence(self) -> str:
+        """What one classifier on all places would reach on other clips."""
+        if self.promise is None:
+            return "what the set would reach on other clips is not known"
+        count = len(self.order)
+        places = "1 place reaches" if count == 1 else f"{count} places worn together reach"
+        return f"{places} {self.promise.text()}"
+
+    def proxy_sentence(self) -> str:
+        """Say in words whether the target was reached by the proxy."""
         places = "1 place reaches" if len(self.order) == 1 else f"{len(self.order)} places reach"
         reach = f"{places} a mean-max F1 of {self.mean_max_after_each[-1]:.3f}"
         if self.reached:
@@ -58,20 +77,9 @@ class Subset:
         )
 
 
-Requirement = int | Sequence[int]
-"""A place that must be chosen, or several of which one must be."""
-
-
-def fewest(order: Sequence[int], required: Sequence[np.ndarray]) -> int:
-    """How many of the first places chosen it takes to have one wherever one must be."""
-    chosen = np.array(order)
-    firsts = [np.flatnonzero(np.isin(chosen, options)) for options in required]
-    return max((int(found[0]) + 1 for found in firsts if len(found)), default=1)
-
-
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
     """The allowed place with the highest expected macro F1; of equals the highest on these clips."""
-    open_places = np.flatnonzero(_mask(allowed, len(utility.mean)))
+    open_places = np.flatnonzero(open_mask(allowed, len(utility.mean)))
     order = np.lexsort((-utility.mean[open_places], -utility.expected_mean[open_places]))
     return int(open_places[order[0]])
 
@@ -129,6 +137,11 @@ def greedy_subset(
         `max_size`.
     """
     terms = Terms.checked(f1, max_size, allowed, required, cost)
+    return _subset(terms, greedy_order(terms, target), target)
+
+
+def greedy_order(terms: Terms, target: float = np.inf) -> list[int]:
+    """The places in the order of choice of `greedy_subset`."""
     order: list[int] = []
     covered = np.zeros(terms.f1.shape[1])
 
@@ -145,7 +158,7 @@ def greedy_subset(
         if order and _gain(terms.f1[rest], covered).max(initial=0.0) <= ROUNDING:
             break
         choose(rest)
-    return terms.subset(order, target)
+    return order
 
 
 def exact_subset(
@@ -185,7 +198,7 @@ def exact_subset(
     goal = min(target, terms.best_reachable) - ROUNDING / 2
     few = _small_set(terms, goal)
     if few is not None:
-        return terms.subset(_by_gain(terms.f1, few), target, proven=True)
+        return _subset(terms, _by_gain(terms.f1, few), target, proven=True)
     open_places, required = terms.renumbered()
     problem = FacilityLocation(
         value=terms.f1[open_places],
@@ -198,7 +211,7 @@ def exact_subset(
     budget = None if cheapest is None else float(terms.cost[open_places[cheapest.places]].sum())
     best = problem.best(budget)
     proven = best.proven and (cheapest is None or cheapest.proven)
-    return terms.subset(_by_gain(terms.f1, open_places[best.places]), target, proven)
+    return _subset(terms, _by_gain(terms.f1, open_places[best.places]), target, proven)
 
 
 def multi_sensor_check(
@@ -233,65 +246,31 @@ def multi_sensor_check(
     return maps
 
 
-@dataclass(frozen=True, eq=False)
-class Terms:
-    """What may be chosen, checked."""
+def _subset(terms: Terms, order: Sequence[int], target: float, proven: bool = False) -> Subset:
+    order = [int(place) for place in order]
+    values = np.maximum.accumulate(terms.f1[order], axis=0).mean(axis=1)
+    return Subset(
+        order=tuple(order),
+        mean_max_after_each=tuple(values.tolist()),
+        target=target,
+        reached=bool(values[-1] >= target - ROUNDING),
+        best_reachable=terms.best_reachable,
+        cost=float(terms.cost[order].sum()),
+        proven=proven,
+    )
 
-    f1: np.ndarray
-    allowed: np.ndarray
-    required: list[np.ndarray]
-    cost: np.ndarray
-    max_size: int
 
-    @classmethod
-    def checked(
-        cls,
-        f1: np.ndarray,
-        max_size: int | None,
-        allowed: np.ndarray | None,
-        required: Sequence[Requirement],
-        cost: np.ndarray | None,
-    ) -> Terms:
-        f1 = np.asarray(f1, dtype=np.float64)
-        n_places = len(f1)
-        mask = _mask(allowed, n_places)
-        price = np.ones(n_places) if cost is None else np.asarray(cost, dtype=np.float64)
-        if price.shape != (n_places,) or not (np.isfinite(price) & (price > 0)).all():
-            raise ValueError(f"cost must hold {n_places} positive numbers, one a place")
-        options = []
-        for wish in required:
-            places = np.atleast_1d(np.asarray(wish, dtype=np.int64))
-            if not mask[places].any():
-                raise ValueError(
-                    f"one of the places {places.tolist()} is required, but none of them is allowed"
-                )
-            options.append(places[mask[places]])
-        limit = int(mask.sum()) if max_size is None else max_size
-        if limit < max(1, len(options)):
-            raise ValueError(f"max_size is {limit}, but {max(1, len(options))} places are required")
-        return cls(f1, mask, options, price, limit)
+def exact_order(terms: Terms, size: int) -> list[int]:
+    """The best set of a size, in the order greedy choice would take its places.
 
-    def renumbered(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """The allowed places, and what is required by their numbers among these."""
-        position = np.cumsum(self.allowed) - 1
-        return np.flatnonzero(self.allowed), [position[options] for options in self.required]
-
-    @property
-    def best_reachable(self) -> float:
-        return float(self.f1[self.allowed].max(axis=0).mean())
-
-    def subset(self, order: Sequence[int], target: float, proven: bool = False) -> Subset:
-        order = [int(place) for place in order]
-        values = np.maximum.accumulate(self.f1[order], axis=0).mean(axis=1)
-        return Subset(
-            order=tuple(order),
-            mean_max_after_each=tuple(values.tolist()),
-            target=target,
-            reached=bool(values[-1] >= target - ROUNDING),
-            best_reachable=self.best_reachable,
-            cost=float(self.cost[order].sum()),
-            proven=proven,
-        )
+    Of more than a few places, or of such that differ in cost, what greedy choice takes.
+    """
+    terms = replace(terms, max_size=size)
+    if size > LARGEST or np.ptp(terms.cost) > 0:
+        return greedy_order(terms)[:size]
+    open_places, required = terms.renumbered()
+    few = best_small_set(terms.f1[open_places], size, required)
+    return greedy_order(terms)[:size] if few is None else _by_gain(terms.f1, open_places[few])
 
 
 def _small_set(terms: Terms, goal: float) -> np.ndarray | None:
@@ -312,15 +291,6 @@ def _small_set(terms: Terms, goal: float) -> np.ndarray | None:
         if reached or size == terms.max_size:
             return open_places[few]
     return None
-
-
-def _mask(allowed: np.ndarray | None, n_places: int) -> np.ndarray:
-    mask = np.ones(n_places, bool) if allowed is None else np.asarray(allowed, dtype=bool)
-    if mask.shape != (n_places,):
-        raise ValueError(f"allowed must have shape ({n_places},), not {mask.shape}")
-    if not mask.any():
-        raise ValueError("no place is allowed: the constraints leave nothing to choose from")
-    return mask
 
 
 def _covered(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What sets of patches would reach on other clips: told by halves of the clips that choose for each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import norm
+from threadpoolctl import threadpool_limits
+
+from ..ranking.expected import UNPROVEN
+
+if TYPE_CHECKING:
+    from .set_tests import SetTests, Tests
+    from .subsets import Terms
+
+RANDOM_SETS = 16
+"""Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
+
+Choose = Callable[["Tests", "Terms", int], Sequence[int]]
+"""Chooses up to so many patches from the tests of a trial, in order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What sets chosen in one way would reach on other clips, by their size.
+
+    Attributes
+    ----------
+    f1 : ndarray, shape (K, A)
+    mean, low, high : ndarray, shape (K,)
+        Macro F1, and its interval.
+    raw : ndarray, shape (K, A)
+        F1 on the clips that chose the set.
+    known : bool
+        Whether parts of the clips could be compared; else the interval says that nothing is known.
+    """
+
+    f1: np.ndarray
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    raw: np.ndarray
+    known: bool = True
+
+    def first(self, count: int) -> Promise:
+        """Of the first so many sizes."""
+        values = (self.f1, self.mean, self.low, self.high, self.raw)
+        return Promise(*(of_size[:count] for of_size in values), self.known)
+
+    def text(self) -> str:
+        """The whole set's expected F1 in words."""
+        text = f"an expected F1 of {self.mean[-1]:.3f} on other clips"
+        if not self.known:
+            return f"{text}, a guess: parts of these clips cannot be compared"
+        return f"{text} (95 % interval {self.low[-1]:.2f} to {self.high[-1]:.2f})"
+
+
+def promise(
+    tests: SetTests,
+    terms: Terms,
+    order: Sequence[int],
+    choose: Choose,
+    alone: tuple[float, float, float],
+    level: float = 0.95,
+) -> Promise:
+    """What the first patch of a set, the first two, and so on would reach on other clips.
+
+    One half of the clips chooses a set in the same way, the other tells its F1 and that of sets
+    drawn at random; what the choice gains over those, on average over halves and both ways, is added to
+    what random sets reach on all clips, less of it where these leave less to gain. A patch worn can be
+    ignored, so the promise never falls.
+
+    Parameters
+    ----------
+    tests : SetTests
+    terms : Terms
+    order : sequence of int
+    choose : callable
+        Chooses a set from the tests of a half.
+    alone : tuple of three floats
+        Expected macro F1 of the first patch alone and its interval, as its map gives them.
+    level : float
+        Confidence of the interval.
+    """
+    size = len(order)
+    with threadpool_limits(1):
+        among = dict.fromkeys([tests.whole, *(one for pair in tests.pairs for one in pair)])
+        level_of = {one: _level(one, terms, size, tests.seed) for one in among}
+        raw = tests.whole.f1_of_first(order)
+        gains = [
+            _gain(choose(here, terms, size), there, level_of[there])
+            * _left(level_of[tests.whole], level_of[there])[:, None]
+            for pair in tests.pairs
+            for here, there in (pair, pair[::-1])
+        ]
+    shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
+    believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
+    f1 = level_of[tests.whole] + believed * np.nansum(gains, axis=0) / shown
+    mean = np.maximum.accumulate(np.clip([alone[0], *f1[1:].mean(axis=1)], 0, 1))
+    f1 = np.maximum.accumulate(np.clip(f1 + (mean - f1.mean(axis=1))[:, None], 0, 1))
+    apart = [_mean(level_of[one]) - _mean(level_of[other]) for one, other in tests.pairs]
+    if gains:
+        variance = np.mean(np.square(apart), axis=0) / tests.plan.shrink
+        variance = variance + np.var([_mean(one) for one in gains], axis=0) / 2
+    else:
+        variance = np.ones(size)
+    reach = norm.ppf((1 + level) / 2) * np.sqrt(variance)
+    low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
+    low[0], high[0] = alone[1:]
+    return Promise(f1, mean, low, high, raw, known=bool(gains))
+
+
+def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
+    """What a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
+    delivered = there.f1_of_first(order)
+    more = len(level) - len(delivered)
+    return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
+
+
+def _left(level: np.ndarray, level_there: np.ndarray) -> np.ndarray:
+    """How much of a gain is left at another level: F1 moves by p (1 - p) with its logit; never more."""
+    whole, there = (_mean(one) * (1 - _mean(one)) for one in (level, level_there))
+    return np.minimum(np.maximum(whole, 0) / np.maximum(there, 1e-6), 1.0)
+
+
+def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
+    """Orders drawn from what is allowed, the required ones first."""
+    rng = np.random.default_rng([seed, 4])
+    sets = []
+    for _ in range(RANDOM_SETS):
+        order: list[int] = []
+        for options in terms.required[:size]:
+            if not np.isin(order, options).any():
+                order.append(int(rng.choice(options)))
+        rest = rng.permutation(np.setdiff1d(np.flatnonzero(terms.allowed), order))
+        sets.append([*order, *rest.tolist()][:size])
+    return sets
+
+
+def _level(tests: Tests, terms: Terms, size: int, seed: int) -> np.ndarray:
+    """Mean F1 of sets drawn at random, by their size; kept for what else is chosen under the same terms."""
+    before, level = tests.level
+    if before is not terms or len(level) < size:
+        level = np.mean([tests.f1_of_first(order) for order in random_sets(terms, size, seed)], axis=0)
+        tests.level = terms, level
+    return level[:size]
+
+
+def _mean(f1: np.ndarray) -> np.ndarray:
+    return np.nanmean(f1, axis=-1)

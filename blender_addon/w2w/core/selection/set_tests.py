@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What sets of patches are chosen and judged by: tests on all clips and on disjoint halves of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from ..ranking.classifiers.ridge import Ridge
+from ..ranking.halves import Plan, Trial
+from ..ranking.inputs import PlaceBlocks, SomeWindows, as_blocks, spans
+from ..ranking.joint_fit import Training
+from ..ranking.joint_scores import JointScores
+from ..ranking.map_scores import class_auc, rank_score, window_f1
+from ..ranking.planned import Planned, planned
+from ..ranking.pooling import Pooling
+from .terms import Terms
+
+MOST_WINDOWS = 1000
+"""Windows that a choice rests on, evenly drawn where there are more: time grows with their square."""
+
+SET_HALVINGS = 2
+"""Ways in which the clips are halved: each half chooses sets of its own, which takes most of the time."""
+
+
+class Tests:
+    """The tests of one trial: what a choice may look at, and what it is worth.
+
+    Parameters
+    ----------
+    scores : JointScores
+    labels : ndarray of int, shape (V,)
+        Of the windows tested.
+    trial : Trial
+    n_activities : int
+    pooling : Pooling
+    """
+
+    def __init__(
+        self, scores: JointScores, labels: np.ndarray, trial: Trial, n_activities: int, pooling: Pooling
+    ) -> None:
+        self._scores, self._labels, self._trial = scores, labels, trial
+        self._n_activities, self._pooling = n_activities, pooling
+        self.grown: tuple[Terms | None, tuple[bool, bool], tuple[int, ...]] = (None, (False, False), ())
+        self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, n_activities)))
+
+    @cached_property
+    def alone(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rank score and F1 of each patch alone, shape (A, N) each."""
+
+        def judge(scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            named = window_f1(scores.argmax(axis=1), self._labels, self._n_activities)
+            return rank_score(scores, self._labels, self._trial.weight), named
+
+        maps = self._scores.of_added((), range(self._scores.n_patches), judge)
+        compared, f1 = np.array(maps).transpose(1, 2, 0)
+        return compared, f1
+
+    @property
+    def map(self) -> np.ndarray:
+        """F1 of each patch alone, shape (N, A), of the activities that can be tested."""
+        return self.alone[1][self._trial.testable].T
+
+    @cached_property
+    def single(self) -> np.ndarray:
+        """What each patch alone is compared by, pooled over the skin, shape (N,)."""
+        shown = self.alone[0][self._trial.testable]
+        return self._pooling.apply(shown, self._pooling.learn([], len(shown))).mean(axis=0)
+
+    def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
+        """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
+        judge = partial(self._areas, worst=worst)
+        return np.array(self._scores.of_added(worn, candidates.tolist(), judge))
+
+    def pairs(self, candidates: np.ndarray, wanted: np.ndarray, worst: bool) -> np.ndarray:
+        """The same of every wanted pair of candidates, shape (C, C); minus infinity for the others."""
+        return self._scores.of_pairs(candidates.tolist(), wanted, partial(self._areas, worst=worst))
+
+    def _areas(self, scores: np.ndarray, worst: bool) -> np.ndarray:
+        areas = class_auc(scores, self._labels, self._trial.weight)[..., self._trial.testable]
+        return areas.min(axis=-1) if worst else areas.mean(axis=-1)
+
+    def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
+        """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
+        found = [
+            window_f1(scores.argmax(axis=1), self._labels, self._n_activities)
+            for scores in self._scores.each_first(order)
+        ]
+        return np.where(self._trial.testable, found, np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class SetTests:
+    """All that sets of patches are chosen and judged by.
+
+    Attributes
+    ----------
+    whole : Tests
+        On all clips.
+    pairs : tuple of two Tests
+        Of disjoint halves of them, or of single subjects.
+    plan : Plan
+    activities : tuple of str
+    seed : int
+    """
+
+    whole: Tests
+    pairs: tuple[tuple[Tests, Tests], ...]
+    plan: Plan
+    activities: tuple[str, ...]
+    seed: int
+
+    @classmethod
+    def of(
+        cls,
+        inputs: np.ndarray | PlaceBlocks,
+        activity: np.ndarray,
+        clip: np.ndarray,
+        subject: np.ndarray | None,
+        is_test: np.ndarray,
+        activities: Sequence[str],
+        pooling: Pooling,
+        folds: int = 5,
+        seed: int = 0,
+        workers: int = 2,
+    ) -> SetTests:
+        """Prepare the tests of a library, for features as `Ridge` takes them.
+
+        Parameters and errors are those of `utility_map`.
+        """
+        activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
+        rows = _evenly(activity, clip, is_test, MOST_WINDOWS)
+        subject = None if subject is None else np.asarray(subject)[rows]
+        labels = (activity[rows], clip[rows], subject, is_test[rows])
+        work = planned(*labels, activities, folds, seed, SET_HALVINGS)
+        source = SomeWindows(as_blocks(inputs), rows[work.used])
+        model = Ridge(workers=workers)
+        ridge = float(np.median(model.choose_alphas(source, work.labels, work.fold, work.is_test)))
+        features = _held(source)
+
+        def tests(trial: Trial) -> Tests:
+            scores = JointScores(features, work.labels, _trainings(work, trial), ridge, workers)
+            return Tests(scores, work.labels[scores.windows], trial, len(work.activities), pooling)
+
+        made = {trial: tests(trial) for trial in work.plan.trials}
+        pairs = tuple((made[a], made[b]) for a, b in work.plan.pairs)
+        return cls(made[work.plan.whole], pairs, work.plan, work.activities, seed)
+
+
+def _trainings(work: Planned, trial: Trial) -> list[Training]:
+    splits = [work.plan.splits[number] for number in trial.splits]
+    return [Training(np.flatnonzero(np.isin(work.plan.block, split.train)), split.tested) for split in splits]
+
+
+def _held(source: PlaceBlocks) -> np.ndarray:
+    """Features (N, W, D) about their means, read once."""
+    n_windows, n_patches, width = source.shape
+    held = np.empty((n_patches, n_windows, width), dtype=np.float32)
+    for first, last in spans(source):
+        held[first:last] = source.places(first, last).swapaxes(0, 1)
+        held[first:last] -= held[first:last].mean(axis=1, keepdims=True)
+    return held
+
+
+def _evenly(activity: np.ndarray, clip: np.ndarray, is_test: np.ndarray, most: int) -> np.ndarray:
+    """At most so many windows, evenly over activities and clips, those that may be tested first."""
+    if len(activity) <= most:
+        return np.arange(len(activity))
+    rows = np.flatnonzero(is_test) if is_test.sum() >= most else np.arange(len(activity))
+    rows = rows[np.lexsort((rows, clip[rows], activity[rows]))]
+    return np.sort(rows[np.linspace(0, len(rows) - 1, most).astype(int)])

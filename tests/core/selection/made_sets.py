@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A made library in which two groups of patches complement each other, and what sets are judged by."""
+
+import numpy as np
+
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.selection.set_tests import SetTests
+from w2w.core.selection.terms import Terms
+
+N, D, CLIPS = 12, 6, 12
+NAMES = ("crawl", "jump", "run", "sit")
+
+
+def library(seed=0, told=(0, 1), shuffled=False):
+    """Patches 0 to 3 tell crawl from jump alone, 4 to 7 run from sit, the others nothing."""
+    rng = np.random.default_rng(seed)
+    clip = np.repeat(np.arange(4 * CLIPS), 2)
+    activity = np.repeat(np.arange(4), 2 * CLIPS)
+    features = rng.normal(size=(len(clip), N, D)) + 0.7 * rng.normal(size=(4 * CLIPS, N, D))[clip]
+    side = np.where(activity % 2, 0.9, -0.9)
+    for group, patches in enumerate((slice(0, 4), slice(4, 8))):
+        if group in told:
+            features[:, patches, 0] += np.where(activity // 2 == group, side, 0)[:, None]
+            features[:, patches, 1] += 2.0 * (activity // 2 == group)[:, None]
+    names = np.array(NAMES)[activity]
+    if shuffled:
+        names = np.array(NAMES)[rng.permutation(np.repeat(np.arange(4), CLIPS))][clip]
+    return features.astype(np.float32), names, clip
+
+
+def prepare(features, names, clip, subject=None):
+    return SetTests.of(
+        features, names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, Pooling.none(N), workers=1
+    )
+
+
+def terms(size=None, **wishes):
+    allowed = wishes.get("allowed")
+    return Terms.checked(np.zeros((N, 4)), size, allowed, wishes.get("required", ()), wishes.get("cost"))
+
+
+def alone(found):
+    """About what the F1 of each patch on other clips would be: less than on the clips that chose it."""
+    mean = 0.8 * found.whole.alone[1].mean(axis=0)
+    return mean, mean - 0.1, mean + 0.1
