@@ -31,11 +31,14 @@ from w2w.core.selection.headline import (
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
 from ..window_options import window_warning
+from .choice_data import choice_data
 from .report_data import MEAN_TITLE, as_script_json, title, view_data
 
 REPORT = "report.html"
 
 PAGE = Path(__file__).resolve().parent / "report_page"
+
+SCRIPTS = ("viewer.js", "page.js", "choose.js")
 
 MAX_CONFUSED = 12
 """A table of mistakes wider than this cannot be read."""
@@ -132,8 +135,13 @@ def page(
         mistakes=_mistakes(utility, best),
         skipped=sorted(summary["skipped"], key=lambda entry: entry["file"]),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
-        scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
-        data=Markup(as_script_json(view_data(body, study.patches, utility, chosen, best))),
+        scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in SCRIPTS],
+        data=Markup(
+            as_script_json(
+                view_data(body, study.patches, utility, chosen, best)
+                | {"choice": choice_data(utility, study.patches, subset["target"], study.config().max_places)}
+            )
+        ),
     )
 
 

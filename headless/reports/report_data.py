@@ -90,11 +90,11 @@ def view_data(
     }
 
 
-def packed(array: np.ndarray) -> dict[str, str]:
-    """Whole numbers that are not negative, in as few bytes as they need, little-endian, as base64."""
+def packed(array: np.ndarray, kind: str = "") -> dict[str, str]:
+    """Whole numbers that are not negative, in as few bytes as they need or as a kind has, as base64."""
     array = np.asarray(array)
     largest = int(array.max(initial=0))
-    kind = next(kind for kind in ("uint8", "uint16", "uint32") if largest <= np.iinfo(kind).max)
+    kind = kind or next(kind for kind in ("uint8", "uint16", "uint32") if largest <= np.iinfo(kind).max)
     data = np.ascontiguousarray(array, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
     return {"type": kind, "data": base64.b64encode(data).decode("ascii")}
 

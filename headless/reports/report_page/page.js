@@ -2,6 +2,13 @@
 // What the page does: which map is shown, how it is coloured, what is read where one points.
 "use strict";
 
+function make(tag, content = "", attributes = {}) {
+  const element = document.createElement(tag);
+  element.textContent = content;
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  return element;
+}
+
 (() => {
   const data = JSON.parse(document.getElementById("w2w-data").textContent);
   const find = (name) => document.getElementById(name);
@@ -47,12 +54,6 @@
   }
 
   function text(element, content) { element.textContent = content; return element; }
-
-  function make(tag, content = "", attributes = {}) {
-    const element = text(document.createElement(tag), content);
-    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-    return element;
-  }
 
   function describe(target, place) {
     const mean = shown.map === 0, level = data.cautions[0] ? "" : `${Math.round(100 * data.level)} % interval `;
@@ -240,6 +241,7 @@
     go(shown.listed[at < 0 ? (step > 0 ? 0 : count - 1) : (at + step + count) % count]);
   }
 
+  document.addEventListener("w2w-chosen", (event) => { data.chosen = event.detail; badges(); });
   controls();
   try {
     viewer = new Viewer(find("view"), data);

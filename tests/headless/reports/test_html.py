@@ -75,7 +75,7 @@ def test_it_is_one_small_file_that_asks_nothing_of_the_network(page):
 
 def test_labels_cannot_break_out(page, data):
     reader = Reader(page)
-    assert reader.elements.count("script") == 3  # the data and two scripts of ours
+    assert reader.elements.count("script") == 4  # the data and three scripts of ours
     assert "img" not in reader.elements
     assert not any(name.startswith("on") for name, _ in reader.attributes)
     assert any("alert(1)" in text for text in reader.texts)  # shown as what it is

@@ -1,16 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report in headless Chromium: it draws, answers mouse and keyboard, and asks nothing of the network.
-
-Skips where Chromium or its driver is not installed, unless W2W_NEED_CHROMIUM is set, as CI does.
-"""
+"""The report in headless Chromium: it draws, answers mouse and keyboard, and asks nothing of the network."""
 
 import io
 import json
-import os
-import shutil
 
 import numpy as np
-import pytest
 from matplotlib.image import imread
 from scipy.spatial.transform import Rotation
 
@@ -19,62 +13,7 @@ from w2w.core.body.body import Body
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-DRIVER = shutil.which("chromedriver")
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
-    "--disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader "
-    "--enable-unsafe-swiftshader --hide-scrollbars --window-size=1280,1000"
-)
-
-pytestmark = pytest.mark.skipif(
-    not (CHROMIUM and DRIVER) and not os.environ.get("W2W_NEED_CHROMIUM"),
-    reason="Chromium and chromedriver are not installed",
-)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for flag in FLAGS.split():
-        options.add_argument(flag)
-    options.add_argument(f"--user-data-dir={tmp_path_factory.mktemp('chromium')}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=DRIVER))
-    driver.set_script_timeout(60)
-    yield driver
-    driver.quit()
-
-
-@pytest.fixture
-def page(browser, drawn_results):
-    """The report, opened anew at desktop size."""
-    path = write_report(drawn_results)
-    browser.set_window_size(1280, 1000)
-    browser.get(path.as_uri())
-    settle(browser)
-    yield browser
-    loud = [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
-    assert not loud, loud
-
-
-def settle(browser):
-    """Wait until the page has drawn what it was asked to."""
-    browser.execute_async_script(
-        "const done = arguments[0], soon = requestAnimationFrame;"
-        "soon(() => soon(() => setTimeout(done, 50)));"
-    )
-
-
-def find(browser, css):
-    return browser.find_element("css selector", css)
-
-
-def text(browser, css):
-    return " ".join(find(browser, css).get_attribute("textContent").split())
+from .browser import find, settle, text
 
 
 def picture(browser):
@@ -280,7 +219,7 @@ def test_labels_that_are_markup_stay_text(page, drawn_results):
     assert hostile in shown
     choose(page, "map", 1)
     assert text(page, "#ranked-title") == " ".join(hostile.split())
-    assert page.execute_script("return document.scripts.length") == 3
+    assert page.execute_script("return document.scripts.length") == 4
     assert page.execute_script("return document.images.length") == 0
 
 

@@ -18,6 +18,9 @@ from .terms import Requirement, Terms, open_mask
 ROUNDING = 1e-6
 """F1 differences smaller than this are rounding, and the solver's tolerance."""
 
+TIE = 1e-9
+"""Gains that differ by less are equal, in whatever order they were summed: the first patch is taken."""
+
 
 @dataclass(frozen=True)
 class Subset:
@@ -147,7 +150,7 @@ def greedy_order(terms: Terms, target: float = np.inf) -> list[int]:
 
     def choose(candidates: np.ndarray) -> None:
         gain_per_cost = _gain(terms.f1[candidates], covered) / terms.cost[candidates]
-        order.append(int(candidates[gain_per_cost.argmax()]))
+        order.append(int(candidates[int((gain_per_cost >= gain_per_cost.max() - TIE).argmax())]))
         np.maximum(covered, terms.f1[order[-1]], out=covered)
 
     for options in terms.required:
