@@ -19,9 +19,11 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/keypoints": "facts joint_sets limbs naming paths pose_c3d pose_text smoothing",
     "tests/core/motion": "activity_groups joint_files repair source",
     "tests/core/patches": "interpolation segments strip_graph",
+    "tests/core/ranking": "joint_fit joint_pairs",
     "tests/core/ranking/classifiers": "estimator",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
+    "tests/core/selection": "promise set_tests terms",
     "tests/core/validation": "correlation dsads mhad",
     "tests/headless": "blender console options run start study_options temporary w2w window_options",
     "tests/headless/commands": (
