@@ -43,7 +43,7 @@ class Rho(NamedTuple):
 
 
 class SomePlaces:
-    """Some places of another source, as `PlaceBlocks`."""
+    """Some places of another source, as `PatchBlocks`."""
 
     def __init__(self, source: object, places: Sequence[int]) -> None:
         self._source, self._places = source, list(places)
@@ -53,12 +53,12 @@ class SomePlaces:
         """(W, places, ...)."""
         return (self._source.shape[0], len(self._places), *self._source.shape[2:])
 
-    def places(self, first: int, last: int) -> np.ndarray:
+    def patches(self, first: int, last: int) -> np.ndarray:
         """All windows of some of them."""
         wanted = self._places[first:last]
         if wanted == list(range(wanted[0], wanted[-1] + 1)):
-            return self._source.places(wanted[0], wanted[-1] + 1)
-        return np.concatenate([self._source.places(place, place + 1) for place in wanted], axis=1)
+            return self._source.patches(wanted[0], wanted[-1] + 1)
+        return np.concatenate([self._source.patches(place, place + 1) for place in wanted], axis=1)
 
 
 def rank_again(study: StudyResults, classifier: Any, places: Sequence[int], work: Path | None) -> UtilityMap:

@@ -31,7 +31,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
-from w2w.core.ranking.inputs import PlaceBlocks, SomeWindows
+from w2w.core.ranking.inputs import PatchBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
@@ -50,7 +50,7 @@ DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
 class Library:
     """A library that was run: its windows and where its patches lie."""
 
-    inputs: PlaceBlocks
+    inputs: PatchBlocks
     labels: WindowLabels
     files: np.ndarray
     config: StudyConfig

@@ -88,9 +88,9 @@ def main() -> None:
         folds = {name: number for number, name in enumerate(sorted(set(labels.activity.tolist())))}
         true = np.array([folds[name] for name in labels.activity.tolist()])
         motion = np.unique(labels.motion, return_inverse=True)[1]
-        first = inputs.places(best, best + 1)
+        first = inputs.patches(best, best + 1)
         for candidate in others[:BASELINE_CANDIDATES]:
-            both = np.concatenate([first, inputs.places(candidate, candidate + 1)], axis=2)
+            both = np.concatenate([first, inputs.patches(candidate, candidate + 1)], axis=2)
             Ridge(alphas=(0.1,)).predict_folds(both, true, motion % config.folds, labels.is_test)
 
     baseline, _ = timed(

@@ -40,7 +40,7 @@ class Loaded:
     def __init__(self, files: FeatureFiles, paths: list[Path], mapped: bool) -> None:
         self.shape, self._paths, self._mapped = files.shape, paths, mapped
 
-    def places(self, first: int, last: int) -> np.ndarray:
+    def patches(self, first: int, last: int) -> np.ndarray:
         """Features of some patches, shape (W, last - first, D)."""
         block = np.empty((self.shape[0], last - first, self.shape[2]), dtype=np.float32)
         start = 0
@@ -124,7 +124,7 @@ def _read(folder: Path, way: str, budget: int) -> None:
     source = files if way == "stored" else Loaded(files, paths, mapped=way == "unpacked")
     for first, last in spans(files, budget):
         begun = time.perf_counter(), time.process_time()
-        block = source.places(first, last)
+        block = source.patches(first, last)
         wall += time.perf_counter() - begun[0]
         processor += time.process_time() - begun[1]
         digest.update(block)

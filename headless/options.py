@@ -123,7 +123,7 @@ Forbid = Annotated[
 Must = Annotated[
     str,
     typer.Option(
-        help="Use at least one place in each of these regions: 'left wrist'.", rich_help_panel=PANEL
+        help="Use at least one patch in each of these regions: 'left wrist'.", rich_help_panel=PANEL
     ),
 ]
 EveryActivity = Annotated[

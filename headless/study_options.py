@@ -58,7 +58,7 @@ class StudyOptions:
             "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end."
         ),
     ] = "neutral"
-    patches: Annotated[int, typer.Option(min=2, max=6890, help="Number of places on the body.")] = 512
+    patches: Annotated[int, typer.Option(min=2, max=6890, help="Number of patches on the body.")] = 512
     placements: Annotated[
         Path | None,
         typer.Option(
@@ -76,7 +76,7 @@ class StudyOptions:
     classifier: Annotated[
         str,
         typer.Option(
-            help="Classifier for each place: ridge (seconds), trees (minutes), multi3net (needs PyTorch)."
+            help="Classifier for each patch: ridge (seconds), trees (minutes), multi3net (needs PyTorch)."
         ),
     ] = "ridge"
     target: Annotated[float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")] = 0.90

@@ -17,7 +17,7 @@ from .core.csv_tables import csv_text
 from .core.files import write_text
 from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
-from .core.ranking.inputs import PlaceBlocks
+from .core.ranking.inputs import PatchBlocks
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
 from .core.selection.constraints import Constraints
@@ -43,7 +43,7 @@ class Ranking:
         F1 by patch and activity, with intervals, confusions and predictions.
     patches : PatchSet
     body : Body
-    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
+    inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier trained on.
     labels : WindowLabels
         Of the W windows.
@@ -57,7 +57,7 @@ class Ranking:
     utility: UtilityMap
     patches: PatchSet
     body: Body
-    inputs: np.ndarray | PlaceBlocks
+    inputs: np.ndarray | PatchBlocks
     labels: WindowLabels
     config: StudyConfig
     classifier: Any = "ridge"

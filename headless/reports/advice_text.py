@@ -50,8 +50,8 @@ def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
     made = worn.promise
     console.print(f"[bold]{_capital(worn.sentence())}.[/bold]")
     table = Table(title="Worn together, sensor by sensor", title_justify="left")
-    for heading in ("", "place", "expected F1", "95 % interval", "on these clips"):
-        table.add_column(heading, justify="left" if heading == "place" else "right", overflow="fold")
+    for heading in ("", "patch", "expected F1", "95 % interval", "on these clips"):
+        table.add_column(heading, justify="left" if heading == "patch" else "right", overflow="fold")
     for number, patch in enumerate(worn.order):
         table.add_row(
             str(number + 1),
@@ -110,7 +110,7 @@ def _set_table(
         headings += ["on these clips"] if made is not None else ["F1 on these clips", "95 % interval"]
     table = Table(title="The set by the paper's algorithm 2, sensor by sensor", title_justify="left")
     table.add_column("")
-    table.add_column("place", overflow="fold")
+    table.add_column("patch", overflow="fold")
     for heading in [*headings, "best-of proxy"]:
         table.add_column(heading, justify="right")
     table.add_column("would do as well", overflow="fold")

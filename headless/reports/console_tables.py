@@ -91,8 +91,8 @@ def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console
 
 
 def _show_regions(results: StudyResults, console: Console) -> None:
-    table = Table(title="Best regions (each by its best place, mean over activities)", title_justify="left")
-    table.add_column("place")
+    table = Table(title="Best regions (each by its best patch, mean over activities)", title_justify="left")
+    table.add_column("patch")
     for heading in ("expected F1", "95 % interval", "as good as the best", "on these clips"):
         table.add_column(heading, justify="right")
     utility = results.utility
@@ -125,7 +125,7 @@ def skipped_files(results: Sequence[ClipResult], library: Library) -> list[tuple
 def show_comparison(comparison: dict[str, Any], console: Console) -> None:
     """Print how far the maps of several bodies agree."""
     table = Table(
-        title="How far the maps agree (Spearman's rho of mean F1 over places)", title_justify="left"
+        title="How far the maps agree (Spearman's rho of mean F1 over patches)", title_justify="left"
     )
     table.add_column("bodies")
     table.add_column("rho", justify="right")

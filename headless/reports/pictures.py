@@ -91,7 +91,7 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
     )
     subtitle = subset.sentence()
     if len(order) < len(subset.order):
-        subtitle += f" (the first {len(order)} of {len(subset.order)} places shown)"
+        subtitle += f" (the first {len(order)} of {len(subset.order)} patches shown)"
     count = f"{len(subset.order)} sensor{'s' if len(subset.order) != 1 else ''}"
     subset_figure(
         study.out / HEATMAPS / f"{SUBSET}.png",

@@ -156,7 +156,7 @@ def _refuse_too_long(motion: Motion, task: ClipTask) -> None:
     longest = task.memory / SIGNALS_SHARE / per_second
     if motion.duration > longest:
         raise UnusableMotion(
-            f"it lasts {motion.duration / 60:.0f} minutes, and its signals at {config.patches} places would "
+            f"it lasts {motion.duration / 60:.0f} minutes, and its signals at {config.patches} patches would "
             f"take {motion.duration * per_second / 2**30:.1f} GiB: cut it into parts of at most "
             f"{longest / 60:.0f} minutes, or raise --clip-memory"
         )

@@ -39,7 +39,7 @@ def test_clips_and_copies_in_one_order(tmp_path):
     assert found[0].is_test.sum() == 2
     assert not found[0].is_test[found[0].counts[0] :].any()
     as_features = ranking_inputs(tmp_path, ["a", "b"], found, "ridge", SPEC)
-    np.testing.assert_array_equal(as_features.places(1, 3), np.concatenate(features)[:, 1:3])
+    np.testing.assert_array_equal(as_features.patches(1, 3), np.concatenate(features)[:, 1:3])
     as_windows = ranking_inputs(tmp_path, ["a", "b"], found, WINDOWS, SPEC)
-    np.testing.assert_array_equal(as_windows.places(0, 2), np.concatenate(signals)[:, :2])
+    np.testing.assert_array_equal(as_windows.patches(0, 2), np.concatenate(signals)[:, :2])
     assert as_windows.shape[0] == as_features.shape[0] == sum(len(one.is_test) for one in found)

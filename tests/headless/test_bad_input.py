@@ -234,7 +234,7 @@ def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundl
     clip = Clip(tmp_path / "half an hour.npz", "half an hour.npz", "long", "idle")
     result = do_clip(ClipTask(clip, tmp_path, config, "inputs", memory=2**28))
     assert result.reason == (
-        "it lasts 30 minutes, and its signals at 64 places would take 0.1 GiB: cut it into parts of at most "
+        "it lasts 30 minutes, and its signals at 64 patches would take 0.1 GiB: cut it into parts of at most "
         "15 minutes, or raise --clip-memory"
     )
     assert not list((tmp_path / "signals").iterdir())

@@ -156,7 +156,7 @@ def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(task,
     config = StudyConfig(patches=512)
     result = do_clip(ClipTask(task.clip, task.out, config, "inputs"))
     assert result.reason == (
-        "it lasts 111 minutes, and its signals at 512 places would take 3.8 GiB: cut it into parts of at "
+        "it lasts 111 minutes, and its signals at 512 patches would take 3.8 GiB: cut it into parts of at "
         "most 29 minutes, or raise --clip-memory"
     )
     assert not list((task.out / "signals").iterdir())

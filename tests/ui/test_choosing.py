@@ -168,9 +168,9 @@ def test_a_wish_that_nothing_meets_says_so_and_one_without_a_place_is_none(finis
     bpy.ops.w2w.add_wish(kind="ONLY")
     assert [row.patch for row in study.chosen] == before
     study.wishes[-1].place = "tail"
-    assert study.verdict.startswith("No place is called 'tail'")
+    assert study.verdict.startswith("No patch is called 'tail'")
     assert not study.chosen
-    with pytest.raises(RuntimeError, match="no place is called 'tail'"):
+    with pytest.raises(RuntimeError, match="no patch is called 'tail'"):
         bpy.ops.w2w.choose_sensors()
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .files import DAMAGED, load_arrays, write_npz
 from .motion.library import WORK_FOLDER
-from .ranking.inputs import PlaceBlocks, clip_inputs
+from .ranking.inputs import PatchBlocks, clip_inputs
 from .ranking.utility import inputs_of
 from .ranking.windows import WindowSpec
 
@@ -98,7 +98,7 @@ class ClipWindows:
 
 def ranking_inputs(
     out: Path, clips: Sequence[str], windows: Sequence[ClipWindows], classifier: str, spec: WindowSpec
-) -> PlaceBlocks:
+) -> PatchBlocks:
     """What a classifier takes of a run's clips and copies, served from disk."""
     recordings = []
     for clip, found in zip(clips, windows, strict=True):

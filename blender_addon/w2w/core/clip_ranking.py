@@ -13,7 +13,7 @@ import numpy as np
 from .clip_files import ClipWindows
 from .motion.library import Clip
 from .ranking.classifiers.ridge import Ridge
-from .ranking.inputs import PlaceBlocks
+from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap, utility_map
 from .selection.set_tests import SetTests
@@ -85,7 +85,7 @@ class WindowLabels:
 def rank_clips(
     clips: Sequence[Clip | LabelledClip],
     windows: Sequence[ClipWindows],
-    inputs: np.ndarray | PlaceBlocks,
+    inputs: np.ndarray | PatchBlocks,
     config: StudyConfig,
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
@@ -99,7 +99,7 @@ def rank_clips(
     clips : sequence of Clip or LabelledClip
     windows : sequence of ClipWindows
         One a clip.
-    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
+    inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier takes (`utility.inputs_of`), the clips' windows one after another.
     config : StudyConfig
     progress : callable, optional
@@ -143,7 +143,7 @@ def same_motions(
 
 
 def rank_windows(
-    inputs: np.ndarray | PlaceBlocks,
+    inputs: np.ndarray | PatchBlocks,
     labels: WindowLabels,
     config: StudyConfig,
     progress: Callable[[float], None] | None = None,
@@ -157,7 +157,7 @@ def rank_windows(
 
 
 def set_tests(
-    inputs: np.ndarray | PlaceBlocks,
+    inputs: np.ndarray | PatchBlocks,
     labels: WindowLabels,
     config: StudyConfig,
     pooling: Pooling,
@@ -178,7 +178,7 @@ def set_tests(
 
 def rank_together(
     order: Sequence[int],
-    inputs: np.ndarray | PlaceBlocks,
+    inputs: np.ndarray | PatchBlocks,
     labels: WindowLabels,
     config: StudyConfig,
     classifier: Any = None,

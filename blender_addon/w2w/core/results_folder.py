@@ -15,7 +15,7 @@ from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
 from .clip_ranking import LabelledClip, WindowLabels, rank_together, set_tests
 from .motion.motion import Motion
 from .patches.patches import PatchSet
-from .ranking.inputs import PlaceBlocks
+from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.windows import WindowSpec
@@ -108,7 +108,7 @@ class StudyResults:
         """The windows of each clip."""
         return tuple(ClipWindows.read(self.out, clip.name) for clip in self.clips)
 
-    def inputs(self, classifier: str) -> PlaceBlocks:
+    def inputs(self, classifier: str) -> PatchBlocks:
         """What a classifier takes of the run: all windows of all patches and copies, served from disk."""
         return ranking_inputs(
             self.out,

@@ -43,7 +43,7 @@ class StudyConfig:
     patches : int
         Places on the body.
     patch_mode : {"exact", "fast"}
-        Geodesic distances that the places are sampled by (`patches.sample_patches`).
+        Geodesic distances that the patches are sampled by (`patches.sample_patches`).
     placements : tuple of (str, int or tuple of 3 floats)
         Placements of one's own beside the sampled patches, as for `with_placements`.
     synthesis : Synthesis
@@ -64,11 +64,11 @@ class StudyConfig:
     by_subject : bool
         Leave one subject out at a time instead.
     target : float
-        Mean-max F1 the recommended set of places shall reach.
+        Mean-max F1 the recommended set of patches shall reach.
     every_activity : float
         Expected F1 that the sensors worn together shall reach for each activity; 0 for none.
     max_places : int or None
-        Most places in that set.
+        Most patches in that set.
     constraints : Constraints
         Where sensors may and must go, and what they cost there.
     seed : int

@@ -17,7 +17,7 @@ from ..core.clip_ranking import LabelledClip, rank_clips
 from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import SIZE, motion_signature
 from ..core.patches.patches import PatchSet
-from ..core.ranking.inputs import PlaceBlocks, clip_inputs
+from ..core.ranking.inputs import PatchBlocks, clip_inputs
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.study import StudyConfig, describe, record_baked
@@ -135,7 +135,7 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
     return run if same else shown
 
 
-def ranking_source(keys: Sequence[str], config: StudyConfig) -> tuple[list[ClipWindows], PlaceBlocks]:
+def ranking_source(keys: Sequence[str], config: StudyConfig) -> tuple[list[ClipWindows], PatchBlocks]:
     """Windows of clips by the keys of their signals, and what the classifier takes of them."""
     windows = [signal_cache.windows_of(key) for key in keys]
     features = [signal_cache.path_of(key) for key in keys]

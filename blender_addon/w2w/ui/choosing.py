@@ -15,7 +15,7 @@ from bpy.props import BoolProperty
 from ..core.body.body import Body
 from ..core.clip_ranking import WindowLabels, same_motions
 from ..core.findings.advice_content import advice_content
-from ..core.ranking.inputs import PlaceBlocks
+from ..core.ranking.inputs import PatchBlocks
 from ..core.ranking.pooling import Pooling
 from ..core.results_folder import StudyResults, choose_to_wear, sensors_together
 from ..core.selection.advice import advise
@@ -36,11 +36,11 @@ _poolings: dict[str, Pooling] = {}
 class SceneResults(StudyResults):
     """A finished study that is in the scene, and in no folder."""
 
-    source: PlaceBlocks
+    source: PatchBlocks
     window_labels: WindowLabels
     shown: Body
 
-    def inputs(self, _classifier: str) -> PlaceBlocks:
+    def inputs(self, _classifier: str) -> PatchBlocks:
         """What the classifier takes."""
         return self.source
 

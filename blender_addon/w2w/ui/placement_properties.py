@@ -123,7 +123,7 @@ class Placement:
         set=_limit,
     )
     wishes: CollectionProperty(type=W2W_PG_wish)
-    verdict: StringProperty(name="Verdict", description="Whether the set of places reaches the target")
+    verdict: StringProperty(name="Verdict", description="Whether the set of patches reaches the target")
     chosen: CollectionProperty(type=W2W_PG_place)
     worn: CollectionProperty(type=W2W_PG_place)
     advice_text: StringProperty(options={"HIDDEN"})

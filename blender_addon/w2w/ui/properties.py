@@ -114,7 +114,7 @@ class W2W_PG_activity(bpy.types.PropertyGroup):
     name: StringProperty(name="Activity")
     use: BoolProperty(
         name="Use",
-        description="Count this activity in the mean and in the choice of sensor places",
+        description="Count this activity in the mean and in the choice of sensors",
         default=True,
         update=updates.reweigh,
     )
@@ -149,7 +149,7 @@ class W2W_PG_study(Placement, bpy.types.PropertyGroup):
     chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
     patch_count: IntProperty(
         name="Patches",
-        description="How many places on the body are compared",
+        description="How many patches on the body are compared",
         default=DEFAULT_PATCHES,
         min=2,
         max=6890,

@@ -60,5 +60,5 @@ def test_words_sides_names_and_placements(patches):
     assert {regions[place] for place in found(patches, "right waist")} == {"right hip"}
     assert found(patches, patches.names[77]) >= {77}
     assert len(found(patches, "sternum 02")) == 1
-    with pytest.raises(ValueError, match=r"no place is called 'tail': write a part of the body \(left"):
+    with pytest.raises(ValueError, match=r"no patch is called 'tail': write a part of the body \(left"):
         found(patches, "tail")

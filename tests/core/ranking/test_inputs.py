@@ -32,9 +32,9 @@ ACTIVITIES = ("bow", "jump", "run")
 class Served(ArrayBlocks):
     """Serves an array and remembers how much was asked for at once."""
 
-    def places(self, first, last):
+    def patches(self, first, last):
         self.__dict__.setdefault("asked", []).append(last - first)
-        return super().places(first, last).copy()
+        return super().patches(first, last).copy()
 
 
 def library(n_places=10, n_clips=24, n_windows=4, width=9):
@@ -72,11 +72,11 @@ def test_some_windows_of_a_source():
     array = np.arange(60.0).reshape(5, 4, 3)
     some = SomeWindows(ArrayBlocks(array), np.array([0, 3]))
     assert some.shape == (2, 4, 3)
-    np.testing.assert_array_equal(some.places(1, 3), array[[0, 3], 1:3])
+    np.testing.assert_array_equal(some.patches(1, 3), array[[0, 3], 1:3])
     fresh = ArrayBlocks(array.copy())
     object.__setattr__(fresh, "fresh", True)
-    np.testing.assert_array_equal(SomeWindows(fresh, np.array([0, 2, 3])).places(0, 4), array[[0, 2, 3]])
-    all_of_them = SomeWindows(ArrayBlocks(array), np.arange(5)).places(0, 4)
+    np.testing.assert_array_equal(SomeWindows(fresh, np.array([0, 2, 3])).patches(0, 4), array[[0, 2, 3]])
+    all_of_them = SomeWindows(ArrayBlocks(array), np.arange(5)).patches(0, 4)
     assert np.shares_memory(all_of_them, array)
 
 
@@ -88,10 +88,10 @@ def test_of_files_only_the_wanted_windows_are_read(tmp_path):
     files = FeatureFiles(paths)
     for rows in ([0, 3, 4, 17, 39], range(40), [9, 2, 2]):
         rows = np.array(rows)
-        np.testing.assert_array_equal(SomeWindows(files, rows).places(1, 4), array[rows, 1:4])
+        np.testing.assert_array_equal(SomeWindows(files, rows).patches(1, 4), array[rows, 1:4])
     few = SomeWindows(files, np.array([7, 30]))
     tracemalloc.start()
-    few.places(0, 6)
+    few.patches(0, 6)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < array.nbytes / 4
@@ -153,7 +153,7 @@ def test_windows_come_from_the_recordings_as_if_cut_whole(tmp_path):
     assert windows.shape == expected.shape
     assert len(whole[0]) == 3  # of four, one has the gap
     for first, last in ((0, 7), (0, 1), (1, 2), (3, 6)):
-        np.testing.assert_array_equal(windows.places(first, last), expected[:, first:last])
+        np.testing.assert_array_equal(windows.patches(first, last), expected[:, first:last])
 
 
 def test_a_classifier_gets_what_it_asks_for(tmp_path):
@@ -192,7 +192,7 @@ def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
     assert stored(streamed, tmp_path / "a.npz") == stored(utility, tmp_path / "b.npz")
     source = FeatureFiles(paths)
     tracemalloc.start()
-    source.places(8, 12)
+    source.patches(8, 12)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 1.3 * features[:, 8:12].nbytes + 200_000

@@ -66,7 +66,7 @@ def test_constraints_bind_the_best_the_set_and_the_next(utility, patches):
     forced = advise(utility, patches, 0.97, constraints=Constraints(must=("middle",)))
     for order in (forced.subset.order, forced.exact.order):
         assert any(not patches.regions[place].startswith(("left", "right")) for place in order)
-    with pytest.raises(ValueError, match="2 places are required"):
+    with pytest.raises(ValueError, match="2 patches are required"):
         advise(utility, patches, 0.9, max_places=1, constraints=Constraints(must=("left", "right")))
 
 

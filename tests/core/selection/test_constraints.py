@@ -47,8 +47,8 @@ def test_no_wishes_allow_everything(patches):
     ("wishes", "complaint"),
     [
         ({"only": ("left",), "forbid": ("left",)}, "nothing is left to choose from: only left, without left"),
-        ({"must": ("head",), "forbid": ("head",)}, "'head' must be chosen, but no place there is allowed"),
-        ({"forbid": ("tail",)}, "no place is called 'tail'"),
+        ({"must": ("head",), "forbid": ("head",)}, "'head' must be chosen, but no patch there is allowed"),
+        ({"forbid": ("tail",)}, "no patch is called 'tail'"),
         ({"must": ("left wrist", "left")}, None),
     ],
 )
@@ -64,7 +64,9 @@ def test_where_no_place_lies_nothing_can_be_forbidden_or_required(bundled_body):
     few = sample_patches(bundled_body, 12, seed=0, mode="fast")
     assert not any(region.startswith("left wrist") for region in few.regions)
     assert Constraints(forbid=("left wrist",)).terms(few)["allowed"].all()
-    with pytest.raises(ValueError, match="'left wrist' must be chosen, but none of the 12 places lies there"):
+    with pytest.raises(
+        ValueError, match="'left wrist' must be chosen, but none of the 12 patches lies there"
+    ):
         Constraints(must=("left wrist",)).terms(few)
 
 

@@ -51,4 +51,4 @@ def test_as_good_as_the_integer_programme():
         exact = FacilityLocation(value, np.ones(80), [], size, 60.0).best()
         found = best_small_set(value, size)
         assert exact.proven
-        assert mean_max(value, found) == pytest.approx(mean_max(value, exact.places), abs=2e-6)
+        assert mean_max(value, found) == pytest.approx(mean_max(value, exact.patches), abs=2e-6)

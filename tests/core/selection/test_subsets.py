@@ -108,10 +108,10 @@ def test_unreachable_target_says_the_best_reachable():
     result = greedy_subset(trap(), 0.95, allowed=np.array([True, True, False]))
     assert not result.reached
     assert result.sentence() == (
-        "2 places reach a mean-max F1 of 0.850; the target 0.95 is not reached, "
-        "and all allowed places together reach 0.850"
+        "2 patches reach a mean-max F1 of 0.850; the target 0.95 is not reached, "
+        "and all allowed patches together reach 0.850"
     )
-    assert greedy_subset(trap(), 0.7).sentence() == "1 place reaches a mean-max F1 of 0.700 (target 0.7)"
+    assert greedy_subset(trap(), 0.7).sentence() == "1 patch reaches a mean-max F1 of 0.700 (target 0.7)"
 
 
 def test_marginal_gain_is_the_difference_it_makes():
@@ -136,10 +136,10 @@ def test_exact_solves_a_whole_body_in_seconds():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        ({"allowed": np.zeros(3, bool)}, "no place is allowed"),
+        ({"allowed": np.zeros(3, bool)}, "no patch is allowed"),
         ({"allowed": np.ones(4, bool)}, r"allowed must have shape \(3,\)"),
         ({"allowed": np.array([True, True, False]), "required": [2]}, r"\[2\] is required"),
-        ({"required": [0, 1], "max_size": 1}, "2 places are required"),
+        ({"required": [0, 1], "max_size": 1}, "2 patches are required"),
         ({"max_size": 0}, "max_size is 0"),
         ({"cost": np.array([1.0, 0.0, 1.0])}, "cost must hold 3 positive numbers"),
     ],

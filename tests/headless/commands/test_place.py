@@ -255,8 +255,8 @@ def test_every_pair_may_be_tried(study):
     ("options", "complaint"),
     [
         (["--only", "left", "--forbid", "left"], "nothing is left to choose from"),
-        (["--must", "tail"], "no place is called 'tail'"),
-        (["--must", "left,right", "--max", "1"], "2 places are required"),
+        (["--must", "tail"], "no patch is called 'tail'"),
+        (["--must", "left,right", "--max", "1"], "2 patches are required"),
         (["--cost", "missing.csv"], "missing.csv"),
     ],
 )

@@ -166,7 +166,7 @@ def test_what_is_counted_is_what_was_ranked(sparse_results):
     }
     _, text = read(sparse_results)
     assert (
-        "tells 3 activities apart, at each of 48 places on the body, simulated from 14 motion clips" in text
+        "tells 3 activities apart, at each of 48 patches on the body, simulated from 14 motion clips" in text
     )
     assert "14 clips, 3 activities" in text
     assert "Not ranked: bow, kneel: each has only one clip; testing on a clip other than" in text

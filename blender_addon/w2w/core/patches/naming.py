@@ -170,7 +170,7 @@ def places_named(regions: Sequence[str], words: str) -> np.ndarray:
     Parameters
     ----------
     regions : sequence of str, length N
-        Region of each place, as in `PatchSet.regions`.
+        Region of each patch, as in `PatchSet.regions`.
     words : str
 
     Returns
@@ -186,7 +186,7 @@ def places_named(regions: Sequence[str], words: str) -> np.ndarray:
     found = [place for place, region in enumerate(regions) if wanted <= set(region.lower().split())]
     if not found or not wanted:
         known = ", ".join(sorted(set(regions)))
-        raise ValueError(f"no place lies in a region named {words!r}; the regions are: {known}")
+        raise ValueError(f"no patch lies in a region named {words!r}; the regions are: {known}")
     return np.array(found)
 
 
@@ -255,18 +255,18 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
     Parameters
     ----------
     regions : sequence of str, length N
-        Region of each place, as in `PatchSet.regions`.
+        Region of each patch, as in `PatchSet.regions`.
     names : sequence of str, length N
-        Name of each place, as in `PatchSet.names`.
+        Name of each patch, as in `PatchSet.names`.
     wish : str
         A side ("left", "right", "middle": on neither), a part of the body with or without its
-        side ("head", "left arm"), a product ("belt", "right shoe"), a place's own name, words of a
+        side ("head", "left arm"), a product ("belt", "right shoe"), a patch's own name, words of a
         region's name ("left wrist", "pocket"), or one of the 11 placements ("waist").
 
     Returns
     -------
     ndarray of int
-        None where the words are understood but no place lies there.
+        None where the words are understood but no patch lies there.
 
     Raises
     ------
@@ -293,7 +293,7 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
         if not (meant or known):
             parts = ", ".join([*SIDES, MIDDLE, *PARTS])
             raise ValueError(
-                f"no place is called {wish!r}: write a part of the body ({parts}), a product "
+                f"no patch is called {wish!r}: write a part of the body ({parts}), a product "
                 f"({', '.join(PRODUCTS)}), or words of a region's name, such as 'left wrist' or 'thigh front'"
             ) from None
         return _on_side(regions, side, meant)

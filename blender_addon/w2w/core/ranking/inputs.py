@@ -86,20 +86,20 @@ ITEM_BYTES = np.dtype(np.float32).itemsize
 
 
 @runtime_checkable
-class PlaceBlocks(Protocol):
+class PatchBlocks(Protocol):
     """What classifiers train on: W windows of N patches, in single precision."""
 
     @property
     def shape(self) -> tuple[int, ...]:
         """(W, N, D) for features, (W, N, samples, 6) for windows."""
 
-    def places(self, first: int, last: int) -> np.ndarray:
+    def patches(self, first: int, last: int) -> np.ndarray:
         """All windows of the patches from `first` to before `last`, shape (W, last - first, ...)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArrayBlocks:
-    """An array in memory as `PlaceBlocks`.
+    """An array in memory as `PatchBlocks`.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class ArrayBlocks:
         """Shape of the array."""
         return self.array.shape
 
-    def places(self, first: int, last: int) -> np.ndarray:
+    def patches(self, first: int, last: int) -> np.ndarray:
         """A view of some patches."""
         return self.array[:, first:last]
 
@@ -124,12 +124,12 @@ class SomeWindows:
 
     Parameters
     ----------
-    source : PlaceBlocks
+    source : PatchBlocks
     rows : ndarray of int, shape (V,)
         The windows wanted.
     """
 
-    source: PlaceBlocks
+    source: PatchBlocks
     rows: np.ndarray
 
     @property
@@ -137,12 +137,12 @@ class SomeWindows:
         """Shape of what is wanted."""
         return (len(self.rows), *self.source.shape[1:])
 
-    def places(self, first: int, last: int) -> np.ndarray:
+    def patches(self, first: int, last: int) -> np.ndarray:
         """The wanted windows of some patches; of files no others are read."""
         rising = (np.diff(self.rows) > 0).all()
         if rising and isinstance(self.source, FeatureFiles):
-            return self.source.places(first, last, self.rows)
-        block = self.source.places(first, last)
+            return self.source.patches(first, last, self.rows)
+        block = self.source.patches(first, last)
         if np.array_equal(self.rows, np.arange(len(block))):
             return block
         if not getattr(self.source, "fresh", False) or not rising:
@@ -152,12 +152,12 @@ class SomeWindows:
         return block[: len(self.rows)]
 
 
-def as_blocks(inputs: np.ndarray | PlaceBlocks) -> PlaceBlocks:
+def as_blocks(inputs: np.ndarray | PatchBlocks) -> PatchBlocks:
     """An array in memory, or a source that serves blocks already, as a source."""
-    return inputs if isinstance(inputs, PlaceBlocks) else ArrayBlocks(np.asarray(inputs))
+    return inputs if isinstance(inputs, PatchBlocks) else ArrayBlocks(np.asarray(inputs))
 
 
-def spans(source: PlaceBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int, int]]:
+def spans(source: PatchBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int, int]]:
     """First and last patch, exclusive, of blocks that keep to a budget of bytes, if one patch does."""
     n_windows, n_patches, *rest = source.shape
     size = max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES))
@@ -171,7 +171,7 @@ def clip_inputs(
     recordings: Sequence[Path],
     windows: Sequence[int],
     spec: WindowSpec,
-) -> PlaceBlocks:
+) -> PatchBlocks:
     """What a classifier takes of a library, features or windows, from the files that hold it.
 
     Parameters
@@ -203,7 +203,7 @@ class FeatureFiles:
     """
 
     fresh: ClassVar[bool] = True
-    """What `places` gives is the receiver's own."""
+    """What `patches` gives is the receiver's own."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
         self._parts = [StoredArray.find(path, "features") for path in paths]
@@ -219,7 +219,7 @@ class FeatureFiles:
         """(W, N, D)."""
         return (int(self._starts[-1]), *self._parts[0].shape[1:])
 
-    def places(self, first: int, last: int, windows: np.ndarray | None = None) -> np.ndarray:
+    def patches(self, first: int, last: int, windows: np.ndarray | None = None) -> np.ndarray:
         """Features of some patches, shape (W, last - first, D): of all windows or of some, rising."""
         wanted = np.arange(len(self)) if windows is None else windows
         block = np.empty((len(wanted), last - first, *self.shape[2:]), dtype=np.float32)
@@ -253,7 +253,7 @@ class WindowFiles:
     """
 
     fresh: ClassVar[bool] = True
-    """What `places` gives is the receiver's own."""
+    """What `patches` gives is the receiver's own."""
 
     def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
         self._paths, self._spec = list(paths), spec
@@ -270,7 +270,7 @@ class WindowFiles:
         acc, _, rate = self._parts[0]
         return (int(self._ends[-1]), acc.shape[1], self._spec.samples(rate), 6)
 
-    def places(self, first: int, last: int) -> np.ndarray:
+    def patches(self, first: int, last: int) -> np.ndarray:
         """Windows of some patches, shape (W, last - first, samples, 6)."""
         shape = self.shape
         block = np.empty((shape[0], last - first, *shape[2:]), dtype=np.float32)

@@ -19,7 +19,7 @@ from .expected import TrialMaps, expect
 from .f1 import score_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS
-from .inputs import PlaceBlocks, SomeWindows, as_blocks
+from .inputs import PatchBlocks, SomeWindows, as_blocks
 from .map_scores import rank_score, window_f1
 from .planned import Planned, planned
 from .pooling import Pooling
@@ -100,8 +100,8 @@ class UtilityMap:
     protocol: str
     left_out: dict[str, str]
 
-    def same_as(self, place: int) -> np.ndarray:
-        """Patches whose macro F1 cannot be told from that of `place`.
+    def same_as(self, patch: int) -> np.ndarray:
+        """Patches whose macro F1 cannot be told from that of `patch`.
 
         Returns
         -------
@@ -109,7 +109,7 @@ class UtilityMap:
             True where the bootstrap interval of the difference, both patches seeing the
             same resampled clips, holds zero.
         """
-        difference = self.mean_samples - self.mean_samples[:, place : place + 1]
+        difference = self.mean_samples - self.mean_samples[:, patch : patch + 1]
         tail = (1 - self.level) / 2
         low, high = np.quantile(difference, [tail, 1 - tail], axis=0)
         return (low <= 0) & (high >= 0)
@@ -158,7 +158,7 @@ class UtilityMap:
 
 
 def utility_map(
-    inputs: np.ndarray | PlaceBlocks,
+    inputs: np.ndarray | PatchBlocks,
     activity: np.ndarray,
     clip: np.ndarray,
     subject: np.ndarray | None,
@@ -178,7 +178,7 @@ def utility_map(
 
     Parameters
     ----------
-    inputs : ndarray or PlaceBlocks, shape (W, N, ...)
+    inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier takes (`inputs_of`): features (W, N, D), or windows (W, N, samples, 6);
         in memory, or served some patches at a time.
     activity : array_like of str, shape (W,)
@@ -270,26 +270,26 @@ def utility_map(
 
 
 def _try_all(
-    model: Any, source: PlaceBlocks, trial: Planned, progress: Callable[[float], None] | None
+    model: Any, source: PatchBlocks, trial: Planned, progress: Callable[[float], None] | None
 ) -> tuple[np.ndarray, TrialMaps]:
     """Names (W_test, N) given to the windows tested, and the maps of all trials."""
     labels, is_test, trials = trial.labels, trial.is_test, trial.plan
-    n_activities, n_places = len(trial.activities), source.shape[1]
-    predictions = np.empty((int(is_test.sum()), n_places), dtype=np.int16)
+    n_activities, n_patches = len(trial.activities), source.shape[1]
+    predictions = np.empty((int(is_test.sum()), n_patches), dtype=np.int16)
     position = np.cumsum(is_test) - 1
-    compared = np.full((len(trials.trials), n_activities, n_places), np.nan)
+    compared = np.full((len(trials.trials), n_activities, n_patches), np.nan)
     raw = compared.copy()
 
-    def receive(place: int, scores: list[np.ndarray]) -> None:
+    def receive(patch: int, scores: list[np.ndarray]) -> None:
         for number, trial in enumerate(trials.trials):
             of_models = np.concatenate([scores[split] for split in trial.splits], axis=1)
             named, true = of_models[0].argmax(axis=1), labels[trial.windows]
-            compared[number, :, place] = np.mean(
+            compared[number, :, patch] = np.mean(
                 [rank_score(one, true, trial.weight) for one in of_models], axis=0
             )
-            raw[number, :, place] = window_f1(named, true, n_activities)
+            raw[number, :, patch] = window_f1(named, true, n_activities)
             if number == 0:
-                predictions[position[trial.windows], place] = named
+                predictions[position[trial.windows], patch] = named
 
     settings = model.settings(source, labels, trial.fold, is_test, trials)
     model.score_splits(source, labels, trials.block, trials.splits, settings, receive, progress)

@@ -17,10 +17,10 @@ from .terms import fewest
 
 
 def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.ndarray:
-    """Correlation between the predictions of every two places.
+    """Correlation between the predictions of every two patches.
 
     Gorodkin's R_K (2004, doi:10.1016/j.compbiolchem.2004.09.006), the correlation
-    coefficient of two classifications: 1 where two places always name the same activity,
+    coefficient of two classifications: 1 where two patches always name the same activity,
     rightly or wrongly, and 0 where they agree no more than chance would have it.
 
     Parameters
@@ -32,10 +32,10 @@ def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.nda
     Returns
     -------
     ndarray, shape (N, N), float64
-        A place that always names one activity correlates 0 with all others.
+        A patch that always names one activity correlates 0 with all others.
     """
-    n_places = predictions.shape[1]
-    covariance = np.zeros((n_places, n_places))
+    n_patches = predictions.shape[1]
+    covariance = np.zeros((n_patches, n_patches))
     for activity in range(n_activities):
         named = (predictions == activity).astype(np.float32)
         named -= named.mean(axis=0)
@@ -48,7 +48,7 @@ def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.nda
 
 
 def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation: float = 0.8) -> np.ndarray:
-    """Group places whose predictions correlate.
+    """Group patches whose predictions correlate.
 
     Average linkage: within a cluster the mean correlation between the parts last joined
     is at least `correlation`.
@@ -63,7 +63,7 @@ def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation:
     Returns
     -------
     ndarray, shape (N,), int
-        Cluster of each place, 0 the largest.
+        Cluster of each patch, 0 the largest.
 
     Raises
     ------
@@ -72,8 +72,8 @@ def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation:
     """
     if not 0 < correlation <= 1:
         raise ValueError(f"correlation must be in (0, 1], not {correlation}")
-    n_places = predictions.shape[1]
-    if n_places == 1:
+    n_patches = predictions.shape[1]
+    if n_patches == 1:
         return np.zeros(1, dtype=np.int64)
     distance = np.clip(1.0 - prediction_correlation(predictions, n_activities), 0.0, 2.0)
     np.fill_diagonal(distance, 0.0)
@@ -87,7 +87,7 @@ SOLVER_S = 10.0
 """Seconds that each of the two steps of the exact choice may take."""
 
 SAME_OPINION = 0.8
-"""Mean correlation of predictions from which places are grouped as saying the same."""
+"""Mean correlation of predictions from which patches are grouped as saying the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,22 +97,22 @@ class Advice:
     Attributes
     ----------
     best : int
-        Allowed place with the highest expected macro F1.
+        Allowed patch with the highest expected macro F1.
     subset : Subset
         The paper's greedy choice.
     exact : Subset or None
         The cheapest set that does it; None where the solver found none in time.
     next_place : int
-        The allowed place that would add most to the greedy set, -1 where nothing is left.
+        The allowed patch that would add most to the greedy set, -1 where nothing is left.
     next_gain : float
         What it would add to the mean-max F1.
     clusters : ndarray, shape (N,), int
         Places of one number say the same; 0 is the largest cluster.
     alternatives : tuple of ndarray of int
-        For each place of the greedy set, the other allowed places of its cluster whose F1
+        For each patch of the greedy set, the other allowed patches of its cluster whose F1
         cannot be told from its own.
     least : int
-        How many of the greedy set's first places it takes to have one wherever one must be.
+        How many of the greedy set's first patches it takes to have one wherever one must be.
     allowed : ndarray of bool, shape (N,), optional
         Places that the constraints leave; all by default.
     """
@@ -151,17 +151,17 @@ def advise(
     max_places: int | None = None,
     constraints: Constraints | None = None,
 ) -> Advice:
-    """Choose places from a finished ranking.
+    """Choose patches from a finished ranking.
 
     Parameters
     ----------
     utility : UtilityMap
     patches : PatchSet
-        The places ranked.
+        The patches ranked.
     target : float
         Mean-max F1 to reach.
     max_places : int, optional
-        Most places.
+        Most patches.
     constraints : Constraints, optional
 
     Returns
@@ -191,12 +191,12 @@ def advise(
         clusters=clusters,
         alternatives=tuple(
             np.flatnonzero(
-                (clusters == clusters[place])
-                & utility.same_as(place)
+                (clusters == clusters[patch])
+                & utility.same_as(patch)
                 & terms["allowed"]
-                & (np.arange(len(clusters)) != place)
+                & (np.arange(len(clusters)) != patch)
             )
-            for place in subset.order
+            for patch in subset.order
         ),
         least=fewest(subset.order, terms["required"]),
         allowed=terms["allowed"],

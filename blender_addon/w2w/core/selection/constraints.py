@@ -22,14 +22,14 @@ class Constraints:
     Parameters
     ----------
     only : tuple of str
-        Places are taken from these alone; empty for everywhere.
+        Patches are taken from these alone; empty for everywhere.
     forbid : tuple of str
-        Places are not taken from these.
+        Patches are not taken from these.
     must : tuple of str
-        From each of these at least one place is taken.
+        From each of these at least one patch is taken.
     costs : tuple of (str, float)
         Price or discomfort of a sensor there, positive; 1 elsewhere. Of several that mean a
-        place the last counts.
+        patch the last counts.
 
     Raises
     ------
@@ -57,7 +57,7 @@ class Constraints:
         Raises
         ------
         ValueError
-            If words mean no place, or nothing may be chosen or what must be may not.
+            If words mean no patch, or nothing may be chosen or what must be may not.
         """
         allowed = np.ones(len(patches), dtype=bool)
         if self.only:
@@ -76,10 +76,10 @@ class Constraints:
         for words, places in zip(self.must, required, strict=True):
             if not len(places):
                 raise ValueError(
-                    f"{words!r} must be chosen, but none of the {len(patches)} places lies there: use more"
+                    f"{words!r} must be chosen, but none of the {len(patches)} patches lies there: use more"
                 )
             if not allowed[places].any():
-                raise ValueError(f"{words!r} must be chosen, but no place there is allowed")
+                raise ValueError(f"{words!r} must be chosen, but no patch there is allowed")
         return {"allowed": allowed, "required": required, "cost": cost}
 
     @staticmethod

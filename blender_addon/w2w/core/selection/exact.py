@@ -17,7 +17,7 @@ INFEASIBLE = 2
 class Choice(NamedTuple):
     """Facilities opened, and whether the solver proved that none does better."""
 
-    places: np.ndarray
+    patches: np.ndarray
     proven: bool
 
 
@@ -49,21 +49,21 @@ class FacilityLocation:
         max_size: int,
         time_limit_s: float,
     ) -> None:
-        self.n_places, n_clients = value.shape
+        self.n_patches, n_clients = value.shape
         self.time_limit_s = time_limit_s
-        unused = np.zeros(self.n_places * n_clients)
+        unused = np.zeros(self.n_patches * n_clients)
         self.cost = np.concatenate([cost, unused])
-        self.mean_value = np.concatenate([np.zeros(self.n_places), value.T.ravel() / n_clients])
-        each_client = kron(eye_array(n_clients), np.ones((1, self.n_places)))
+        self.mean_value = np.concatenate([np.zeros(self.n_patches), value.T.ravel() / n_clients])
+        each_client = kron(eye_array(n_clients), np.ones((1, self.n_patches)))
         closed_serves_none = hstack(
-            [-kron(np.ones((n_clients, 1)), eye_array(self.n_places)), eye_array(unused.size)], format="csr"
+            [-kron(np.ones((n_clients, 1)), eye_array(self.n_patches)), eye_array(unused.size)], format="csr"
         )
         self.rows = [
             LinearConstraint(
-                block_array([[csr_array((n_clients, self.n_places)), each_client]], format="csr"), 1, 1
+                block_array([[csr_array((n_clients, self.n_patches)), each_client]], format="csr"), 1, 1
             ),
             LinearConstraint(closed_serves_none, -np.inf, 0),
-            LinearConstraint(self._count(np.arange(self.n_places)), -np.inf, max_size),
+            LinearConstraint(self._count(np.arange(self.n_patches)), -np.inf, max_size),
             *(LinearConstraint(self._count(group), 1, np.inf) for group in required),
         ]
 
@@ -95,18 +95,18 @@ class FacilityLocation:
             objective,
             constraints=[*self.rows, goal],
             bounds=Bounds(0, 1),
-            integrality=np.arange(objective.size) < self.n_places,
+            integrality=np.arange(objective.size) < self.n_patches,
             options={"time_limit": self.time_limit_s, "mip_rel_gap": 1e-6},
         )
         if result.status == INFEASIBLE:
             return None
         if result.x is None:
             raise TimeoutError(f"no choice was found in {self.time_limit_s:g} s: {result.message}")
-        return Choice(np.flatnonzero(result.x[: self.n_places] > 0.5), result.status == 0)
+        return Choice(np.flatnonzero(result.x[: self.n_patches] > 0.5), result.status == 0)
 
 
 LARGEST = 5
-"""Places up to which the search takes seconds on 512 places; each place more takes three times as long."""
+"""Places up to which the search takes seconds on 512 patches; each patch more takes three times as long."""
 
 ROUNDING = 1e-12
 
@@ -114,9 +114,9 @@ ROUNDING = 1e-12
 def best_small_set(
     value: np.ndarray, size: int, required: Sequence[np.ndarray] = (), at_least: float = 0.0
 ) -> list[int] | None:
-    """The set of at most `size` places whose mean over columns of the maximum is greatest.
+    """The set of at most `size` patches whose mean over columns of the maximum is greatest.
 
-    The mean of maxima is submodular: what several places add is at most the sum of what each
+    The mean of maxima is submodular: what several patches add is at most the sum of what each
     adds alone, which bounds every branch (Nemhauser, Wolsey and Fisher 1978,
     doi:10.1007/BF01588971).
 
@@ -170,12 +170,12 @@ class _Search:
         order = np.argsort(-gain, kind="stable")
         options, gain = options[order], gain[order]
         most = np.sort(np.maximum(self.value[candidates] - covered, 0.0).mean(axis=1))[::-1][: left - 1].sum()
-        for number, place in enumerate(options.tolist()):
+        for number, patch in enumerate(options.tolist()):
             others = most if unmet else gain[number + 1 : number + left].sum()
             if covered.mean() + gain[number] + others <= self.score:
                 return
             rest = candidates if unmet else options[number + 1 :]
-            self.extend([*chosen, place], np.maximum(covered, self.value[place]), rest, left - 1)
+            self.extend([*chosen, patch], np.maximum(covered, self.value[patch]), rest, left - 1)
 
     def _keep(self, chosen: list[int], score: float) -> None:
         if chosen and score > self.score:

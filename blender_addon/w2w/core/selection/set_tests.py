@@ -11,7 +11,7 @@ import numpy as np
 
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.halves import Plan, Trial
-from ..ranking.inputs import PlaceBlocks, SomeWindows, as_blocks, spans
+from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_fit import Training
 from ..ranking.joint_scores import JointScores
 from ..ranking.map_scores import class_auc, rank_score, window_f1
@@ -116,7 +116,7 @@ class SetTests:
     @classmethod
     def of(
         cls,
-        inputs: np.ndarray | PlaceBlocks,
+        inputs: np.ndarray | PatchBlocks,
         activity: np.ndarray,
         clip: np.ndarray,
         subject: np.ndarray | None,
@@ -155,12 +155,12 @@ def _trainings(work: Planned, trial: Trial) -> list[Training]:
     return [Training(np.flatnonzero(np.isin(work.plan.block, split.train)), split.tested) for split in splits]
 
 
-def _held(source: PlaceBlocks) -> np.ndarray:
+def _held(source: PatchBlocks) -> np.ndarray:
     """Features (N, W, D) about their means, read once."""
     n_windows, n_patches, width = source.shape
     held = np.empty((n_patches, n_windows, width), dtype=np.float32)
     for first, last in spans(source):
-        held[first:last] = source.places(first, last).swapaxes(0, 1)
+        held[first:last] = source.patches(first, last).swapaxes(0, 1)
         held[first:last] -= held[first:last].mean(axis=1, keepdims=True)
     return held
 

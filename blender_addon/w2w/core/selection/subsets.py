@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where to wear: the best single place, and small sets of places by greedy choice or exact optimum."""
+"""Where to wear: the best single patch, and small sets of patches by greedy choice or exact optimum."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ranking.inputs import PlaceBlocks, as_blocks
+from ..ranking.inputs import PatchBlocks, as_blocks
 from ..ranking.utility import UtilityMap, utility_map
 from .exact import LARGEST, FacilityLocation, best_small_set
 from .promise import Promise
@@ -31,18 +31,18 @@ class Subset:
     order : tuple of int
         Places in order of choice.
     mean_max_after_each : tuple of float
-        Mean over activities of the best F1 among the places chosen so far.
+        Mean over activities of the best F1 among the patches chosen so far.
     target : float
         Mean-max F1 asked for.
     reached : bool
     best_reachable : float
-        Mean-max F1 of all allowed places together: no choice can pass it.
+        Mean-max F1 of all allowed patches together: no choice can pass it.
     cost : float
-        Sum of the chosen places' costs; their number where costs are 1.
+        Sum of the chosen patches' costs; their number where costs are 1.
     proven : bool
         True where a solver proved that no cheaper set does as much.
     promise : Promise, optional
-        What one classifier on the first place, the first two, and so on would reach on other clips.
+        What one classifier on the first patch, the first two, and so on would reach on other clips.
     """
 
     order: tuple[int, ...]
@@ -61,34 +61,34 @@ class Subset:
         return f"{self.expected_sentence()}; by the proxy on these clips, {self.proxy_sentence()}"
 
     def expected_sentence(self) -> str:
-        """What one classifier on all places would reach on other clips."""
+        """What one classifier on all patches would reach on other clips."""
         if self.promise is None:
             return "what the set would reach on other clips is not known"
         count = len(self.order)
-        places = "1 place reaches" if count == 1 else f"{count} places worn together reach"
-        return f"{places} {self.promise.text()}"
+        patches = "1 patch reaches" if count == 1 else f"{count} patches worn together reach"
+        return f"{patches} {self.promise.text()}"
 
     def proxy_sentence(self) -> str:
         """Say in words whether the target was reached by the proxy."""
-        places = "1 place reaches" if len(self.order) == 1 else f"{len(self.order)} places reach"
-        reach = f"{places} a mean-max F1 of {self.mean_max_after_each[-1]:.3f}"
+        patches = "1 patch reaches" if len(self.order) == 1 else f"{len(self.order)} patches reach"
+        reach = f"{patches} a mean-max F1 of {self.mean_max_after_each[-1]:.3f}"
         if self.reached:
             return f"{reach} (target {self.target:g})"
         return (
             f"{reach}; the target {self.target:g} is not reached, and "
-            f"all allowed places together reach {self.best_reachable:.3f}"
+            f"all allowed patches together reach {self.best_reachable:.3f}"
         )
 
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
-    """The allowed place with the highest expected macro F1; of equals the highest on these clips."""
-    open_places = np.flatnonzero(open_mask(allowed, len(utility.mean)))
-    order = np.lexsort((-utility.mean[open_places], -utility.expected_mean[open_places]))
-    return int(open_places[order[0]])
+    """The allowed patch with the highest expected macro F1; of equals the highest on these clips."""
+    open_patches = np.flatnonzero(open_mask(allowed, len(utility.mean)))
+    order = np.lexsort((-utility.mean[open_patches], -utility.expected_mean[open_patches]))
+    return int(open_patches[order[0]])
 
 
 def marginal_gain(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
-    """What each place would add to the mean-max F1 of the chosen ones.
+    """What each patch would add to the mean-max F1 of the chosen ones.
 
     Parameters
     ----------
@@ -110,24 +110,24 @@ def greedy_subset(
     required: Sequence[Requirement] = (),
     cost: np.ndarray | None = None,
 ) -> Subset:
-    """Add the place that raises the mean-max F1 most until the target is reached.
+    """Add the patch that raises the mean-max F1 most until the target is reached.
 
     The paper's proxy for several sensors worn together: each activity is recognised
-    by the chosen place that is best at it. `multi_sensor_check` tests the proxy.
+    by the chosen patch that is best at it. `multi_sensor_check` tests the proxy.
 
     Parameters
     ----------
     f1 : ndarray, shape (N, A)
     target : float
-        Mean over activities of the maximum over chosen places to reach.
+        Mean over activities of the maximum over chosen patches to reach.
     max_size : int, optional
-        Most places.
+        Most patches.
     allowed : ndarray of bool, shape (N,), optional
         Places that may be chosen.
     required : sequence of Requirement
-        Chosen first. Several places stand for one of them ("a wrist"), and the best is taken.
+        Chosen first. Several patches stand for one of them ("a wrist"), and the best is taken.
     cost : ndarray, shape (N,), optional
-        What each place costs, positive; the gain per cost decides.
+        What each patch costs, positive; the gain per cost decides.
 
     Returns
     -------
@@ -136,7 +136,7 @@ def greedy_subset(
     Raises
     ------
     ValueError
-        If no place is allowed, a required place is not, or more are required than
+        If no patch is allowed, a required patch is not, or more are required than
         `max_size`.
     """
     terms = Terms.checked(f1, max_size, allowed, required, cost)
@@ -144,7 +144,7 @@ def greedy_subset(
 
 
 def greedy_order(terms: Terms, target: float = np.inf) -> list[int]:
-    """The places in the order of choice of `greedy_subset`."""
+    """The patches in the order of choice of `greedy_subset`."""
     order: list[int] = []
     covered = np.zeros(terms.f1.shape[1])
 
@@ -178,8 +178,8 @@ def exact_subset(
     Parameters
     ----------
     f1, target, max_size, allowed, required, cost
-        As for `greedy_subset`. A target that no places reach is lowered to the best
-        reachable, and where `max_size` places cannot reach it, the best set of that size
+        As for `greedy_subset`. A target that no patches reach is lowered to the best
+        reachable, and where `max_size` patches cannot reach it, the best set of that size
         is given.
     time_limit_s : float
         Seconds the solver may take for each of its two steps.
@@ -187,7 +187,7 @@ def exact_subset(
     Returns
     -------
     Subset
-        In the order greedy choice would take its places; `proven` is False where the
+        In the order greedy choice would take its patches; `proven` is False where the
         time ran out.
 
     Raises
@@ -202,23 +202,23 @@ def exact_subset(
     few = _small_set(terms, goal)
     if few is not None:
         return _subset(terms, _by_gain(terms.f1, few), target, proven=True)
-    open_places, required = terms.renumbered()
+    open_patches, required = terms.renumbered()
     problem = FacilityLocation(
-        value=terms.f1[open_places],
-        cost=terms.cost[open_places],
+        value=terms.f1[open_patches],
+        cost=terms.cost[open_patches],
         required=required,
         max_size=terms.max_size,
         time_limit_s=time_limit_s,
     )
     cheapest = problem.cheapest(goal)
-    budget = None if cheapest is None else float(terms.cost[open_places[cheapest.places]].sum())
+    budget = None if cheapest is None else float(terms.cost[open_patches[cheapest.patches]].sum())
     best = problem.best(budget)
     proven = best.proven and (cheapest is None or cheapest.proven)
-    return _subset(terms, _by_gain(terms.f1, open_places[best.places]), target, proven)
+    return _subset(terms, _by_gain(terms.f1, open_patches[best.patches]), target, proven)
 
 
 def multi_sensor_check(
-    order: Sequence[int], inputs: np.ndarray | PlaceBlocks, activity: np.ndarray, **protocol: Any
+    order: Sequence[int], inputs: np.ndarray | PatchBlocks, activity: np.ndarray, **protocol: Any
 ) -> list[UtilityMap]:
     """Test the mean of maxima: one classifier on the chosen sensors' signals together.
 
@@ -226,8 +226,8 @@ def multi_sensor_check(
     ----------
     order : sequence of int
         Places as chosen.
-    inputs : ndarray or PlaceBlocks, shape (W, N, D) or (W, N, samples, 6)
-        Features or windows of all places, as for `utility_map`.
+    inputs : ndarray or PatchBlocks, shape (W, N, D) or (W, N, samples, 6)
+        Features or windows of all patches, as for `utility_map`.
     activity : array_like of str, shape (W,)
     **protocol
         The other arguments of `utility_map`; the same ones give the same folds.
@@ -236,11 +236,11 @@ def multi_sensor_check(
     -------
     list of UtilityMap
         For the first sensor alone, the first two together, and so on; each of one
-        place, the sensors' inputs side by side along the last axis. Their clips are not halved:
+        patch, the sensors' inputs side by side along the last axis. Their clips are not halved:
         Gram matrices of so many features by every half would take much memory.
     """
     source = as_blocks(inputs)
-    alone = [source.places(place, place + 1)[:, 0] for place in order]
+    alone = [source.patches(patch, patch + 1)[:, 0] for patch in order]
     maps = []
     for size in range(1, len(order) + 1):
         worn = np.stack(alone[:size], axis=-2)
@@ -250,7 +250,7 @@ def multi_sensor_check(
 
 
 def _subset(terms: Terms, order: Sequence[int], target: float, proven: bool = False) -> Subset:
-    order = [int(place) for place in order]
+    order = [int(patch) for patch in order]
     values = np.maximum.accumulate(terms.f1[order], axis=0).mean(axis=1)
     return Subset(
         order=tuple(order),
@@ -264,16 +264,16 @@ def _subset(terms: Terms, order: Sequence[int], target: float, proven: bool = Fa
 
 
 def exact_order(terms: Terms, size: int) -> list[int]:
-    """The best set of a size, in the order greedy choice would take its places.
+    """The best set of a size, in the order greedy choice would take its patches.
 
-    Of more than a few places, or of such that differ in cost, what greedy choice takes.
+    Of more than a few patches, or of such that differ in cost, what greedy choice takes.
     """
     terms = replace(terms, max_size=size)
     if size > LARGEST or np.ptp(terms.cost) > 0:
         return greedy_order(terms)[:size]
-    open_places, required = terms.renumbered()
-    few = best_small_set(terms.f1[open_places], size, required)
-    return greedy_order(terms)[:size] if few is None else _by_gain(terms.f1, open_places[few])
+    open_patches, required = terms.renumbered()
+    few = best_small_set(terms.f1[open_patches], size, required)
+    return greedy_order(terms)[:size] if few is None else _by_gain(terms.f1, open_patches[few])
 
 
 def _small_set(terms: Terms, goal: float) -> np.ndarray | None:
@@ -283,21 +283,21 @@ def _small_set(terms: Terms, goal: float) -> np.ndarray | None:
     greedy = greedy_subset(terms.f1, goal, terms.max_size, terms.allowed, terms.required)
     if min(len(greedy.order), terms.max_size) > 2 * LARGEST:
         return None  # the optimum is hardly that much smaller
-    open_places, required = terms.renumbered()
+    open_patches, required = terms.renumbered()
     for size in range(1, min(terms.max_size, LARGEST) + 1):
         enough = len(greedy.order) <= size
         known = greedy.mean_max_after_each[-1] if enough else 0.0
-        few = best_small_set(terms.f1[open_places], size, required, known)
+        few = best_small_set(terms.f1[open_patches], size, required, known)
         if few is None:
             continue
-        reached = terms.f1[open_places[few]].max(axis=0).mean() >= goal
+        reached = terms.f1[open_patches[few]].max(axis=0).mean() >= goal
         if reached or size == terms.max_size:
-            return open_places[few]
+            return open_patches[few]
     return None
 
 
 def _covered(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
-    """Best F1 of the chosen places by activity, 0 where none is chosen."""
+    """Best F1 of the chosen patches by activity, 0 where none is chosen."""
     return f1[list(chosen)].max(axis=0, initial=0.0)
 
 
@@ -305,10 +305,10 @@ def _gain(f1: np.ndarray, covered: np.ndarray) -> np.ndarray:
     return np.maximum(f1 - covered, 0.0).mean(axis=1)
 
 
-def _by_gain(f1: np.ndarray, places: np.ndarray) -> list[int]:
-    """The places in the order greedy choice would take them."""
+def _by_gain(f1: np.ndarray, patches: np.ndarray) -> list[int]:
+    """The patches in the order greedy choice would take them."""
     order: list[int] = []
-    for _ in places:
-        rest = np.setdiff1d(places, order)
+    for _ in patches:
+        rest = np.setdiff1d(patches, order)
         order.append(int(rest[_gain(f1[rest], _covered(f1, order)).argmax()]))
     return order

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 Requirement = int | Sequence[int]
-"""A place that must be chosen, or several of which one must be."""
+"""A patch that must be chosen, or several of which one must be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,26 +32,26 @@ class Terms:
         cost: np.ndarray | None,
     ) -> Terms:
         f1 = np.asarray(f1, dtype=np.float64)
-        n_places = len(f1)
-        mask = open_mask(allowed, n_places)
-        price = np.ones(n_places) if cost is None else np.asarray(cost, dtype=np.float64)
-        if price.shape != (n_places,) or not (np.isfinite(price) & (price > 0)).all():
-            raise ValueError(f"cost must hold {n_places} positive numbers, one a place")
+        n_patches = len(f1)
+        mask = open_mask(allowed, n_patches)
+        price = np.ones(n_patches) if cost is None else np.asarray(cost, dtype=np.float64)
+        if price.shape != (n_patches,) or not (np.isfinite(price) & (price > 0)).all():
+            raise ValueError(f"cost must hold {n_patches} positive numbers, one a patch")
         options = []
         for wish in required:
-            places = np.atleast_1d(np.asarray(wish, dtype=np.int64))
-            if not mask[places].any():
+            patches = np.atleast_1d(np.asarray(wish, dtype=np.int64))
+            if not mask[patches].any():
                 raise ValueError(
-                    f"one of the places {places.tolist()} is required, but none of them is allowed"
+                    f"one of the patches {patches.tolist()} is required, but none of them is allowed"
                 )
-            options.append(places[mask[places]])
+            options.append(patches[mask[patches]])
         limit = int(mask.sum()) if max_size is None else max_size
         if limit < max(1, len(options)):
-            raise ValueError(f"max_size is {limit}, but {max(1, len(options))} places are required")
+            raise ValueError(f"max_size is {limit}, but {max(1, len(options))} patches are required")
         return cls(f1, mask, options, price, limit)
 
     def renumbered(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """The allowed places, and what is required by their numbers among these."""
+        """The allowed patches, and what is required by their numbers among these."""
         position = np.cumsum(self.allowed) - 1
         return np.flatnonzero(self.allowed), [position[options] for options in self.required]
 
@@ -61,17 +61,17 @@ class Terms:
 
 
 def fewest(order: Sequence[int], required: Sequence[np.ndarray]) -> int:
-    """How many of the first places chosen it takes to have one wherever one must be."""
+    """How many of the first patches chosen it takes to have one wherever one must be."""
     chosen = np.array(order)
     firsts = [np.flatnonzero(np.isin(chosen, options)) for options in required]
     return max((int(found[0]) + 1 for found in firsts if len(found)), default=1)
 
 
-def open_mask(allowed: np.ndarray | None, n_places: int) -> np.ndarray:
-    """Which places may be chosen, checked; all by default."""
-    mask = np.ones(n_places, bool) if allowed is None else np.asarray(allowed, dtype=bool)
-    if mask.shape != (n_places,):
-        raise ValueError(f"allowed must have shape ({n_places},), not {mask.shape}")
+def open_mask(allowed: np.ndarray | None, n_patches: int) -> np.ndarray:
+    """Which patches may be chosen, checked; all by default."""
+    mask = np.ones(n_patches, bool) if allowed is None else np.asarray(allowed, dtype=bool)
+    if mask.shape != (n_patches,):
+        raise ValueError(f"allowed must have shape ({n_patches},), not {mask.shape}")
     if not mask.any():
-        raise ValueError("no place is allowed: the constraints leave nothing to choose from")
+        raise ValueError("no patch is allowed: the constraints leave nothing to choose from")
     return mask

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...threads import n_threads
-from ..inputs import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class EstimatorClassifier:
 
     def predict_folds(
         self,
-        inputs: np.ndarray | PlaceBlocks,
+        inputs: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         fold: np.ndarray,
         is_test: np.ndarray,
@@ -84,7 +84,7 @@ class EstimatorClassifier:
 
         with ThreadPoolExecutor(self.workers or n_threads()) as pool:
             for first, last in spans(source, self.block_bytes):
-                block = source.places(first, last).swapaxes(0, 1)
+                block = source.patches(first, last).swapaxes(0, 1)
                 for done, _ in enumerate(pool.map(predict, range(first, last), block), start=first + 1):
                     if progress is not None:
                         progress(done / n_patches)

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..inputs import BLOCK_BYTES, PlaceBlocks
+from ..inputs import BLOCK_BYTES, PatchBlocks
 from .estimator import EstimatorClassifier
 
 
@@ -41,7 +41,7 @@ class ExtraTrees:
 
     def predict_folds(
         self,
-        features: np.ndarray | PlaceBlocks,
+        features: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         fold: np.ndarray,
         is_test: np.ndarray,

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from ...blas import solve_positive
 from ..halves import Plan, Split, plan
-from ..inputs import BLOCK_BYTES, PlaceBlocks, as_blocks, spans
+from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
 
 ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
@@ -70,7 +70,7 @@ class Ridge:
 
     def predict_folds(
         self,
-        features: np.ndarray | PlaceBlocks,
+        features: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         fold: np.ndarray,
         is_test: np.ndarray,
@@ -80,7 +80,7 @@ class Ridge:
 
         Parameters
         ----------
-        features : ndarray or PlaceBlocks, shape (W, N, D)
+        features : ndarray or PatchBlocks, shape (W, N, D)
             Of order one, as `window_features` gives them.
         labels : ndarray of int, shape (W,)
             Activity of each window, 0 to A - 1.
@@ -108,7 +108,7 @@ class Ridge:
 
     def settings(
         self,
-        features: np.ndarray | PlaceBlocks,
+        features: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         fold: np.ndarray,
         is_test: np.ndarray,
@@ -122,7 +122,7 @@ class Ridge:
 
     def score_splits(
         self,
-        features: np.ndarray | PlaceBlocks,
+        features: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         block: np.ndarray,
         splits: Sequence[Split],
@@ -153,14 +153,14 @@ class Ridge:
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
             for first, last in spans(source, self.block_bytes):
-                held = source.places(first, last).swapaxes(0, 1)
+                held = source.patches(first, last).swapaxes(0, 1)
                 for done, _ in enumerate(pool.map(score, range(first, last), held), start=first + 1):
                     if progress is not None:
                         progress(done / n_sensors)
                 del held  # before the next is read
 
     def choose_alphas(
-        self, features: np.ndarray | PlaceBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
+        self, features: np.ndarray | PatchBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
     ) -> np.ndarray:
         """The ridge of each fold, chosen by cross-validation among the other folds.
 
@@ -188,7 +188,7 @@ class Ridge:
         sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
 
         def accuracies(sensor: int) -> np.ndarray:
-            scores = sums.scores(source.places(sensor, sensor + 1)[:, 0], alphas)
+            scores = sums.scores(source.patches(sensor, sensor + 1)[:, 0], alphas)
             return np.array(
                 [
                     [_balanced_accuracy(labels[split.tested], one.argmax(axis=1)) for one in by_ridge]

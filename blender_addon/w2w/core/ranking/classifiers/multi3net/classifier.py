@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...inputs import PlaceBlocks, as_blocks, spans
+from ...inputs import PatchBlocks, as_blocks, spans
 from .settings import Settings
 
 HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
@@ -75,7 +75,7 @@ class Multi3Net(Settings):
 
     def predict_folds(
         self,
-        windows: np.ndarray | PlaceBlocks,
+        windows: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         fold: np.ndarray,
         is_test: np.ndarray,
@@ -85,7 +85,7 @@ class Multi3Net(Settings):
 
         Parameters
         ----------
-        windows : ndarray or PlaceBlocks, shape (W, N, samples, 6)
+        windows : ndarray or PatchBlocks, shape (W, N, samples, 6)
             Specific force (m/s2), angular velocity (rad/s); 6 k channels where k sensors
             are worn together.
         labels, fold, is_test, progress
@@ -114,7 +114,7 @@ class Multi3Net(Settings):
         predictions = np.empty((int(is_test.sum()), source.shape[1]), dtype=np.int16)
         used = set()
         for first, last in spans(source, self.block_bytes):
-            block = source.places(first, last)
+            block = source.patches(first, last)
             for start in range(first, last, self.group):
                 stop = min(start + self.group, last)
                 group = np.ascontiguousarray(block[:, start - first : stop - first])
