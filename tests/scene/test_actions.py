@@ -26,7 +26,7 @@ def assert_same_motion(read, motion):
     assert read.n_frames == motion.n_frames
     assert read.rate == pytest.approx(motion.rate, rel=1e-5)
     assert turn_angles(read, motion).max() < 1e-3
-    np.testing.assert_allclose(read.pelvis, motion.pelvis, atol=3e-6)
+    np.testing.assert_allclose(read.pelvis, motion.pelvis, atol=1e-5)  # metres far apart in one frame
 
 
 @pytest.mark.parametrize("scene_rate", [24, 30, 60])
