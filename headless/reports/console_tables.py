@@ -64,8 +64,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_window_warning(study.clips, study.config.windows, console)
     show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
-    own = [name for name, _ in study.config.placements]
-    show_own_placements(own_content(own, utility, study.results.patches), console)
+    show_own_placements(own_content(study), console)
     if study.worn is not None:
         show_worn(study.worn, study.results.patches, console)
     show_advice(study.advice, utility, study.results.patches, study.together, console)

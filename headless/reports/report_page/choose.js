@@ -3,11 +3,11 @@
 "use strict";
 
 (() => {
-  const { names, choice: data } = JSON.parse(document.getElementById("w2w-data").textContent);
+  const { names, choice } = data;
   const find = (name) => document.getElementById(name);
-  const f1 = new Float32Array(unpack(data.f1).buffer); // the bits of its numbers
-  const places = names.length, activities = data.activities.length;
-  const [ROUNDING, TIE] = [data.rounding, data.tie];
+  const f1 = new Float32Array(unpack(choice.f1).buffer); // the bits of its numbers
+  const places = names.length, activities = choice.activities.length;
+  const [ROUNDING, TIE] = [choice.rounding, choice.tie];
   const wishes = [];
   let chosen = null;
 
@@ -36,11 +36,11 @@
   function read() {
     const shown = [...find("choose-activities").querySelectorAll("input")].filter((box) => box.checked).map((box) => Number(box.value));
     const side = document.querySelector("input[name=choose-side]:checked").value;
-    const closed = new Set(side === "any" ? [] : data.words[side === "left" ? "right" : "left"] || []);
-    wishes.filter((wish) => wish.kind === "forbid").forEach((wish) => data.words[wish.words].forEach((place) => closed.add(place)));
+    const closed = new Set(side === "any" ? [] : choice.words[side === "left" ? "right" : "left"] || []);
+    wishes.filter((wish) => wish.kind === "forbid").forEach((wish) => choice.words[wish.words].forEach((place) => closed.add(place)));
     const allowed = [...Array(places).keys()].filter((place) => !closed.has(place));
     const required = wishes.filter((wish) => wish.kind === "must").map((wish) => {
-      const options = data.words[wish.words].filter((place) => !closed.has(place));
+      const options = choice.words[wish.words].filter((place) => !closed.has(place));
       if (!options.length) throw new Error(`“${wish.words}” must be chosen, but no spot there is allowed.`);
       return options;
     });
@@ -90,7 +90,7 @@
 
   function add() {
     const words = find("choose-words").value.trim().toLowerCase(), kind = find("choose-kind").value;
-    if (!(words in data.words)) {
+    if (!(words in choice.words)) {
       find("choose-said").className = "caution";
       find("choose-said").textContent = words ? `No spot is called “${words}”: take one of the list.` : "Name a spot first.";
       return;
@@ -111,15 +111,15 @@
     link.click();
   }
 
-  data.activities.forEach((name, activity) => {
+  choice.activities.forEach((name, activity) => {
     const label = make("label"), box = make("input", "", { type: "checkbox", value: activity });
     box.checked = true;
     label.append(box, make("span", ` ${name}`));
     find("choose-activities").append(label);
   });
-  find("choose-known").append(...Object.keys(data.words).map((words) => make("option", "", { value: words })));
-  find("choose-target").value = data.target;
-  find("choose-most").value = data.most;
+  find("choose-known").append(...Object.keys(choice.words).map((words) => make("option", "", { value: words })));
+  find("choose-target").value = choice.target;
+  find("choose-most").value = choice.most;
   find("choose").addEventListener("change", (event) => { if (!["choose-words", "choose-kind"].includes(event.target.id)) choose(); });
   find("choose-words").addEventListener("keydown", (event) => { if (event.key === "Enter") add(); });
   find("choose-add").addEventListener("click", add);

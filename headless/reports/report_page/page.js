@@ -9,8 +9,9 @@ function make(tag, content = "", attributes = {}) {
   return element;
 }
 
+const data = JSON.parse(document.getElementById("w2w-data").textContent);
+
 (() => {
-  const data = JSON.parse(document.getElementById("w2w-data").textContent);
   const find = (name) => document.getElementById(name);
   const places = data.names.length, maps = data.titles.length;
   const [expected, raw, low, high, expectedLow, expectedHigh] = ["expected", "raw", "low", "high", "expected_low", "expected_high"].map(

@@ -104,7 +104,7 @@ def summary(study: Study) -> dict[str, Any]:
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
         **advice_content(study.advice, utility, patches, study.together, study.worn),
-        "own_placements": own_content([name for name, _ in study.config.placements], utility, patches),
+        "own_placements": own_content(study),
         "regions": _regions(study),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),

@@ -42,16 +42,7 @@ def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> P
         If there are none, a name is empty or given twice, a vertex is not the body's, a position is
         more than 5 cm from the skin, or two placements are at the same vertex.
     """
-    if not placements:
-        raise ValueError("no placement is given: name at least one")
-    names = _names(placements)
-    centres = np.array([_vertex(body, *each) for each in zip(names, placements.values(), strict=True)])
-    for later, vertex in enumerate(centres):
-        earlier = int(np.flatnonzero(centres == vertex)[0])
-        if earlier < later:
-            raise ValueError(
-                f"'{names[earlier]}' and '{names[later]}' are both at vertex {vertex}: leave one of them out"
-            )
+    names, centres = _checked(body, placements)
     return _patches(body, centres, names, seed=0)
 
 
@@ -78,9 +69,9 @@ def with_placements(
     ValueError
         As `patches_at`; or if a placement is called as a patch elsewhere is.
     """
-    own = patches_at(body, placements)
+    own_names, own_centres = _checked(body, placements)
     names, centres = list(patches.names), patches.vertices.tolist()
-    for name, vertex in zip(own.names, own.vertices.tolist(), strict=True):
+    for name, vertex in zip(own_names, own_centres.tolist(), strict=True):
         if vertex in centres:
             names[centres.index(vertex)] = name
         else:
@@ -88,7 +79,7 @@ def with_placements(
             centres.append(vertex)
     if len({name.lower() for name in names}) < len(names):
         taken = {name.lower() for name in patches.names}
-        twice = next(name for name in own.names if name.lower() in taken)
+        twice = next(name for name in own_names if name.lower() in taken)
         raise ValueError(f"a patch of the body is called '{twice}' already: name your placement otherwise")
     return _patches(body, np.array(centres), tuple(names), patches.seed)
 
@@ -118,6 +109,23 @@ def read_placements(path: str | Path) -> dict[str, int | tuple[float, float, flo
     if not found:
         raise ValueError(f"{path} names no placement")
     return found
+
+
+def _checked(
+    body: Body, placements: Mapping[str, int | Sequence[float]]
+) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of placements and the vertices that they are at."""
+    if not placements:
+        raise ValueError("no placement is given: name at least one")
+    names = _names(placements)
+    centres = np.array([_vertex(body, *each) for each in zip(names, placements.values(), strict=True)])
+    for later, vertex in enumerate(centres):
+        earlier = int(np.flatnonzero(centres == vertex)[0])
+        if earlier < later:
+            raise ValueError(
+                f"'{names[earlier]}' and '{names[later]}' are both at vertex {vertex}: leave one of them out"
+            )
+    return names, centres
 
 
 def _patches(body: Body, centres: np.ndarray, names: tuple[str, ...], seed: int) -> PatchSet:

@@ -202,9 +202,6 @@ class FeatureFiles:
         If one does not hold features, or of other patches than the first.
     """
 
-    fresh: ClassVar[bool] = True
-    """What `patches` gives is the receiver's own."""
-
     def __init__(self, paths: Sequence[Path]) -> None:
         self._parts = [StoredArray.find(path, "features") for path in paths]
         for part in self._parts:
