@@ -7,6 +7,7 @@ import pytest
 from w2w.core.ranking import joint_scores
 from w2w.core.ranking.joint_fit import Training
 from w2w.core.ranking.joint_scores import JointScores
+from w2w.core.ranking.map_scores import class_auc, class_auc_at_most
 
 N, W, D, A = 6, 60, 5, 3
 RIDGE = 0.1
@@ -96,3 +97,31 @@ def test_every_pair_equals_the_definition(library, monkeypatch, tile):
         doubly = [side_by_side(features[pair], labels, training, RIDGE) for training in trainings]
         np.testing.assert_allclose(scores, np.concatenate(doubly), atol=2e-3 * np.abs(scores).max())
     assert np.isneginf(values[np.tril_indices(4)]).all()
+
+
+@pytest.mark.parametrize("dear", [False, True])
+def test_pairs_given_up_are_never_the_best(library, monkeypatch, dear):
+    monkeypatch.setattr(joint_scores, "AT_ONCE", 1)
+    features, labels, _ = library
+    features += np.random.default_rng(1).normal(size=features.shape, scale=2).astype(np.float32)
+    folds = np.arange(W).reshape(6, 10)
+    trainings = [Training(np.setdiff1d(np.arange(W), fold), fold) for fold in folds]
+    joint = JointScores(features, labels, trainings, RIDGE, workers=1)
+    candidates, wanted = list(range(len(features))), np.ones((len(features),) * 2, dtype=bool)
+    tested, weight = labels[joint.windows], np.ones(len(joint.windows))
+    price = np.add.outer(*[np.arange(1.0, 1.0 + len(features))] * 2) if dear else np.ones(wanted.shape)
+
+    def judge(scores):
+        return class_auc(scores, tested, weight).mean(axis=-1)
+
+    def limit(scores):
+        return class_auc_at_most(scores, tested, weight).mean(axis=-1)
+
+    every = joint.of_pairs(candidates, wanted, judge)
+    some = joint.of_pairs(candidates, wanted, judge, limit, price)
+    assert np.unravel_index((some / price).argmax(), some.shape) == np.unravel_index(
+        (every / price).argmax(), every.shape
+    )
+    given_up = np.isneginf(some) & np.isfinite(every)
+    assert given_up.any() or features.shape[2] > W  # few windows: one patch is as good as another
+    np.testing.assert_array_equal(some[~given_up], every[~given_up])

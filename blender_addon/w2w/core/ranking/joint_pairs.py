@@ -63,18 +63,19 @@ class PairsByFeatures:
         )
         return First(within, means, tested, tested @ means.T, np.einsum("ad,ad->a", means, means))
 
-    def scores(self, first: First, start: int, stop: int) -> np.ndarray:
-        """Scores (stop - start, v, A) by a first patch and some of the second ones."""
-        within, gram = self._within[start:stop], self._gram[start:stop].copy()
+    def scores(self, first: First, numbers: np.ndarray) -> np.ndarray:
+        """Scores (P, v, A) by a first patch and each of P of the second ones."""
+        chosen = _as_they_lie(numbers)
+        within, gram = self._within[chosen], self._gram[chosen].copy()
         count, width, n = within.shape
         shared = (within.reshape(-1, n) @ first.within).reshape(count, width, width)
         said = (shared.reshape(-1, width) @ first.means.T).reshape(count, width, -1)
-        means = self._means[start:stop] - said.swapaxes(1, 2)
+        means = self._means[chosen] - said.swapaxes(1, 2)
         slopes = np.empty(means.shape, dtype=np.float32)
         for number in range(count):
             add_square(gram[number], shared[number].T, -1.0)
             slopes[number] = solve_positive(gram[number], means[number])
-        scores = first.scores + self._tested[start:stop] @ slopes.swapaxes(1, 2)
+        scores = first.scores + self._tested[chosen] @ slopes.swapaxes(1, 2)
         scores -= (slopes @ shared @ first.tested.T).swapaxes(1, 2)
         return self._fit.offset(scores, first.norms + (means * slopes).sum(axis=2))
 
@@ -103,9 +104,9 @@ class PairsByWindows:
         """What the first patch says, whatever the second."""
         return self._fit.kernels(patch)
 
-    def scores(self, first: Kernels, start: int, stop: int) -> np.ndarray:
-        """Scores (stop - start, v, A) by a first patch and some of the second ones."""
-        both = [first.plus(second) for second in self._kernels[start:stop]]
+    def scores(self, first: Kernels, numbers: np.ndarray) -> np.ndarray:
+        """Scores (P, v, A) by a first patch and each of P of the second ones."""
+        both = [first.plus(self._kernels[number]) for number in numbers]
         ridge = 2 * self._fit.ridge
         return np.stack([self._fit.solve(kernels, kernels.within_within, ridge) for kernels in both])
 
@@ -124,6 +125,12 @@ def bytes_of_second(fit: JointFit) -> int:
     n, tested, width = fit.shape
     values = (n + tested) * (n + fit.n_activities) if _few(fit) else (n + tested + width) * width
     return values * np.dtype(np.float32).itemsize
+
+
+def _as_they_lie(numbers: np.ndarray) -> slice | np.ndarray:
+    """Ascending numbers as a slice where none is left out: nothing is copied then."""
+    first, last = int(numbers[0]), int(numbers[-1])
+    return slice(first, last + 1) if last - first + 1 == len(numbers) else numbers
 
 
 def _few(fit: JointFit) -> bool:

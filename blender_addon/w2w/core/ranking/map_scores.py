@@ -59,9 +59,15 @@ def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
     ndarray, shape (..., A)
         NaN for activities without windows.
     """
+    return _areas(scores, np.unique(labels), labels, weight)
+
+
+def _areas(scores: np.ndarray, compared: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """As `class_auc`, the scores about their means over the activities `compared`."""
     *many, n_windows, n_activities = scores.shape
+    about = _about_their_means(scores[..., compared].reshape(-1, n_windows, len(compared)))
     present, line = np.unique(labels, return_inverse=True)
-    about = _about_their_means(scores[..., present].reshape(-1, n_windows, len(present)))
+    about = about[:, np.isin(compared, present)]
     lines = np.arange(about.shape[0] * len(present)).reshape(-1, len(present), 1)
     everyone = _keys(np.sort(about, axis=2), lines).ravel()
     own = _keys(about[:, line, np.arange(n_windows)], lines[:, line, 0])
@@ -78,6 +84,39 @@ def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
     votes = np.add.reduceat(below * vote, start, axis=1) / np.add.reduceat(vote, start, axis=1)
     areas[:, present] = votes / np.maximum(n_windows - size, 1)
     return areas.reshape(*many, n_activities)
+
+
+def class_auc_at_most(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """What `class_auc` cannot exceed, by scores of the first windows alone.
+
+    Two windows that are in the wrong order stay so whatever the others' scores are.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (..., v, A)
+        Of the first v of the windows.
+    labels, weight : ndarray, shape (V,)
+        Of all windows.
+
+    Returns
+    -------
+    ndarray, shape (..., A)
+    """
+    seen = scores.shape[-2]
+    lost = np.nan_to_num(1.0 - _areas(scores, np.unique(labels), labels[:seen], weight[:seen]))
+    for share in _votes_and_others(labels[:seen], weight[:seen], scores.shape[-1]):
+        lost *= share
+    for whole in _votes_and_others(labels, weight, scores.shape[-1]):
+        lost /= np.maximum(whole, np.finfo(float).tiny)
+    return 1.0 - lost
+
+
+def _votes_and_others(
+    labels: np.ndarray, weight: np.ndarray, n_activities: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of each activity, the weight of its windows and the number of all other windows, shape (A,) each."""
+    of_each = np.bincount(labels, minlength=n_activities)
+    return np.bincount(labels, weights=weight, minlength=n_activities), len(labels) - of_each
 
 
 def _about_their_means(scores: np.ndarray) -> np.ndarray:

@@ -89,6 +89,8 @@ def best_pair(
     """
     options = [np.flatnonzero(terms.allowed), *terms.required]
     candidates = np.unique(np.concatenate([patches[:among] for patches in options]))
+    # the best first: the sooner a good pair is found, the sooner others are given up
+    candidates = candidates[np.argsort(-tests.single[candidates], kind="stable")]
     if min(len(candidates), terms.max_size) < 2:
         return ()
     wanted = np.ones((len(candidates),) * 2, dtype=bool)
@@ -96,8 +98,9 @@ def best_pair(
         inside = np.isin(candidates, group)
         wanted &= inside[:, None] | inside
     cost = terms.cost[candidates]
+    price = cost[:, None] + cost
     with threadpool_limits(1):
-        value = tests.pairs(candidates, wanted, worst) / (cost[:, None] + cost)
+        value = tests.pairs(candidates, wanted, worst, price) / price
     pair = candidates[list(np.unravel_index(value.argmax(), value.shape))]
     alone = (tests.single if first is None else first)[pair]
     return tuple(pair[np.argsort(-alone, kind="stable")].tolist())

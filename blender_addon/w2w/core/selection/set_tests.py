@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -14,7 +14,7 @@ from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_fit import Training
 from ..ranking.joint_scores import JointScores
-from ..ranking.map_scores import class_auc, rank_score, window_f1
+from ..ranking.map_scores import class_auc, class_auc_at_most, rank_score, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
 from .terms import Terms
@@ -24,6 +24,10 @@ MOST_WINDOWS = 1000
 
 SET_HALVINGS = 2
 """Ways in which the clips are halved: each half chooses sets of its own, which takes most of the time."""
+
+
+Areas = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""`class_auc` or what it cannot exceed."""
 
 
 class Tests:
@@ -75,13 +79,18 @@ class Tests:
         judge = partial(self._areas, worst=worst)
         return np.array(self._scores.of_added(worn, candidates.tolist(), judge))
 
-    def pairs(self, candidates: np.ndarray, wanted: np.ndarray, worst: bool) -> np.ndarray:
-        """The same of every wanted pair of candidates, shape (C, C); minus infinity for the others."""
-        return self._scores.of_pairs(candidates.tolist(), wanted, partial(self._areas, worst=worst))
+    def pairs(self, candidates: np.ndarray, wanted: np.ndarray, worst: bool, price: np.ndarray) -> np.ndarray:
+        """The same of every wanted pair of candidates that may have the most for its price, shape (C, C).
 
-    def _areas(self, scores: np.ndarray, worst: bool) -> np.ndarray:
-        areas = class_auc(scores, self._labels, self._trial.weight)[..., self._trial.testable]
-        return areas.min(axis=-1) if worst else areas.mean(axis=-1)
+        Minus infinity for the others.
+        """
+        judge = partial(self._areas, worst=worst)
+        limit = partial(self._areas, worst=worst, areas=class_auc_at_most)
+        return self._scores.of_pairs(candidates.tolist(), wanted, judge, limit, price)
+
+    def _areas(self, scores: np.ndarray, worst: bool, areas: Areas = class_auc) -> np.ndarray:
+        found = areas(scores, self._labels, self._trial.weight)[..., self._trial.testable]
+        return found.min(axis=-1) if worst else found.mean(axis=-1)
 
     def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
