@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from sklearn.metrics import matthews_corrcoef
 
+from w2w.core.selection import advice
 from w2w.core.selection.advice import prediction_correlation, redundancy_clusters
 
 
@@ -17,6 +18,14 @@ def test_correlation_is_the_multi_class_matthews_coefficient():
         for j in range(6):
             expected = matthews_corrcoef(predictions[:, i], predictions[:, j])
             assert found[i, j] == pytest.approx(expected, abs=1e-6)
+
+
+def test_correlation_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatch):
+    predictions = np.random.default_rng(3).integers(0, 4, size=(301, 5))
+    predictions[:200, 1] = predictions[:200, 0]
+    whole = prediction_correlation(predictions, 4)
+    monkeypatch.setattr(advice, "WINDOWS_AT_ONCE", 50)
+    np.testing.assert_allclose(prediction_correlation(predictions, 4), whole, atol=1e-6)
 
 
 def test_three_families_of_places_are_found_largest_first():

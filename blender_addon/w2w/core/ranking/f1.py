@@ -13,8 +13,8 @@ from scipy.stats import rankdata
 FEWEST_CLIPS = 5
 """Of fewer clips the bootstrap draws hardly anything but the same ones: its interval says nothing then."""
 
-PATCHES_AT_ONCE = 64
-"""Patches whose counts are held at a time: of 5,000 clips and 30 activities they take 40 MB."""
+COUNT_BYTES = 40 * 2**20
+"""Memory for the counts of the patches looked at at a time: of 5,000 clips and 30 activities 70 patches'."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def score_patches(
     n_resamples: int,
     level: float,
     seed: int,
-    block: int = PATCHES_AT_ONCE,
+    block: int | None = None,
 ) -> tuple[np.ndarray, np.ndarray, Bootstrap]:
     """F1 and confusion of every patch, and how sure they are; some patches at a time.
 
@@ -105,7 +105,8 @@ def score_patches(
     seed : int
         Of the resamples.
     block : int
-        Patches at a time, which bounds memory. Counts are whole numbers, so it changes no bit.
+        Patches at a time, as many as `COUNT_BYTES` hold by default. Counts are whole numbers, so it
+        changes no bit.
 
     Returns
     -------
@@ -116,6 +117,8 @@ def score_patches(
     units = _Units(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
     f1, confusion = [], []
+    if block is None:
+        block = max(1, COUNT_BYTES // (len(units.size) * n_activities * np.dtype(np.float32).itemsize))
 
     def counted() -> Iterator[ClipCounts]:
         for first in range(0, predictions.shape[1], block):
@@ -168,9 +171,10 @@ class _Units:
 def _count(predictions: np.ndarray, units: _Units) -> ClipCounts:
     n_sensors = predictions.shape[1]
     named = np.zeros((len(units.size), n_sensors, units.n_activities), dtype=np.float32)
-    sensors = np.arange(n_sensors)
-    for row, unit in zip(predictions, units.of_window, strict=True):
-        named[unit, sensors, row] += 1.0
+    cells, first = len(units.size) * units.n_activities, units.of_window * units.n_activities
+    for sensor in range(n_sensors):
+        found = np.bincount(first + predictions[:, sensor], minlength=cells)
+        named[:, sensor] = found.reshape(-1, units.n_activities)
     hit = named[np.arange(len(named)), :, units.activity]
     return ClipCounts(hit, named, units.size, units.activity)
 

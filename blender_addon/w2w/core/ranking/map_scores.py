@@ -31,16 +31,41 @@ def rank_score(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np
         NaN for activities without windows. 1 is out of reach: a perfect order gives the true one
         its share of first place.
     """
-    n_activities = scores.shape[1]
-    rank = (-scores).argsort(axis=1, kind="stable").argsort(axis=1)
-    of_true = rank[np.arange(len(labels)), labels]
-    share = weight[:, None] / (1.0 + rank) / (1.0 / np.arange(1, n_activities + 1)).sum()
-    true = np.bincount(labels, weights=weight, minlength=n_activities)
-    hit = np.bincount(labels, weights=share[np.arange(len(labels)), labels], minlength=n_activities)
-    outscored = weight * (1.0 - of_true / max(n_activities - 1, 1))
+    return rank_score_of(rank_sums(scores, labels, weight))
+
+
+def rank_sums(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """What `rank_score` needs to know of windows, added up: sums over more windows add to it.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (..., V, A)
+        As for `rank_score`, of any number of classifiers.
+    labels, weight
+        As for `rank_score`.
+
+    Returns
+    -------
+    ndarray, shape (..., 4, A)
+        Weighted hits, names, truths and shares of others outscored.
+    """
+    n_activities = scores.shape[-1]
+    rank = (-scores).argsort(axis=-1, kind="stable").argsort(axis=-1)
+    of_true = np.take_along_axis(rank, np.broadcast_to(labels[:, None], (*rank.shape[:-1], 1)), -1)[..., 0]
+    everyone = (1.0 / np.arange(1, n_activities + 1)).sum()
+    member = np.zeros((len(labels), n_activities))
+    member[np.arange(len(labels)), labels] = weight
+    hit = (1.0 / (1.0 + of_true) / everyone) @ member
+    named = (weight[:, None] / (1.0 + rank)).sum(axis=-2) / everyone
+    beaten = (1.0 - of_true / max(n_activities - 1, 1)) @ member
+    return np.stack([hit, named, np.broadcast_to(member.sum(axis=0), hit.shape), beaten], axis=-2)
+
+
+def rank_score_of(sums: np.ndarray) -> np.ndarray:
+    """`rank_score` from its sums (..., 4, A), shape (..., A)."""
+    true, beaten = sums[..., 2, :], sums[..., 3, :]
     with np.errstate(invalid="ignore"):
-        beaten = np.bincount(labels, weights=outscored, minlength=n_activities) / true
-    return (_f1(hit, share.sum(axis=0), true) + beaten) / 2
+        return (f1_of(sums[..., :3, :]) + beaten / true) / 2
 
 
 def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -137,11 +162,17 @@ def _keys(values: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 def window_f1(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
     """F1 of each activity from the names given to windows, shape (A,); NaN for those without windows."""
-    true = np.bincount(labels, minlength=n_activities)
+    return f1_of(window_counts(named, labels, n_activities))
+
+
+def window_counts(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
+    """Windows named rightly, named so and truly so, of each activity, shape (3, A)."""
     hit = np.bincount(labels[named == labels], minlength=n_activities)
-    return _f1(hit, np.bincount(named, minlength=n_activities), true)
+    return np.stack([hit, *(np.bincount(of, minlength=n_activities) for of in (named, labels))])
 
 
-def _f1(hit: np.ndarray, named: np.ndarray, true: np.ndarray) -> np.ndarray:
+def f1_of(counts: np.ndarray) -> np.ndarray:
+    """F1 from hits, names and truths (..., 3, A), counted or weighted, shape (..., A)."""
+    hit, named, true = np.moveaxis(counts, -2, 0)
     with np.errstate(invalid="ignore"):
         return np.where(true > 0, 2 * hit / (named + true), np.nan)

@@ -20,9 +20,9 @@ from .f1 import score_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS
 from .inputs import PatchBlocks, SomeWindows, as_blocks
-from .map_scores import rank_score, window_f1
 from .planned import Planned, planned
 from .pooling import Pooling
+from .trial_sums import TrialSums
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
@@ -273,27 +273,11 @@ def _try_all(
     model: Any, source: PatchBlocks, trial: Planned, progress: Callable[[float], None] | None
 ) -> tuple[np.ndarray, TrialMaps]:
     """Names (W_test, N) given to the windows tested, and the maps of all trials."""
-    labels, is_test, trials = trial.labels, trial.is_test, trial.plan
-    n_activities, n_patches = len(trial.activities), source.shape[1]
-    predictions = np.empty((int(is_test.sum()), n_patches), dtype=np.int16)
-    position = np.cumsum(is_test) - 1
-    compared = np.full((len(trials.trials), n_activities, n_patches), np.nan)
-    raw = compared.copy()
-
-    def receive(patch: int, scores: list[np.ndarray]) -> None:
-        for number, trial in enumerate(trials.trials):
-            of_models = np.concatenate([scores[split] for split in trial.splits], axis=1)
-            named, true = of_models[0].argmax(axis=1), labels[trial.windows]
-            compared[number, :, patch] = np.mean(
-                [rank_score(one, true, trial.weight) for one in of_models], axis=0
-            )
-            raw[number, :, patch] = window_f1(named, true, n_activities)
-            if number == 0:
-                predictions[position[trial.windows], patch] = named
-
-    settings = model.settings(source, labels, trial.fold, is_test, trials)
-    model.score_splits(source, labels, trials.block, trials.splits, settings, receive, progress)
-    return predictions, TrialMaps(compared, raw)
+    labels, is_test, plan = trial.labels, trial.is_test, trial.plan
+    settings = model.settings(source, labels, trial.fold, is_test, plan)
+    sums = TrialSums(labels, is_test, plan, settings.shape[1], source.shape[1])
+    model.score_splits(source, labels, plan.block, plan.splits, settings, sums.add, progress)
+    return sums.predictions, sums.maps()
 
 
 def inputs_of(classifier: Any) -> str:

@@ -34,12 +34,14 @@ def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.nda
     ndarray, shape (N, N), float64
         A patch that always names one activity correlates 0 with all others.
     """
-    n_patches = predictions.shape[1]
+    n_windows, n_patches = predictions.shape
+    parts = [predictions[first : first + WINDOWS_AT_ONCE] for first in range(0, n_windows, WINDOWS_AT_ONCE)]
     covariance = np.zeros((n_patches, n_patches))
     for activity in range(n_activities):
-        named = (predictions == activity).astype(np.float32)
-        named -= named.mean(axis=0)
-        covariance += named.T @ named
+        mean = sum((part == activity).sum(axis=0) for part in parts) / n_windows
+        for part in parts:
+            named = (part == activity).astype(np.float32) - mean.astype(np.float32)
+            covariance += named.T @ named
     variance = np.diag(covariance).copy()
     variance[variance <= 0] = np.inf
     correlation = covariance / np.sqrt(np.outer(variance, variance))
@@ -82,6 +84,9 @@ def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation:
     by_size = np.argsort(-np.bincount(cluster), kind="stable")
     return np.argsort(by_size)[cluster]
 
+
+WINDOWS_AT_ONCE = 4096
+"""Windows whose predictions are correlated at once, so that memory does not grow with the library."""
 
 SOLVER_S = 10.0
 """Seconds that each of the two steps of the exact choice may take."""

@@ -26,6 +26,8 @@ LEAST_WITHIN = 1e-6
 """Smallest variance within classes, as a share of all, that rounding leaves meaningful."""
 NEVER_VARIES = 1e-12
 """Variance of a feature that is the same in every training window."""
+WINDOWS_AT_ONCE = 4096
+"""Windows of a patch that are added up or scored at once, so that memory does not grow with the library."""
 
 
 @dataclass(frozen=True)
@@ -98,9 +100,9 @@ class Ridge:
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), as_blocks(features).shape[1]), dtype=np.int16)
 
-        def name_windows(sensor: int, scores: list[np.ndarray]) -> None:
-            for split, (of_split,) in zip(work.splits, scores, strict=True):
-                predictions[position[split.tested], sensor] = of_split.argmax(axis=1)
+        def name_windows(sensor: int, split: int, first: int, scores: np.ndarray) -> None:
+            windows = work.splits[split].tested[first : first + scores.shape[1]]
+            predictions[position[windows], sensor] = scores[0].argmax(axis=1)
 
         alphas = self.choose_alphas(features, labels, fold, is_test)[:, None]
         self.score_splits(features, labels, work.block, work.splits, alphas, name_windows, progress)
@@ -127,7 +129,7 @@ class Ridge:
         block: np.ndarray,
         splits: Sequence[Split],
         alphas: np.ndarray,
-        receive: Callable[[int, list[np.ndarray]], None],
+        receive: Callable[[int, int, int, np.ndarray], None],
         progress: Callable[[float], None] | None = None,
     ) -> None:
         """Score the activities in the tested windows of each split.
@@ -141,15 +143,16 @@ class Ridge:
         splits : sequence of Split
         alphas : ndarray, shape (splits, ridges)
         receive : callable
-            Given each sensor's number and its scores (ridges, windows tested, A) by split, in any
-            order and from several threads.
+            Given a sensor's number, a split's, that of a window among those the split tests, and scores
+            (ridges, v, A) of the windows from there on; sensors in any order and from several threads.
         """
         source = as_blocks(features)
         n_sensors = source.shape[1]
         sums = _Splits(labels, block, splits)
 
         def score(sensor: int, inputs: np.ndarray) -> None:
-            receive(sensor, list(sums.scores(inputs, alphas)))
+            for some in sums.scores(inputs, alphas):
+                receive(sensor, *some)
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
             for first, last in spans(source, self.block_bytes):
@@ -184,17 +187,18 @@ class Ridge:
         ]
         sums = _Splits(labels, block, splits)
         alphas = np.tile(self.alphas, (len(pairs), 1))
+        tested = [np.bincount(labels[split.tested], minlength=sums.n_classes) for split in splits]
+        windows = np.where(np.array(tested) > 0, tested, np.nan)
         source = as_blocks(features)
         sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
 
         def accuracies(sensor: int) -> np.ndarray:
-            scores = sums.scores(source.patches(sensor, sensor + 1)[:, 0], alphas)
-            return np.array(
-                [
-                    [_balanced_accuracy(labels[split.tested], one.argmax(axis=1)) for one in by_ridge]
-                    for split, by_ridge in zip(splits, scores, strict=True)
-                ]
-            )
+            hits = np.zeros((len(splits), len(self.alphas), sums.n_classes))
+            for number, first, scores in sums.scores(source.patches(sensor, sensor + 1)[:, 0], alphas):
+                true = labels[splits[number].tested[first : first + scores.shape[1]]]
+                right = scores.argmax(axis=2) == true
+                hits[number] += [np.bincount(true, one, minlength=sums.n_classes) for one in right]
+            return np.nanmean(hits / windows[:, None], axis=2)
 
         with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
             scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
@@ -216,64 +220,75 @@ class _Splits:
 
     def __init__(self, labels: np.ndarray, block: np.ndarray, splits: Sequence[Split]) -> None:
         self.n_classes = int(labels.max()) + 1
+        self.labels = labels
         self.rows = [np.flatnonzero(block == b) for b in range(int(block.max()) + 1)]
-        self.indicators = [np.eye(self.n_classes)[labels[rows]] for rows in self.rows]
         self.tested = [split.tested for split in splits]
         self.trained = np.zeros((len(splits), len(self.rows)))
         for member, split in zip(self.trained, splits, strict=True):
             member[split.train] = 1.0
 
-    def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[np.ndarray]:
-        """Scores (ridges, windows tested, A) of each split, for each ridge of its row of `alphas`."""
-        inputs = inputs - inputs.mean(axis=0)
-        width = inputs.shape[1]
-        grams = np.empty((len(self.rows), width, width))
-        sums = np.empty((len(self.rows), self.n_classes, width))
-        for number, (rows, indicator) in enumerate(zip(self.rows, self.indicators, strict=True)):
-            part = inputs[rows].astype(np.float64)  # of one block at a time, which bounds memory
-            np.matmul(part.T, part, out=grams[number])
-            np.matmul(indicator.T, part, out=sums[number])
-        windows = np.stack([one.sum(axis=0) for one in self.indicators])
+    def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
+        """Scores (ridges, v, A) of some tested windows at a time, for each ridge of the split in `alphas`.
+
+        Before them the split's number, and that of the first of the windows among those it tests.
+        """
+        centre = inputs.mean(axis=0)
+        grams, sums, windows = self._of_blocks(inputs, centre)
         kept = [
             (self.trained @ of_block.reshape(len(of_block), -1)).reshape(-1, *of_block.shape[1:])
             for of_block in (grams, sums, windows)
         ]
-        for *of_split, rows, ridges in zip(*kept, self.tested, alphas, strict=True):
-            yield _Discriminant(*of_split).scores(inputs[rows], ridges)
+        del grams
+        for number, (*of_split, rows, ridges) in enumerate(zip(*kept, self.tested, alphas, strict=True)):
+            trained = _Discriminant(*of_split, ridges)
+            for first in range(0, len(rows), WINDOWS_AT_ONCE):
+                some = rows[first : first + WINDOWS_AT_ONCE]
+                yield number, first, trained.scores(inputs[some] - centre)
+
+    def _of_blocks(self, inputs: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Gram matrices, class sums and class sizes of each block, some windows at a time."""
+        width = inputs.shape[1]
+        grams = np.zeros((len(self.rows), width, width))
+        sums = np.zeros((len(self.rows), self.n_classes, width))
+        windows = np.zeros((len(self.rows), self.n_classes))
+        classes = np.eye(self.n_classes)
+        for number, rows in enumerate(self.rows):
+            for first in range(0, len(rows), WINDOWS_AT_ONCE):
+                some = rows[first : first + WINDOWS_AT_ONCE]
+                part = (inputs[some] - centre).astype(np.float64)
+                member = classes[self.labels[some]]
+                grams[number] += part.T @ part
+                sums[number] += member.T @ part
+                windows[number] += member.sum(axis=0)
+        return grams, sums, windows
 
 
 class _Discriminant:
-    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D) and counts (A,)."""
+    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D), counts (A,) and ridges."""
 
-    def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray) -> None:
-        self.seen = windows > 0
+    def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray, ridges: np.ndarray) -> None:
         means = sums / np.maximum(windows, 1)[:, None]
         within = (gram - sums.T @ means) / windows.sum()
         variance = np.maximum(np.diag(within), LEAST_WITHIN * np.diag(gram) / windows.sum())
         self.scale = np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf))
         # a ridge keeps the matrix so well conditioned that single precision does
-        self.means = (means / self.scale).astype(np.float32)
-        self.correlation = (within / np.outer(self.scale, self.scale)).astype(np.float32)
-
-    def scores(self, inputs: np.ndarray, ridges: np.ndarray) -> np.ndarray:
-        scaled = (inputs / self.scale).astype(np.float32)
-        scores = np.empty((len(ridges), len(inputs), len(self.means)), dtype=np.float32)
-        for ridge, out in zip(ridges, scores, strict=True):
-            matrix = self.correlation.copy()
+        means = (means / self.scale).astype(np.float32)
+        correlation = (within / np.outer(self.scale, self.scale)).astype(np.float32)
+        self.slopes, self.offsets = [], []
+        for ridge in ridges:
+            matrix = correlation.copy()
             matrix.flat[:: len(matrix) + 1] += np.float32(ridge)
-            slopes = solve_positive(matrix, self.means)
-            offset = np.where(self.seen, -0.5 * (self.means * slopes).sum(axis=1), -np.inf)
-            np.matmul(scaled, slopes.T, out=out)
-            out += offset.astype(np.float32)
-        return scores
+            slopes = solve_positive(matrix, means)
+            offset = np.where(windows > 0, -0.5 * (means * slopes).sum(axis=1), -np.inf)
+            self.slopes.append(slopes)
+            self.offsets.append(offset.astype(np.float32))
+
+    def scores(self, inputs: np.ndarray) -> np.ndarray:
+        """Scores (ridges, v, A) of windows (v, D)."""
+        scaled = (inputs / self.scale).astype(np.float32)
+        return np.stack([scaled @ s.T + o for s, o in zip(self.slopes, self.offsets, strict=True)])
 
 
 def _parts(folds: np.ndarray) -> list[np.ndarray]:
     """Deal folds to at most INNER_FOLDS parts."""
     return [folds[first::INNER_FOLDS] for first in range(min(INNER_FOLDS, len(folds)))]
-
-
-def _balanced_accuracy(truth: np.ndarray, named: np.ndarray) -> float:
-    hits = np.bincount(truth, weights=truth == named)
-    windows = np.bincount(truth)
-    return float((hits[windows > 0] / windows[windows > 0]).mean())

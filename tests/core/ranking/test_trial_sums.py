@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scores added up over windows: what the definition gives from all of them at once, in memory that stays."""
+
+import tracemalloc
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.classifiers import ridge
+from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.halves import plan
+from w2w.core.ranking.map_scores import rank_score, window_f1
+from w2w.core.ranking.trial_sums import TrialSums
+from w2w.core.ranking.utility import utility_map
+
+A = 4
+
+
+def windows(clips=12, of_clip=6, seed=0):
+    """Labels, clips and folds of windows, of which every other one is tested."""
+    clip = np.repeat(np.arange(A * clips), of_clip)
+    order = np.random.default_rng(seed).permutation(len(clip))
+    clip = clip[order]
+    return clip % A, clip, clip // A % 3, np.arange(len(clip)) % 2 == 0
+
+
+@pytest.mark.parametrize("by_subject", [False, True])
+def test_sums_over_some_windows_at_a_time_give_what_all_at_once_would(by_subject):
+    labels, clip, fold, is_test = windows()
+    work = plan(labels, clip, fold, is_test, by_subject)
+    rng = np.random.default_rng(1)
+    given = [rng.normal(size=(2, len(split.tested), A)).round(1) for split in work.splits]
+    sums = TrialSums(labels, is_test, work, 2, 3)
+    for split in rng.permutation(len(given)).tolist():
+        ends = [0, *np.sort(rng.integers(len(given[split][0]), size=2)), len(given[split][0])]
+        for first, last in pairwise(ends):
+            sums.add(1, split, first, given[split][:, first:last])
+    maps = sums.maps()
+    assert maps.score.shape == maps.raw.shape == (len(work.trials), A, 3)
+    for number, trial in enumerate(work.trials):
+        scores = np.concatenate([given[split] for split in trial.splits], axis=1)
+        true = labels[trial.windows]
+        expected = np.mean([rank_score(one, true, trial.weight) for one in scores], axis=0)
+        np.testing.assert_allclose(maps.score[number, :, 1], expected, rtol=1e-12)
+        np.testing.assert_array_equal(maps.raw[number, :, 1], window_f1(scores[0].argmax(axis=1), true, A))
+    whole = np.concatenate([given[split][0] for split in work.whole.splits]).argmax(axis=1)
+    position = np.cumsum(is_test) - 1
+    np.testing.assert_array_equal(sums.predictions[position[work.whole.windows], 1], whole)
+
+
+def features(labels, n_patches=5, width=6, seed=2):
+    rng = np.random.default_rng(seed)
+    trace = rng.normal(size=(A, n_patches, width)) * np.linspace(0.2, 1, n_patches)[:, None]
+    return (trace[labels] + rng.normal(size=(len(labels), n_patches, width))).astype(np.float32)
+
+
+def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatch):
+    labels, clip, _, is_test = windows()
+    names = np.array(list("abcd"))
+    maps = []
+    for at_once in (ridge.WINDOWS_AT_ONCE, 5):
+        monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", at_once)
+        maps.append(utility_map(features(labels), names[labels], clip, None, is_test, list(names)))
+    whole, parts = maps
+    np.testing.assert_array_equal(whole.predictions, parts.predictions)
+    np.testing.assert_array_equal(whole.f1, parts.f1)
+    np.testing.assert_allclose(whole.expected_f1, parts.expected_f1, atol=1e-6)
+    np.testing.assert_allclose(whole.expected_mean, parts.expected_mean, atol=1e-6)
+
+
+def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
+    monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", 256)
+    peaks = []
+    for clips in (100, 800):
+        labels, clip, fold, is_test = windows(clips)
+        inputs = features(labels, 2, 40)
+        work = plan(labels, clip, fold, is_test)
+        sums = TrialSums(labels, is_test, work, 2, 2)
+        model = Ridge(alphas=(0.1,), workers=1)
+        settings = model.settings(inputs, labels, fold, is_test, work)
+        tracemalloc.start()
+        model.score_splits(inputs, labels, work.block, work.splits, settings, sums.add)
+        peaks.append(tracemalloc.get_traced_memory()[1] - labels.nbytes)  # one index a window is kept
+        tracemalloc.stop()
+    assert peaks[1] < 1.3 * peaks[0]
