@@ -14,7 +14,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from .core.body.body import Body
-from .core.colours import COLOUR_MAP, colour_table, patch_colours, score_range
+from .core.colours import COLOUR_MAP, LEAST_SPAN, colour_table, patch_colours, score_range, span_note
 from .core.files import atomic_write
 from .core.patches.patches import PatchSet
 
@@ -36,6 +36,7 @@ def draw_heatmap(
     low: float | None = None,
     high: float | None = None,
     colour_map: str = COLOUR_MAP,
+    span: float = LEAST_SPAN,
 ) -> None:
     """Draw scores of patches on the front and the back of a body.
 
@@ -55,8 +56,11 @@ def draw_heatmap(
         Scores at the two ends of the colours; the scores' own range by default.
     colour_map : str
         A name that the `cmap` package knows.
+    span : float
+        F1 that the scores' own range spans at least; where it does, the legend says where they lie.
     """
-    own_low, own_high = score_range(scores)
+    own_low, own_high = score_range(scores, span)
+    note = span_note(scores, own_low, own_high) if low is None and high is None else ""
     low, high = own_low if low is None else low, own_high if high is None else high
     colours = patch_colours(patches, scores, low, high, colour_map)
     width = float(np.ptp(body.vertices[:, 0])) / body.height * HEIGHT
@@ -69,7 +73,7 @@ def draw_heatmap(
         _draw_side(axes, body, colours, side)
         axes.set_title(view, fontsize=9, color="0.4", y=-0.02)
     scale = ScalarMappable(Normalize(low, high), ListedColormap(colour_table(colour_map)))
-    figure.colorbar(scale, cax=figure.add_subplot(grid[2]), label=label)
+    figure.colorbar(scale, cax=figure.add_subplot(grid[2]), label=f"{label} ({note})" if note else label)
     figure.text(0.03, 0.965, title, fontsize=14, weight="bold", va="top")
     figure.text(0.03, 0.92, subtitle, fontsize=9, color="0.4", va="top")
     with atomic_write(path) as stream:

@@ -268,4 +268,6 @@ class Ranking:
         subtitle = "" if self.utility.can_rank else "These clips cannot rank placements. "
         subtitle += f"Best patch: {self.names[best]} ({scores[best]:.2f})"
         label = "Expected F1" if expected else "F1 on these clips"
-        draw_heatmap(path, self.body, self.patches, scores, title, subtitle, label)
+        draw_heatmap(
+            path, self.body, self.patches, scores, title, subtitle, label, span=self.utility.colour_span
+        )

@@ -67,7 +67,7 @@ def draw_figure(out: Path, subset: Subset) -> None:
 
     study = StudyResults.load(out)
     utility, patches, body = study.utility, study.patches, study.body()
-    scale = score_range(utility.expected_f1)
+    scale = score_range(utility.expected_f1, utility.colour_span)
     order = list(subset.order[:MAX_LISTED])
 
     with BodyRenderer(body) as renderer:

@@ -52,6 +52,7 @@ def heatmap_figure(
     subtitle: str = "",
     view_names: Sequence[str] = ("Front", "Back"),
     colour_map: str = COLOUR_MAP,
+    note: str = "",
 ) -> None:
     """Write a picture of a heatmap: the views side by side, a title and a labelled colour bar.
 
@@ -73,11 +74,13 @@ def heatmap_figure(
         What to write under each view.
     colour_map : str
         The colour map that the views were coloured with.
+    note : str
+        What to write below the colour bar.
     """
     crop = common_crop(views)
     figure, left = _page(views, crop, BAR_COLUMN, title, subtitle)
     _draw_views(figure, views, crop, view_names)
-    _draw_bar(figure, left + 0.3, low, high, label, colour_map)
+    _draw_bar(figure, left + 0.3, low, high, label, colour_map, note)
     save(figure, path)
 
 
@@ -95,6 +98,7 @@ def subset_figure(
     scale: tuple[float, float] | None = None,
     colour_map: str = COLOUR_MAP,
     scale_label: str = "",
+    note: str = "",
 ) -> None:
     """Write a picture of chosen places: numbered markers on the body and a list beside it.
 
@@ -126,6 +130,8 @@ def subset_figure(
         The colour map that the views were coloured with.
     scale_label : str
         What the colours stand for; `label` by default.
+    note : str
+        What to write below the colour bar.
 
     Raises
     ------
@@ -141,7 +147,7 @@ def subset_figure(
     figure, left = _page(views, crop, bar + LIST_COLUMN, title, subtitle)
     axes = _draw_views(figure, views, crop, view_names)
     if scale:
-        _draw_bar(figure, left + 0.3, *scale, scale_label or label, colour_map)
+        _draw_bar(figure, left + 0.3, *scale, scale_label or label, colour_map, note)
     pixels_an_inch = (crop[1] - crop[0]) / VIEW_SIZE
     for number, view in enumerate(axes):
         here = [index for index, place in enumerate(places) if place[0] == number]
@@ -203,7 +209,9 @@ def _draw_sides(axes: Axes, view: np.ndarray, sides: tuple[str, str]) -> None:
         )  # fmt: skip
 
 
-def _draw_bar(figure: Figure, left: float, low: float, high: float, label: str, colour_map: str) -> None:
+def _draw_bar(
+    figure: Figure, left: float, low: float, high: float, label: str, colour_map: str, note: str
+) -> None:
     bottom, height = MARGIN + VIEW_SIZE * 0.2, VIEW_SIZE * 0.6
     axes = axes_at(figure, left, bottom, 0.15, height)
     span = (low, high) if high > low else (low - 0.5, low + 0.5)
@@ -220,3 +228,4 @@ def _draw_bar(figure: Figure, left: float, low: float, high: float, label: str, 
     for spine in axes.spines.values():
         spine.set_visible(False)
     write(figure, left, bottom + height + 0.2, label, size=11, weight="bold")
+    write(figure, left, bottom - 0.22, note.replace(" ", "\n", 1), size=8.5, color=FAINT, va="top")

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from w2w.core.colours import patch_colours, score_range
+from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset, best_single
 
@@ -45,11 +45,12 @@ def write_pictures(out: Path, subset: Subset) -> None:
     maps.append((MEAN, "All activities (mean)", utility.expected_mean, best_single(utility, allowed)))
     with BodyRenderer(study.body()) as renderer:
         for name, title, scores, place in maps:
-            low, high = score_range(scores)
+            low, high = score_range(scores, utility.colour_span)
             pictures = renderer.render(patch_colours(study.patches, scores, low, high))
             subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
             subtitle += f"Best spot: {study.patches.names[place]} ({scores[place]:.2f} on other clips)"
-            heatmap_figure(folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle)
+            note = span_note(scores, low, high)
+            heatmap_figure(folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle, note=note)
         _draw_subset(study, subset, renderer)
 
 
@@ -71,6 +72,7 @@ def write_blend(out: Path, subset: Subset) -> None:
         utility.expected_mean,
         subset.order,
         record=record_of(study, body),
+        span=utility.colour_span,
     )
 
 
@@ -79,7 +81,7 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
 
     utility, patches, body = study.utility, study.patches, renderer.body
     order = list(subset.order[:MAX_LISTED])
-    low, high = score_range(utility.expected_mean)
+    low, high = score_range(utility.expected_mean, utility.colour_span)
     pictures = renderer.render(patch_colours(patches, utility.expected_mean, low, high))
     corners = body.vertices[patches.triangles[order]]
     normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
@@ -105,4 +107,5 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
         subtitle=subtitle,
         scale=(low, high),
         scale_label=EXPECTED,
+        note=span_note(utility.expected_mean, low, high),
     )

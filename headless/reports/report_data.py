@@ -64,6 +64,7 @@ def view_data(
         "level": utility.level,
         "cautions": [mean_caution(utility), *(few_clips(count) for count in utility.tested_clips())],
         "regions_listed": AT_MOST,
+        "colour_span": utility.colour_span,
         "corner": corner.round(6).tolist(),
         "step": step,
         "positions": packed(np.rint((body.vertices - corner) / step)),

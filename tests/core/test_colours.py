@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2w.core.colours import NEUTRAL_GREY, colour_table, score_colours, score_range
+from w2w.core.colours import LEAST_SPAN, NEUTRAL_GREY, colour_table, score_colours, score_range, span_note
 
 COLOUR_BLINDNESS = {
     "protanopia": [
@@ -75,6 +75,31 @@ def test_missing_scores_are_grey_and_leave_the_range_alone():
 
 def test_equal_scores_take_the_middle_colour():
     np.testing.assert_allclose(score_colours([0.7, 0.7]), colour_table()[[512, 512]], atol=0.003)
+
+
+@pytest.mark.parametrize(
+    ("scores", "span", "ends"),
+    [
+        ([0.54, 0.56], LEAST_SPAN, (0.5, 0.6)),
+        ([0.54, np.nan, 0.56], 0.4, (0.35, 0.75)),
+        ([0.2, 0.9], LEAST_SPAN, (0.2, 0.9)),
+        ([0.98, 1.0], LEAST_SPAN, (0.9, 1.0)),
+        ([0.01], LEAST_SPAN, (0.0, 0.1)),
+        ([0.3, 0.4], 1.0, (0.0, 1.0)),
+        ([7.0, 7.0], LEAST_SPAN, (6.95, 7.05)),
+    ],
+)
+def test_scores_that_hardly_differ_do_not_take_the_whole_colour_map(scores, span, ends):
+    assert score_range(scores, span) == pytest.approx(ends)
+    colours = score_colours(scores, *score_range(scores, span))
+    shares = (np.array(scores) - ends[0]) / (ends[1] - ends[0])
+    np.testing.assert_allclose(colours[0], colour_table()[round(1023 * shares[0])], atol=0.01)
+
+
+def test_the_legend_says_where_scores_lie_that_do_not_fill_the_colours():
+    assert span_note([0.541, np.nan, 0.562], *score_range([0.541, 0.562])) == "scores 0.54 to 0.56"
+    assert span_note([0.2, 0.9], *score_range([0.2, 0.9])) == ""
+    assert span_note([np.nan], *score_range([np.nan])) == ""
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.9, 0.2), (np.nan, 1), (0, np.inf)])

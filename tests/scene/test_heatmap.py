@@ -55,6 +55,19 @@ def test_a_heatmap_s_own_range_is_that_of_its_patches(patches, scores):
     assert np.abs(own - patch_colours(patches, values, 0, 1)).max() > 0.1
 
 
+def test_scores_that_hardly_differ_look_alike_unless_asked_for(body_in_scene, patches):
+    values = np.linspace(0.54, 0.56, len(patches))
+    mesh = body_in_scene.mesh
+    (name,) = add_heatmaps(mesh, patches, np.empty((len(patches), 0)), (), values)
+    np.testing.assert_allclose(
+        attribute_colours(mesh, name), patch_colours(patches, values, 0.5, 0.6), atol=1.1 / 255
+    )
+    add_heatmaps(mesh, patches, np.empty((len(patches), 0)), (), values, span=0.5)
+    np.testing.assert_allclose(
+        attribute_colours(mesh, name), patch_colours(patches, values, 0.3, 0.8), atol=1.1 / 255
+    )
+
+
 def test_patches_without_a_score_are_grey_and_spoil_no_other(patches):
     values = np.full(len(patches), 0.6)
     values[[7, 20]] = np.nan

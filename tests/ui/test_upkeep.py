@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.colours import score_range
 from w2w.scene.patches import PATCH, empties_by_patch, patch_empties
 from w2w.ui import jobs, results, upkeep
 from w2w.ui.state import patches_of, utility_of
@@ -166,10 +167,13 @@ def test_patches_stay_where_nothing_was_deleted(library: Path) -> None:
 
 def test_a_fixed_range_begins_as_the_range_of_the_scores(library: Path) -> None:
     body = make_study(library)
-    scores = utility_of(body.w2w).expected_f1
+    utility = utility_of(body.w2w)
+    scores = utility.expected_f1
     body.w2w.fix_range = True
-    assert results.colour_range(body.w2w, scores) == pytest.approx((scores.min(), scores.max()), abs=1e-6)
+    assert results.colour_range(body.w2w, scores, utility) == pytest.approx(
+        score_range(scores, utility.colour_span), abs=1e-6
+    )
     body.w2w.range_low, body.w2w.range_high = 0.2, 0.9
     body.w2w.fix_range = False
     body.w2w.fix_range = True
-    assert results.colour_range(body.w2w, scores) == pytest.approx((0.2, 0.9))
+    assert results.colour_range(body.w2w, scores, utility) == pytest.approx((0.2, 0.9))

@@ -17,6 +17,11 @@ COLOUR_MAP = "viridis"
 NEUTRAL_GREY = (0.76, 0.76, 0.76)
 """sRGB colour of a place without a score."""
 
+LEAST_SPAN = 0.1
+"""F1 that the colours of a map span at least: scores that hardly differ shall not look far apart."""
+
+ROUNDING = 1e-6
+
 
 def score_colours(
     scores: np.ndarray, low: float | None = None, high: float | None = None, colour_map: str = COLOUR_MAP
@@ -28,8 +33,8 @@ def score_colours(
     scores : array_like, shape (...)
         Scores of any shape; NaN becomes `NEUTRAL_GREY`.
     low, high : float, optional
-        Scores at the two ends of the colour map; the scores' own range by default. Scores
-        outside get the colour of the nearer end.
+        Scores at the two ends of the colour map; `score_range` by default. Scores outside get
+        the colour of the nearer end.
     colour_map : str
         A name that the `cmap` package knows.
 
@@ -64,6 +69,7 @@ def patch_colours(
     low: float | None = None,
     high: float | None = None,
     colour_map: str = COLOUR_MAP,
+    span: float = LEAST_SPAN,
 ) -> np.ndarray:
     """Colours of a body's vertices from the scores of its patches, spread smoothly between them.
 
@@ -73,7 +79,9 @@ def patch_colours(
     scores : ndarray, shape (N,)
         NaN where a patch has none: its own ground is grey.
     low, high, colour_map
-        As in `score_colours`; `low` and `high` are the scores' own range by default.
+        As in `score_colours`; by default the range is that of the patches' scores.
+    span : float
+        As in `score_range`.
 
     Returns
     -------
@@ -81,15 +89,45 @@ def patch_colours(
         sRGB, 0 to 1.
     """
     scores = np.asarray(scores, dtype=np.float64)
-    own_low, own_high = score_range(scores)
+    own_low, own_high = score_range(scores, span)
     values = patches.to_vertices(scores)
     return score_colours(
         values, own_low if low is None else low, own_high if high is None else high, colour_map
     )
 
 
-def score_range(scores: np.ndarray | Sequence[float]) -> tuple[float, float]:
-    """Lowest and highest finite score; 0 and 1 where there is none."""
+def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) -> tuple[float, float]:
+    """Scores at the two ends of a map's colours: its lowest and highest, or further apart.
+
+    Parameters
+    ----------
+    scores : array_like
+        NaN counts for nothing.
+    span : float
+        How far apart the ends are at least; the scores lie in the middle, as far as F1 allows.
+
+    Returns
+    -------
+    low, high : float
+        0 and 1 where there is no score.
+    """
+    low, high = _own_range(scores)
+    if high - low >= span:
+        return low, high
+    end = (low + high - span) / 2
+    if low >= 0 and high <= 1:
+        end = min(max(end, 0.0), 1.0 - span)
+    return end, end + span
+
+
+def span_note(scores: np.ndarray | Sequence[float], low: float, high: float) -> str:
+    """What a legend adds where the colours span more than the scores do: where these lie; else empty."""
+    own_low, own_high = _own_range(scores)
+    wider = high - low > own_high - own_low + ROUNDING
+    return f"scores {own_low:.2f} to {own_high:.2f}" if wider else ""
+
+
+def _own_range(scores: np.ndarray | Sequence[float]) -> tuple[float, float]:
     finite = np.asarray(scores, dtype=np.float64)
     finite = finite[np.isfinite(finite)]
     return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ..core.colours import COLOUR_MAP, patch_colours
+from ..core.colours import COLOUR_MAP, LEAST_SPAN, patch_colours
 from ..core.patches.patches import PatchSet
 
 MEAN = "Expected F1"
@@ -32,6 +32,7 @@ def add_heatmaps(
     high: float | None = None,
     colour_map: str = COLOUR_MAP,
     title: str = MEAN,
+    span: float = LEAST_SPAN,
 ) -> list[str]:
     """Paint a colour attribute on the mesh for each activity and for the mean, and show the mean.
 
@@ -53,6 +54,8 @@ def add_heatmaps(
         A name that the `cmap` package knows.
     title : str
         What the scores are: `MEAN` or `ON_THESE_CLIPS`.
+    span : float
+        F1 that each heatmap's own range spans at least.
 
     Returns
     -------
@@ -77,7 +80,7 @@ def add_heatmaps(
     remove_heatmaps(mesh)
     names = _attribute_names(activities, title)
     for name, scores in zip(names, np.column_stack([mean, utility_f1]).T, strict=True):
-        _paint(mesh.data, name, patch_colours(patches, scores, low, high, colour_map))
+        _paint(mesh.data, name, patch_colours(patches, scores, low, high, colour_map, span))
     show_heatmap(mesh, names[0])
     return names
 

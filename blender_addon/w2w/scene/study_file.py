@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ..core.body.body import Body
+from ..core.colours import LEAST_SPAN
 from ..core.files import UNFINISHED
 from ..core.motion.motion import Motion
 from ..core.patches.patches import PatchSet
@@ -36,6 +37,7 @@ def write_study(
     low: float | None = None,
     high: float | None = None,
     record: StudyRecord | None = None,
+    span: float = LEAST_SPAN,
 ) -> None:
     """Write a study to a .blend file, whole or not at all.
 
@@ -62,6 +64,8 @@ def write_study(
         F1 at the ends of the colour map; each heatmap's own range by default.
     record : StudyRecord, optional
         What W2W's panel shows of the study when it opens the file.
+    span : float
+        F1 that each heatmap's own range spans at least.
 
     Raises
     ------
@@ -76,7 +80,7 @@ def write_study(
     _clear()
     objects = add_body(body, name="Body")
     objects.mesh.data.materials.append(heatmap.heatmap_material())
-    heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high)
+    heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high, span=span)
     collections = _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
     actions = _add_actions(objects, motions)
     if record is not None:

@@ -185,13 +185,13 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
     subtitle += f"Best patch: {patches.names[best]} ({scores[best]:.2f})"
     label = MEAN if study.scores == results.EXPECTED else ON_THESE_CLIPS
-    ends = results.colour_range(study, scores) if study.fix_range else (None, None)
-    body, colour_map = body_as_run(mesh), study.colour_map
+    ends = results.colour_range(study, scores, utility) if study.fix_range else (None, None)
+    body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
 
     def draw(_told: object) -> None:
         from ..drawing import draw_heatmap  # matplotlib is slow to import
 
-        draw_heatmap(path, body, patches, scores, title, subtitle, label, *ends, colour_map)
+        draw_heatmap(path, body, patches, scores, title, subtitle, label, *ends, *colours)
 
     yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
     return f"Saved the map: {path}"

@@ -16,7 +16,15 @@ from . import signal_cache
 from .advice import leading
 from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
-from .results import EXPECTED, activity_scores, colour_range, patch_lines, shown_scores, view_index
+from .results import (
+    EXPECTED,
+    activity_scores,
+    colour_range,
+    patch_lines,
+    range_note,
+    shown_scores,
+    view_index,
+)
 from .state import current_body, patches_of, playing_clip, utility_of
 from .surface import Surface
 
@@ -103,15 +111,20 @@ def _free_part(context: bpy.types.Context) -> Free:
 
 def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     """Draw title, colours and numbers at the right, over the bottom."""
-    study = body.w2w
-    low, high = colour_range(study, shown_scores(study, utility_of(study)))
+    study, utility = body.w2w, utility_of(body.w2w)
+    scores = shown_scores(study, utility)
+    low, high = colour_range(study, scores, utility)
+    note = range_note(study, scores, utility)
     index = view_index(study)
     name = "Mean of activities" if index == 0 else study.activities[index - 1].name
     name = clipped(name, BAR_BOX * scale, 12 * scale)
-    box = max(width_of(name, 12 * scale), BAR_TITLE * scale) + 24 * scale
+    widest = max(width_of(name, 12 * scale), width_of(note, 10 * scale), BAR_TITLE * scale)
+    box = widest + 24 * scale
     width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
     left, bottom = free.right - box, free.bottom + 30 * scale
-    rectangle(left - 12 * scale, bottom - 16 * scale, box, height + 62 * scale, BACKGROUND)
+    foot = 16 * scale if note else 0.0
+    bottom += foot
+    rectangle(left - 12 * scale, bottom - 16 * scale - foot, box, height + 62 * scale + foot, BACKGROUND)
     bar_of_colours(left, bottom, width, height, colour_table(study.colour_map, 64))
     for tick in np.linspace(0, 1, BAR_TICKS):
         y = bottom + tick * height
@@ -120,6 +133,7 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     title = "Expected F1" if study.scores == EXPECTED else "F1 on these clips"
     text(left, bottom + height + 28 * scale, name, 12 * scale, PALE)
     text(left, bottom + height + 14 * scale, title, 10 * scale, GREY)
+    text(left, bottom - 20 * scale, note, 10 * scale, GREY)
 
 
 def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:
@@ -176,7 +190,7 @@ def _card(
         lines = patch_lines(study, utility, patch)
         scores = activity_scores(study, utility)
         f1 = scores[patch]
-        low, high = colour_range(study, scores) if study.fix_range else (0.0, 1.0)
+        low, high = colour_range(study, scores, utility) if study.fix_range else (0.0, 1.0)
     return Card(
         mark=mark,
         colour=colour,

@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..core.colours import score_range, span_note
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.headline import (
@@ -148,11 +149,18 @@ def view_index(study: bpy.types.PropertyGroup) -> int:
     return index if index <= len(study.activities) else 0
 
 
-def colour_range(study: bpy.types.PropertyGroup, scores: np.ndarray) -> tuple[float, float]:
+def colour_range(
+    study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap
+) -> tuple[float, float]:
     """F1 at the two ends of the colours."""
     if study.fix_range:
         return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
-    return float(np.nanmin(scores)), float(np.nanmax(scores))
+    return score_range(scores, utility.colour_span)
+
+
+def range_note(study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap) -> str:
+    """What the colour bar says where its colours span more than the scores; else empty."""
+    return "" if study.fix_range else span_note(scores, *colour_range(study, scores, utility))
 
 
 def fit_range(body: bpy.types.Object) -> None:
@@ -161,7 +169,7 @@ def fit_range(body: bpy.types.Object) -> None:
     with without_updates():
         study.fix_range = True
         scores = activity_scores(study, utility)
-        study.range_low, study.range_high = float(scores.min()), float(scores.max())
+        study.range_low, study.range_high = score_range(scores, utility.colour_span)
     paint(body)
 
 
@@ -174,7 +182,7 @@ def paint(body: bpy.types.Object) -> None:
     if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
         _waiting.add(body.name)
         return
-    low, high = colour_range(study, np.zeros(1)) if study.fix_range else (None, None)
+    low, high = colour_range(study, np.zeros(1), utility) if study.fix_range else (None, None)
     heatmap.add_heatmaps(
         body,
         patches,
@@ -185,6 +193,7 @@ def paint(body: bpy.types.Object) -> None:
         high,
         study.colour_map,
         heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
+        utility.colour_span,
     )
     show(body)
 

@@ -39,9 +39,17 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     return [least, most];
   }
 
+  // The scores at the two ends of the colours: scores that hardly differ shall not look far apart.
+  function ends() {
+    const [least, most] = range(), span = data.colour_span;
+    if (most - least >= span) return [least, most];
+    const end = Math.min(Math.max((least + most - span) / 2, 0), 1 - span);
+    return [end, end + span];
+  }
+
   // Scores spread over the vertices as the heatmaps are, then as shares of the colour range.
   function shares() {
-    const [least, most] = range(), width = most - least, result = new Float32Array(spread.count.length);
+    const [least, most] = ends(), width = most - least, result = new Float32Array(spread.count.length);
     let at = 0;
     for (let vertex = 0; vertex < result.length; vertex++) {
       let sum = 0, whole = 0;
@@ -98,10 +106,12 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
   }
 
   function show() {
-    const [least, most] = range();
+    const [least, most] = ends(), [lowest, highest] = range();
     text(find("bar-low"), number(least));
     text(find("bar-high"), number(most));
     text(find("scored"), scored[shown.scores]);
+    find("bar-note").hidden = most - least <= highest - lowest + 1e-6;
+    text(find("bar-note"), `The scores lie from ${number(lowest)} to ${number(highest)}: the colours span no less than ${number(data.colour_span)}.`);
     rankRegions();
     const best = shown.listed[0];
     describe(find("readout"), shown.place >= 0 ? shown.place : best);

@@ -13,7 +13,7 @@ import pytest
 from headless.commands.study_rehab import FIGURE, draw_figure
 from headless.reports.draw import draw_alone
 from headless.reports.pictures import write_pictures
-from w2w.core.colours import patch_colours
+from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset
 
@@ -62,7 +62,7 @@ def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
 
 def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(drawn_results, monkeypatch):
     """Blender's own drawing is left out: what it is given, and what is written beside it, counts here."""
-    study, drawn, coloured = StudyResults.load(drawn_results), {}, []
+    study, drawn, noted, coloured = StudyResults.load(drawn_results), {}, {}, []
 
     class Renderer:
         def __init__(self, body):
@@ -80,8 +80,9 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         def locate(self, *_):
             pass
 
-    def figure(path, _views, title, low, high, label, subtitle):
+    def figure(path, _views, title, low, high, label, subtitle, note):
         drawn[path.stem] = (title, low, high, label, subtitle)
+        noted[path.stem] = note
 
     monkeypatch.setattr("w2w.scene.render.BodyRenderer", Renderer)
     monkeypatch.setattr("headless.reports.heatmap_figure.heatmap_figure", figure)
@@ -94,13 +95,16 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         json.loads((drawn_results / "summary.json").read_text())["best_single_patch"],
     )
     _, low, high, label, subtitle = drawn["mean"]
-    assert (low, high) == (utility.expected_mean.min(), utility.expected_mean.max())
+    assert (low, high) == score_range(utility.expected_mean, utility.colour_span)
+    assert noted["mean"] == drawn["note"] == span_note(utility.expected_mean, low, high)
     assert label == "Expected F1" == drawn["scale_label"]
     assert subtitle.endswith(f"Best spot: {best['name']} ({best['expected_f1']:.2f} on other clips)")
     scores = utility.expected_f1[:, utility.activities.index("arm_raise")]
-    assert drawn["arm_raise"][1:3] == (scores.min(), scores.max())
+    assert drawn["arm_raise"][1:3] == score_range(scores, utility.colour_span)
     assert study.patches.names[scores.argmax()] in drawn["arm_raise"][4]
-    np.testing.assert_array_equal(coloured[-2], patch_colours(study.patches, utility.expected_mean))
+    np.testing.assert_array_equal(
+        coloured[-2], patch_colours(study.patches, utility.expected_mean, low, high)
+    )
     np.testing.assert_array_equal(coloured[-1], coloured[-2])
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..colours import LEAST_SPAN
 from ..files import load_arrays, write_npz
 from .classifiers.extra_trees import ExtraTrees
 from .classifiers.multi3net.classifier import Multi3Net
@@ -118,6 +119,13 @@ class UtilityMap:
     def by_subject(self) -> bool:
         """Whether subjects were left out, so that other people are what is foretold."""
         return self.protocol.startswith(SUBJECT_OUT)
+
+    @property
+    def colour_span(self) -> float:
+        """F1 that a map's colours span at least: a patch's own interval where patches cannot be ranked."""
+        if self.can_rank:
+            return LEAST_SPAN
+        return max(LEAST_SPAN, float(np.median(self.expected_high - self.expected_low)))
 
     def tested_clips(self) -> tuple[int, ...]:
         """Distinct clips that each activity was tested on."""
