@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Does the advice hold for others? Disjoint halves of a library choose, and each other's scores judge.
 
-    python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 4] [--workers 2] [--sets 4]
+    python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 4] [--workers 2]
+        [--sets 4] [--patches 512]
 
 Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity,
 HDM05 (performers choose and other performers judge) and Bandai-Namco (styles likewise). Printed for each,
@@ -31,7 +32,8 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
-from w2w.core.ranking.inputs import PatchBlocks, SomeWindows
+from w2w.core.patches.skin import SkinDistances
+from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
@@ -57,13 +59,16 @@ class Library:
     pooling: Pooling
 
     @classmethod
-    def open(cls, out: Path) -> Library:
-        """Read what a run left."""
+    def open(cls, out: Path, n_patches: int) -> Library:
+        """Read what a run left, of its first patches, which lie as far apart as may be."""
         study = StudyResults.load(out)
         used = json.loads((out / "summary.json").read_text())["used"]
         files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in study.windows])
-        pooling = Pooling.on(study.body(), study.patches)
-        return cls(study.inputs("ridge"), study.labels(), files, study.config(), pooling)
+        skin = SkinDistances.of(study.body(), study.patches)
+        some = (slice(n_patches),) * 2
+        pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
+        inputs = SomePatches(study.inputs("ridge"), 0, len(pooling.kernel))
+        return cls(inputs, study.labels(), files, study.config(), pooling)
 
     def part(self, rows: np.ndarray, activity: np.ndarray) -> WindowLabels:
         """Labels of some windows."""
@@ -148,7 +153,7 @@ def w2w(*arguments: str) -> None:
     subprocess.run([sys.executable, "-m", "headless", *arguments], check=True, stdout=subprocess.DEVNULL)
 
 
-def prepared(name: str, scratch: Path, workers: int) -> Library:
+def prepared(name: str, scratch: Path, workers: int, n_patches: int) -> Library:
     """A case's library, run once."""
     out = scratch / f"{name}_out"
     if not (out / "summary.json").exists():
@@ -165,7 +170,7 @@ def prepared(name: str, scratch: Path, workers: int) -> Library:
             str(workers),
             *options,
         )
-    return Library.open(out)
+    return Library.open(out, n_patches)
 
 
 def judged(
@@ -257,10 +262,11 @@ def main() -> None:
     parser.add_argument("--halvings", type=int, default=4)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--sets", type=int, default=4)
+    parser.add_argument("--patches", type=int, default=512)
     given = parser.parse_args()
     given.scratch.mkdir(parents=True, exist_ok=True)
     for name in given.only:
-        library = prepared(name, given.scratch, given.workers)
+        library = prepared(name, given.scratch, given.workers, given.patches)
         for shuffle in (False, True):
             found = list(judged(library, CASES[name], given.halvings, shuffle, given.sets))
             mean = {key: np.nanmean([row[key] for row in found]) for key in found[0]}

@@ -152,6 +152,32 @@ class SomeWindows:
         return block[: len(self.rows)]
 
 
+@dataclass(frozen=True, eq=False)
+class SomePatches:
+    """Some patches of another source, one after another.
+
+    Parameters
+    ----------
+    source : PatchBlocks
+    first, last : int
+        The first, and the one after the last.
+    """
+
+    source: PatchBlocks
+    first: int
+    last: int
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of what is wanted."""
+        n_windows, _, *rest = self.source.shape
+        return (n_windows, self.last - self.first, *rest)
+
+    def patches(self, first: int, last: int) -> np.ndarray:
+        """All windows of some of them."""
+        return self.source.patches(self.first + first, self.first + last)
+
+
 def as_blocks(inputs: np.ndarray | PatchBlocks) -> PatchBlocks:
     """An array in memory, or a source that serves blocks already, as a source."""
     return inputs if isinstance(inputs, PatchBlocks) else ArrayBlocks(np.asarray(inputs))
