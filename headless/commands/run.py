@@ -35,7 +35,8 @@ def run(
     labels: Annotated[
         Path | None,
         typer.Option(
-            help="csv with columns file, activity[, subject].  [default: labels from folder or file names]",
+            help="csv with columns file, activity[, subject, source].  [default: labels from folder or file "
+            "names]",
             show_default=False,
         ),
     ] = None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import typer
 
+from .study_library import library
 from .study_mixamo import mixamo
 from .study_rehab import rehab
 from .study_truth import truth
@@ -12,4 +13,5 @@ from .study_truth import truth
 STUDY = typer.Typer(no_args_is_help=True, help="Run one of the paper's studies.")
 STUDY.command()(rehab)
 STUDY.command()(mixamo)
+STUDY.command()(library)
 STUDY.command()(truth)

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from w2w.core.colours import COLOUR_MAP
 from w2w.core.files import atomic_write
+from w2w.core.ranking.reliability import WANTED
 from w2w.core.validation.sites import SiteValidation
 
 from ..reports.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
@@ -109,6 +110,28 @@ def cells_figure(path: str | Path, found: SiteValidation, title: str) -> None:
     ax.legend(frameon=False, fontsize=8, loc="upper left", title="large: mean of all, 95 %", title_fontsize=8)
     _bare(ax)
     figure.suptitle(title, fontsize=12, color=INK)
+    _save(figure, path)
+
+
+def curve_figure(
+    path: str | Path,
+    clips: Sequence[int],
+    mean: Sequence[float],
+    by_activity: Sequence[float],
+    f1: Sequence[float],
+) -> None:
+    """Agreement of halves, and F1, against the clips of an activity in each half."""
+    figure = _figure(6.4, 4.0)
+    ax = figure.subplots()
+    ax.plot(clips, mean, "o-", color=ACCENT, label="ρ of halves, mean over activities")
+    ax.plot(clips, by_activity, "o--", color=ACCENT, label="ρ of halves, by activity")
+    ax.plot(clips, f1, "s-", color=INK, label="F1 that one half's choice gives the other")
+    ax.axhline(WANTED, color=HAIRLINE, linewidth=1, zorder=0)
+    ax.set_xticks(list(clips))
+    ax.set_ylim(min(0.0, *mean, *by_activity), 1.02)
+    ax.set_xlabel("clips of an activity in each half")
+    ax.legend(frameon=False, fontsize=8)
+    _bare(ax)
     _save(figure, path)
 
 

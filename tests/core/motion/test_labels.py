@@ -136,3 +136,9 @@ def test_real_labels_say_the_same_however_they_are_saved(shared_data, tmp_path, 
     assert found.activities == expected.activities
     assert [clip.file for clip in found.clips] == [clip.file for clip in expected.clips]
     assert found.check.not_listed == expected.check.not_listed
+
+
+def test_a_column_may_name_the_source(labelled):
+    library = labelled("file,activity,source\na.fbx,walk,studio\nb.fbx,walk,\n")
+    assert [clip.source for clip in library.clips] == ["studio", ""]
+    assert [clip.source for clip in labelled("file,activity\na.fbx,walk\n").clips] == [""]

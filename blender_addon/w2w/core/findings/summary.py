@@ -192,8 +192,9 @@ def _used(study: Study) -> list[dict[str, Any]]:
     for result, ranked in zip(study.used, study.results.clips, strict=True):
         clip = result.clip
         entry = {"file": clip.file, "clip": clip.name, "activity": clip.activity, "subject": clip.subject}
+        source = {"source": clip.source} if clip.source else {}
         same = {} if ranked.motion_key == clip.name else {"same_motion_as": file_of[ranked.motion_key]}
-        entries.append({**entry, **result.details, **same})
+        entries.append({**entry, **source, **result.details, **same})
     return entries
 
 

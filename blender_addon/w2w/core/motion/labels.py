@@ -64,7 +64,8 @@ def read_labels(path: Path, inside: Sequence[str], exact: bool = False) -> Label
     Parameters
     ----------
     path : Path
-        A csv file with columns ``file`` and ``activity``, and if wanted ``subject`` and ``motion_key``.
+        A csv file with columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key`` and
+        ``source``.
     inside : sequence of str
         The library's files, by their paths inside it.
     exact : bool
@@ -76,7 +77,7 @@ def read_labels(path: Path, inside: Sequence[str], exact: bool = False) -> Label
         If the file cannot be understood; the message says which line.
     """
     try:
-        table = read_table(path, ("file", "activity"), ("subject", "motion_key"))
+        table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source"))
     except CsvError as error:
         raise LibraryError(str(error)) from error
     find = _Finder(path, inside)

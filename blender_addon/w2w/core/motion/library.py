@@ -46,6 +46,8 @@ class Clip:
         Who moves; empty where unknown.
     motion_key : str
         Clips with an equal key show the same recording; empty where unknown.
+    source : str
+        The data set or system that it is from; empty where the labels do not say.
     """
 
     path: Path
@@ -54,6 +56,7 @@ class Clip:
     activity: str
     subject: str = ""
     motion_key: str = ""
+    source: str = ""
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     folder : str or Path
         Searched with all folders below it.
     labels : str or Path, optional
-        A csv file with columns ``file`` and ``activity``, and if wanted ``subject`` and
+        A csv file with columns ``file`` and ``activity``, and if wanted ``subject``, ``source`` and
         ``motion_key``; ``file`` is the path inside the library, or a file name that
         only one clip has.
     exact_labels : bool
@@ -190,7 +193,8 @@ def _labelled(
     for path, file, name in zip(files, inside, names, strict=True):
         row = found.rows.get(file)
         if row is not None:
-            clips.append(Clip(path, file, name, row["activity"], row["subject"], row["motion_key"]))
+            told = (row[column] for column in ("activity", "subject", "motion_key", "source"))
+            clips.append(Clip(path, file, name, *told))
         elif file in not_listed:
             skipped.append((file, f"{named} does not list it"))
         else:

@@ -108,9 +108,7 @@ def plan(
     halvings : int
         How often to halve; 0 for the whole alone.
     """
-    sides = (
-        _halve_subjects(fold, seed, halvings) if by_subject else _halve_clips(labels, clip, seed, halvings)
-    )
+    sides = _halve_subjects(fold, seed, halvings) if by_subject else deal_halves(labels, clip, seed, halvings)
     cells = np.stack([fold, *sides], axis=1)
     kinds, block = np.unique(cells, axis=0, return_inverse=True)
     block = block.ravel()
@@ -153,8 +151,15 @@ def _single_folds(
     return tuple(pair for pair in combinations(alone, 2) if (pair[0].testable & pair[1].testable).any())
 
 
-def _halve_clips(labels: np.ndarray, clip: np.ndarray, seed: int, halvings: int) -> list[np.ndarray]:
-    """Deal half of each activity's clips to one side, by as many draws."""
+def deal_halves(labels: np.ndarray, clip: np.ndarray, seed: int, halvings: int) -> list[np.ndarray]:
+    """Deal half of each activity's clips to one side, by as many draws.
+
+    A clip of several activities goes with the first of them.
+
+    Returns
+    -------
+    list of ndarray of bool, shape (W,)
+    """
     rng = np.random.default_rng([seed, 1])
     sides = []
     for _ in range(halvings):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,6 +36,14 @@ class Rule(NamedTuple):
     activity: str
     source: str
     pattern: str
+
+
+def first_rule(rules: Iterable[Rule], clip: str) -> tuple[Rule | None, str]:
+    """The first rule that fits a clip, None where none does, and who moves, empty where it does not say."""
+    for rule in rules:
+        if found := re.search(rule.pattern, clip, re.IGNORECASE):
+            return rule, found.groupdict().get("who") or ""
+    return None, ""
 
 
 class Match(NamedTuple):
@@ -120,11 +128,8 @@ class Protocol:
 
     def match(self, clip: str) -> Match | None:
         """What a clip shows by the first rule that fits it; None where none does."""
-        for rule in self.rules:
-            if found := re.search(rule.pattern, clip, re.IGNORECASE):
-                who = found.groupdict().get("who") or clip
-                return Match(rule.activity, rule.source, f"{rule.source} {who}")
-        return None
+        rule, who = first_rule(self.rules, clip)
+        return None if rule is None else Match(rule.activity, rule.source, f"{rule.source} {who or clip}")
 
     def activity_of(self, real: str) -> str:
         """Our name of one of the data set's activities; empty where it takes no part."""

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..ranking.utility import utility_map
+from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks
+from ..ranking.utility import UtilityMap, utility_map
 from .site_windows import SiteWindows
 
 
@@ -47,20 +48,50 @@ def source_tests(
     seed : int
     """
     source = np.array([source_of[clip] for clip in windows.clip.tolist()])
-    found = []
-    for activity in np.unique(windows.activity):
-        rows = windows.activity == activity
-        movers = {
-            name: len(set(windows.subject[rows & (source == name)])) for name in np.unique(source[rows])
-        }
-        sources = [name for name, count in movers.items() if count > 1]
+    labels = (windows.activity, source, windows.subject, windows.is_test)
+    return [
+        SourceTest(
+            activity,
+            told.activities,
+            np.array([told.mean[site_of == site].mean() for site in range(int(site_of.max()) + 1)]),
+        )
+        for activity, told in told_sources(windows.features, *labels, seed).items()
+    ]
+
+
+def told_sources(
+    inputs: np.ndarray | PatchBlocks,
+    activity: np.ndarray,
+    source: np.ndarray,
+    mover: np.ndarray,
+    is_test: np.ndarray,
+    seed: int = 0,
+) -> dict[str, UtilityMap]:
+    """Name the source within each activity that two sources show with two movers each, at every sensor.
+
+    Parameters
+    ----------
+    inputs : ndarray or PatchBlocks, shape (W, P, D)
+        Features.
+    activity, source, mover : ndarray of str, shape (W,)
+    is_test : ndarray of bool, shape (W,)
+    seed : int
+
+    Returns
+    -------
+    dict of str to UtilityMap
+        By activity; the labels of each map are sources.
+    """
+    found = {}
+    for name in np.unique(activity).tolist():
+        rows = activity == name
+        movers = {where: len(set(mover[rows & (source == where)])) for where in np.unique(source[rows])}
+        sources = [where for where, count in movers.items() if count > 1]
         if len(sources) < 2:
             continue
-        kept = rows & np.isin(source, sources)
-        told = utility_map(
-            windows.features[kept], source[kept], windows.subject[kept], None, windows.is_test[kept],
-            sources, seed=seed, halvings=0,
+        kept = np.flatnonzero(rows & np.isin(source, sources))
+        found[name] = utility_map(
+            SomeWindows(as_blocks(inputs), kept), source[kept], mover[kept], None, is_test[kept], sources,
+            seed=seed, halvings=0,
         )  # fmt: skip
-        by_site = np.array([told.mean[site_of == site].mean() for site in range(int(site_of.max()) + 1)])
-        found.append(SourceTest(str(activity), told.activities, by_site))
     return found
