@@ -20,6 +20,7 @@ from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.label_notes import label_notes
 from w2w.core.findings.own_placements import own_content
+from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import study_counts, window_content
 from w2w.core.motion.library import Library
 from w2w.core.ranking.f1 import FEWEST_CLIPS
@@ -62,6 +63,8 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
     show_window_warning(study.clips, study.config.windows, console)
+    if caution := source_caution(shown_in(study)):
+        console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
     show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
     show_own_placements(own_content(study), console)

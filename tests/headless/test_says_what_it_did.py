@@ -193,3 +193,22 @@ def test_pictures_and_bodies_have_names_that_every_system_takes():
     assert _folder_name("some/CON.npz") == "body_CON.npz"
     assert _folder_name("male height=1.") == "male_height_1"
     assert _folder_name("nul.npz betas=1.2:0") == "body_nul.npz_betas_1.2_0"
+
+
+def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
+    out, output = places[0]
+    assert json.loads((out / "summary.json").read_text())["source_caution"] == ""  # one system shows them all
+    assert "tell the sources of the clips apart" not in output
+    write_library(tmp_path / "library")
+    rows = [f"{kind}/{number}.npz,{kind},{kind} suit" for kind in KINDS for number in range(2)]
+    (tmp_path / "library" / "labels.csv").write_text("\n".join(["file,activity,source", *rows]))
+    options = ["--labels", tmp_path / "library" / "labels.csv", "--patches", 8, "--workers", 1]
+    done = w2w("run", tmp_path / "library", "--out", tmp_path / "out", "--no-pictures", *options)
+    assert done.exit_code == 0, done.output
+    caution = (
+        "he ranking may tell the sources of the clips apart, not the activities: bow comes from bow suit "
+        "alone, run from run suit alone, walk from walk suit alone; take all activities from the same sources"
+    )
+    assert f"Caution: t{caution}" in done.output
+    assert f"t{caution}" in json.loads((tmp_path / "out" / "summary.json").read_text())["source_caution"]
+    assert f'<p class="warning">T{caution}' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

@@ -106,6 +106,18 @@ def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> 
     np.testing.assert_allclose(shown(), patch_colours(patches, utility.mean), atol=step)
 
 
+def test_the_panel_warns_where_sources_and_activities_coincide(library: Path) -> None:
+    body = make_study(library)
+    study, utility = body.w2w, utility_of(body.w2w)
+    assert study.source_caution == ""
+    for clip in study.clips:
+        clip.rate = 120.0 if clip.activity == "waving" else 30.0
+    results.store(body, utility, study.ranked_as)
+    assert "waving comes from SMPL at 120 frames/s alone" in study.source_caution
+    results.clear(body)
+    assert study.source_caution == ""
+
+
 def test_the_panel_says_what_the_console_and_the_report_say(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

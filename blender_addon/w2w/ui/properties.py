@@ -229,6 +229,9 @@ class W2W_PG_study(Placement, bpy.types.PropertyGroup):
     )
     utility_text: StringProperty(options={"HIDDEN"})
     utility_key: StringProperty(options={"HIDDEN"})
+    source_caution: StringProperty(
+        name="Sources", description="Whether the ranking may tell the clips' sources apart, not activities"
+    )
     ranked_as: StringProperty(options={"HIDDEN"})
     activities: CollectionProperty(type=W2W_PG_activity)
     activity_index: IntProperty(

@@ -48,13 +48,13 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     bl_order = 1
 
     def draw(self, context: Context) -> None:
-        """Draw the headline, its caution first."""
+        """Draw the headline, its cautions first."""
         body = current_body(context)
         caution, sentences = findings(body.w2w, utility_of(body.w2w), patches_of(body))
-        if caution:
+        for warning in filter(None, (caution, body.w2w.source_caution)):
             box = self.layout.box()
             box.alert = True
-            draw_text(box, context, caution, icon="ERROR")
+            draw_text(box, context, warning, icon="ERROR")
         for sentence in sentences:
             draw_text(self.layout, context, sentence)
 

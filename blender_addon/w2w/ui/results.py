@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..core.colours import score_range, span_note
+from ..core.findings.sources import Shown, source_caution, system_of
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.headline import (
@@ -24,7 +25,7 @@ from ..scene import heatmap
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from . import advice
-from .state import config_of, patches_of, utility_of, without_updates
+from .state import config_of, patches_of, usable, utility_of, without_updates
 
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
@@ -48,6 +49,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     ticked = {activity.name: activity.use for activity in study.activities}
     study.utility_text, study.utility_key = pack(utility)
     study.ranked_as = ranked_as
+    study.source_caution = _source_caution(study, utility)
     study.activities.clear()
     with without_updates():
         for name in utility.activities:
@@ -65,7 +67,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
 def clear(body: bpy.types.Object) -> None:
     """Take a ranking away: it was of other patches."""
     study = body.w2w
-    study.utility_text = study.utility_key = study.ranked_as = study.verdict = ""
+    study.utility_text = study.utility_key = study.ranked_as = study.verdict = study.source_caution = ""
     study.activities.clear()
     study.chosen.clear()
     study.regions.clear()
@@ -74,6 +76,15 @@ def clear(body: bpy.types.Object) -> None:
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
         bpy.data.collections.remove(study.chosen_collection)
+
+
+def _source_caution(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
+    """Whether where the ranked clips are from coincides with what they show; empty where it does not."""
+    clips = [clip for clip in usable(study) if clip.activity in utility.activities]
+    text = source_caution(
+        [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in clips]
+    )
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def ticked(study: bpy.types.PropertyGroup) -> np.ndarray:

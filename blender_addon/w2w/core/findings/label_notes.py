@@ -16,7 +16,7 @@ def label_notes(check: LabelCheck) -> list[str]:
     """One sentence for each kind of thing that stood out."""
     notes = [f"{check.note}."] if check.note else []
     for name, ways in check.spellings:
-        spelled = _listed([f"'{way}'" for way in ways], len(ways))
+        spelled = listed([f"'{way}'" for way in ways], len(ways))
         if check.exact:
             notes.append(f"{spelled} count as different activities (--exact-labels).")
         else:
@@ -28,7 +28,7 @@ def label_notes(check: LabelCheck) -> list[str]:
     )
     for files, one, many in kinds:
         if files:
-            notes.append(f"{len(files)} {one if len(files) == 1 else many}: {_listed(files)}.")
+            notes.append(f"{len(files)} {one if len(files) == 1 else many}: {listed(files)}.")
     return notes
 
 
@@ -44,7 +44,8 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
     }
 
 
-def _listed(words: Sequence[str], most: int = NAMED) -> str:
+def listed(words: Sequence[str], most: int = NAMED) -> str:
+    """Words as a sentence lists them, the first few by name."""
     if len(words) > most:
         return f"{', '.join(words[:most])} and {len(words) - most} more"
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

@@ -25,6 +25,7 @@ from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study
 from .label_notes import label_content
 from .own_placements import own_content
+from .sources import shown_in, source_caution
 
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "rank_high", "cluster")
@@ -96,6 +97,7 @@ def summary(study: Study) -> dict[str, Any]:
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
         "labels": label_content(study.library.check),
+        "source_caution": source_caution(shown_in(study)),
         "windows": window_content(study.clips, study.config.windows),
         "ranked_activities": list(utility.activities),
         "activities": _activities(study),

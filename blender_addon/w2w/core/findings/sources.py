@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether it is the activities that a ranking tells apart, or where their clips are from, or who moves.
+
+Simulated sensors recognise the recording system of a clip (docs/truth.md): an activity that a system shows
+alone is told by the system.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .finished_study import Study
+from .label_notes import NAMED, listed
+
+ALONE = 0.8
+"""Share of an activity's clips from one source from which on that source as good as shows it alone."""
+
+STRANGERS = 0.2
+"""Two activities whose shares by source overlap by less than this have no source in common."""
+
+
+class Shown(NamedTuple):
+    """What is known of where a clip is from.
+
+    Attributes
+    ----------
+    activity : str
+    source : str
+        As the labels say, else empty.
+    system : str
+        The skeleton and the frame rate of its file.
+    folder : str
+        The first folder of its path inside the library; empty where it lies in none.
+    subject : str
+        Empty where unknown.
+    """
+
+    activity: str
+    source: str
+    system: str
+    folder: str
+    subject: str
+
+
+def system_of(skeleton: str, rate: float) -> str:
+    """What recorded a clip, as far as its file tells."""
+    return f"{skeleton or 'unnamed skeleton'} at {round(rate)} frames/s"
+
+
+def shown_in(study: Study) -> list[Shown]:
+    """Where the ranked clips of a study are from."""
+    ranked = study.results.utility.activities
+    return [
+        Shown(
+            clip.activity,
+            clip.source,
+            system_of(details.get("skeleton", ""), details.get("frame_rate", 0.0)),
+            clip.file.rpartition("/")[0].partition("/")[0],
+            clip.subject,
+        )
+        for clip, details in ((result.clip, result.details) for result in study.used)
+        if clip.activity in ranked
+    ]
+
+
+def source_caution(clips: Sequence[Shown]) -> str:
+    """A caution where sources, or else people, coincide with activities; empty where they do not.
+
+    Parameters
+    ----------
+    clips : sequence of Shown
+        Those that are ranked.
+    """
+    activities = [clip.activity for clip in clips]
+    for groups in _ways(clips):
+        if found := confined(activities, groups):
+            return (
+                "the ranking may tell the sources of the clips apart, not the activities: "
+                f"{_sources(found)}; take all activities from the same sources, or compare within each "
+                "(w2w study library)"
+            )
+    people = [clip.subject for clip in clips]
+    found = confined(activities, people) if all(people) else {}
+    if found and 2 * len(found) >= len(set(activities)):
+        return (
+            f"the ranking may tell people apart, not the activities: {_sources(found)}; have several people "
+            "show every activity"
+        )
+    return ""
+
+
+def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]:
+    """Activities that one group shows alone, or nearly so, and most other activities are not shown by.
+
+    Parameters
+    ----------
+    activities, groups : sequence of str
+        Of each clip.
+
+    Returns
+    -------
+    dict of str to str
+        The group of each such activity.
+    """
+    names, row = np.unique(np.asarray(activities), return_inverse=True)
+    kinds, column = np.unique(np.asarray(groups), return_inverse=True)
+    if len(names) < 2 or len(kinds) < 2:
+        return {}
+    share = np.zeros((len(names), len(kinds)))
+    np.add.at(share, (row, column), 1.0)
+    share /= share.sum(axis=1, keepdims=True)
+    overlap = np.minimum(share[:, None], share[None]).sum(axis=2)
+    strangers = (overlap < STRANGERS).sum(axis=1)
+    apart = (share.max(axis=1) >= ALONE) & (2 * strangers > len(names) - 1)
+    return {str(names[a]): str(kinds[share[a].argmax()]) for a in np.flatnonzero(apart)}
+
+
+def _ways(clips: Sequence[Shown]) -> list[list[str]]:
+    """How the clips may be told apart by source: as the labels say, else by system and by folder."""
+    if all(clip.source for clip in clips):
+        return [[clip.source for clip in clips]]
+    folders = [clip.folder for clip in clips]
+    several = {folder: {clip.activity for clip in clips if clip.folder == folder} for folder in set(folders)}
+    ways = [[clip.source or clip.system for clip in clips]]
+    if all(folders) and all(len(shows) > 1 for shows in several.values()):
+        ways.append(folders)  # a folder of one activity is named for it, not for a source
+    return ways
+
+
+def _sources(found: dict[str, str]) -> str:
+    """Which activities each source shows alone, the sources with most of them first."""
+    counts = Counter(found.values()).most_common()
+    parts = []
+    for number, (source, count) in enumerate(counts[:NAMED]):
+        of = [activity for activity, name in found.items() if name == source]
+        verb = " comes" if count == 1 else " come"
+        parts.append(f"{listed(of)}{verb if number == 0 else ''} from {source} alone")
+    more = len(counts) - NAMED
+    return ", ".join(parts) + (f", and others from {more} more" if more > 0 else "")
