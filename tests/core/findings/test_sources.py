@@ -18,7 +18,7 @@ def test_activities_of_two_systems_are_named_with_them():
     clips = [clip("sitting")] * 4 + [clip("walking", CMU)] * 5 + [clip("running", CMU)] * 2
     assert source_caution(clips) == (
         "the ranking may tell the sources of the clips apart, not the activities: sitting comes from Mixamo "
-        "at 30 frames/s alone; take all activities from the same sources, or compare within each "
+        "skeletons at 30 frames/s alone; take all activities from the same sources, or compare within each "
         "(w2w study library)"
     )
 
@@ -41,7 +41,7 @@ def test_sources_that_show_the_same_activities_say_nothing():
 
 def test_one_stray_clip_hides_no_coincidence():
     clips = [clip("sitting")] * 9 + [clip("walking", CMU)] * 9 + [clip("walking")]
-    assert "walking from CMU at 120 frames/s alone" in source_caution(clips)
+    assert "walking from CMU skeletons at 120 frames/s alone" in source_caution(clips)
 
 
 def test_the_labels_own_sources_count_before_skeletons():
@@ -105,6 +105,6 @@ def test_real_libraries_of_one_source_raise_no_alarm_and_mixed_ones_do(shared_da
 
     assert source_caution(shown("bvh/bandai_namco")) == ""
     mixed = [*shown("bvh/bandai_namco"), *shown("bvh/cmu_Jonathan")]
-    assert "dribbling comes from CMU at 120 frames/s alone" in source_caution(
+    assert "dribbling comes from CMU skeletons at 120 frames/s alone" in source_caution(
         [one for one in mixed if one.activity in ("dribbling", "running", "bow", "waving")]
     )

@@ -48,7 +48,7 @@ class Shown(NamedTuple):
 
 def system_of(skeleton: str, rate: float) -> str:
     """What recorded a clip, as far as its file tells."""
-    return f"{skeleton or 'unnamed skeleton'} at {round(rate)} frames/s"
+    return f"{skeleton or 'unnamed'} skeletons at {round(rate)} frames/s"
 
 
 def shown_in(study: Study) -> list[Shown]:
