@@ -21,7 +21,7 @@ from w2w.scene.patches import patch_empties
 from w2w.scene.study_record import RECORD
 from w2w.ui import jobs, preferences, signal_cache
 from w2w.ui.panels import W2W_PT_utility
-from w2w.ui.pick_tool import patch_at
+from w2w.ui.pick_tool import spot_at
 from w2w.ui.state import (
     BAKED,
     FAILED,
@@ -106,7 +106,7 @@ def test_a_click_on_the_skin_picks_the_runs_patch(opened: bpy.types.Object, fini
     for face in range(0, len(mesh.polygons), 1999):
         corner = mesh.polygons[face].vertices[0]
         place = np.array(opened.matrix_world @ mesh.vertices[corner].co)
-        assert patch_at(depsgraph, opened, face, place) == run.patches.labels[corner]
+        assert spot_at(depsgraph, opened, face, place)[0] == run.patches.labels[corner]
     assert bpy.ops.w2w.select_patch(patch=7) == {"FINISHED"}
     assert opened.w2w.picked == 7
 

@@ -16,6 +16,7 @@ from . import (
     open_results,
     opened_files,
     overlay,
+    own_placement_panel,
     panels,
     pick_tool,
     placement_panels,
@@ -29,6 +30,7 @@ from . import (
 from . import step1_body as body_ops
 from . import step2_motions as motion_ops
 from . import step3_patches as patch_ops
+from . import step3_placements as own_ops
 from . import step4_signals as signal_ops
 from . import step5_ranking as utility_ops
 from . import step5_wishes as wish_ops
@@ -41,6 +43,7 @@ MODULES: tuple[ModuleType, ...] = (
     motion_ops,
     source_view,
     patch_ops,
+    own_ops,
     signal_ops,
     utility_ops,
     wish_ops,
@@ -51,6 +54,7 @@ MODULES: tuple[ModuleType, ...] = (
     save_results,
     exports,
     panels,
+    own_placement_panel,
     result_panels,
     placement_panels,
     pick_tool,

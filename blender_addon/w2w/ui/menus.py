@@ -20,6 +20,7 @@ STEPS = (
     ("import_motions", "import_folder", "add_armature_motion", "relabel_clips", "remove_clips"),
     ("preview_clip", "show_source"),
     ("place_patches", "remove_patches"),
+    ("add_placement", "load_placements", "remove_placement"),
     ("bake_signals", "rank_patches", "fit_range", "clear_pick"),
     ("wish_picked", "choose_sensors"),
     ("export_map", "export_table", "export_report", "export_signals", "save_results"),

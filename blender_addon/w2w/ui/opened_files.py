@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 from ..scene.study_record import has_record
-from . import jobs
+from . import jobs, own_placements
 from .restore import link_signals, restore
 from .state import bodies, current_body
 from .step1_body import make_study
@@ -23,6 +23,7 @@ def loaded(*_: object) -> None:
     for mesh in [item for item in bpy.data.objects if item.type == "MESH" and item.library is None]:
         if mesh.w2w.is_body:
             take_over(mesh.w2w)
+            own_placements.take_over(mesh.w2w)
             link_signals(mesh.w2w)
         elif has_record(mesh):
             _restore(mesh)

@@ -30,6 +30,7 @@ from .surface import Surface
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
+PIN: Colour = (0.35, 0.85, 1.0, 1.0)
 INFO_TEXT = 72
 """Height of Blender's own lines at the top left, pixels."""
 
@@ -80,6 +81,7 @@ def draw() -> None:
         _draw_colour_bar(body, free, scale)
     surface = Surface(context, body, patches)
     _draw_places(surface, body, scale)
+    _draw_own(surface, body.w2w, scale)
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
@@ -160,6 +162,17 @@ def _draw_places(surface: Surface, body: bpy.types.Object, scale: float) -> None
             disc(point.x, point.y, 9 * scale, PALE)
             disc(point.x, point.y, 7.5 * scale, BADGE)
             text(point.x, point.y - 4 * scale, str(number), 10.5 * scale, PALE, "CENTER")
+
+
+def _draw_own(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
+    """Put a pin and its name on each placement of one's own, and a dot on the spot that was clicked."""
+    named = {own.vertex: own.name for own in study.own}
+    for vertex, name in (named | {study.picked_vertex: named.get(study.picked_vertex, "")}).items():
+        point = surface.spot(vertex)
+        if point is not None:
+            disc(point.x, point.y, 5 * scale, BADGE)
+            disc(point.x, point.y, 3.5 * scale, PIN)
+            text(point.x + 8 * scale, point.y - 4 * scale, name, 11 * scale, PALE)
 
 
 def _draw_mark(surface: Surface, patch: int, number: int, scale: float) -> None:

@@ -49,7 +49,8 @@ class W2W_OT_pick_patch(bpy.types.Operator):
             self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (step 3)")
             return {"CANCELLED"}
         context.scene.w2w.body = item
-        pick(context, item, patch_at(depsgraph, item, face, np.array(place)), self.compare)
+        patch, vertex = spot_at(depsgraph, item, face, np.array(place))
+        pick(context, item, patch, self.compare, vertex)
         return {"FINISHED"}
 
 
@@ -73,8 +74,10 @@ class W2W_WT_pick(bpy.types.WorkSpaceTool):
     )
 
 
-def patch_at(depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, place: np.ndarray) -> int:
-    """Patch that a point of the body's evaluated surface belongs to.
+def spot_at(
+    depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, place: np.ndarray
+) -> tuple[int, int]:
+    """Patch that a point of the body's evaluated surface belongs to, and the vertex nearest to it.
 
     Parameters
     ----------
@@ -84,6 +87,11 @@ def patch_at(depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, 
         Polygon of the evaluated mesh that the point is on.
     place : ndarray, shape (3,)
         The point in the world.
+
+    Returns
+    -------
+    patch, vertex : int
+        The vertex is -1 where a modifier has made others than the body has.
     """
     patches = patches_of(body)
     evaluated = body.evaluated_get(depsgraph)
@@ -91,10 +99,11 @@ def patch_at(depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, 
     if len(mesh.vertices) == len(patches.labels):
         corners = list(mesh.polygons[face].vertices)
         places = np.array([mesh.vertices[corner].co for corner in corners]) @ world[:3, :3].T + world[:3, 3]
-        return int(patches.labels[corners[np.linalg.norm(places - place, axis=1).argmin()]])
+        vertex = corners[int(np.linalg.norm(places - place, axis=1).argmin())]
+        return int(patches.labels[vertex]), vertex
     # a modifier has made other vertices: the nearest carrier triangle stands for its patch
     places = EvaluatedVertices(body, patches.triangles).positions().mean(axis=1)
-    return int(np.linalg.norm(places - place, axis=1).argmin())
+    return int(np.linalg.norm(places - place, axis=1).argmin()), -1
 
 
 CLASSES = (W2W_OT_pick_patch,)

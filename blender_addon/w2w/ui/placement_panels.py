@@ -12,6 +12,7 @@ from . import jobs
 from .advice import advice_of
 from .choosing import TITLE, missing_for_choice
 from .overlay import picks
+from .own_placements import spot_name
 from .result_panels import ResultPanel, can_change_now, draw_rows
 from .state import COST, current_body, patches_of
 from .text import draw_progress, draw_text
@@ -106,7 +107,7 @@ def draw_wishes(layout: Layout, context: Context, body: bpy.types.Object) -> Non
         row.operator("w2w.remove_wish", text="", icon="X").index = number
     row = column.row(align=True)
     row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", icon="ADD")
-    looked_at = [patches.regions[patch] for patch in picks(context, body) if patch < len(patches)]
+    looked_at = [spot_name(body, patch) for patch in picks(context, body) if patch < len(patches)]
     where = row.row(align=True)
     where.active = bool(looked_at)
     text = " and ".join(dict.fromkeys(looked_at)) or "Picked Patch"

@@ -83,6 +83,18 @@ class W2W_PG_wish(bpy.types.PropertyGroup):
     given: StringProperty(options={"HIDDEN"})
 
 
+class W2W_PG_own(bpy.types.PropertyGroup):
+    """A placement of one's own."""
+
+    name: StringProperty(name="Name", description="What it is called", options={"HIDDEN"})
+    title: StringProperty(
+        name="Name",
+        description="What you call this placement; wishes may name it",
+        update=updates.rename_placement,
+    )
+    vertex: IntProperty(name="Vertex", description="Vertex of the body that it is at")
+
+
 class Placement:
     """The part of a study's properties that chooses sensors."""
 
@@ -122,6 +134,13 @@ class Placement:
         get=_is_limited,
         set=_limit,
     )
+    own: CollectionProperty(type=W2W_PG_own)
+    own_index: IntProperty(
+        name="Active Placement",
+        description="The placement of yours that is looked at",
+        update=updates.look_at_own,
+    )
+    own_placed: StringProperty(options={"HIDDEN"})
     wishes: CollectionProperty(type=W2W_PG_wish)
     verdict: StringProperty(name="Verdict", description="Whether the set of patches reaches the target")
     chosen: CollectionProperty(type=W2W_PG_place)
@@ -131,4 +150,4 @@ class Placement:
     regions: CollectionProperty(type=W2W_PG_place)
 
 
-CLASSES = (W2W_PG_place, W2W_PG_wish)
+CLASSES = (W2W_PG_place, W2W_PG_own, W2W_PG_wish)

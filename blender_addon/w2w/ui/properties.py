@@ -282,6 +282,7 @@ class W2W_PG_study(Placement, bpy.types.PropertyGroup):
 
     picked: IntProperty(name="Picked Patch", description="Patch looked at; -1 is none", default=-1)
     compared: IntProperty(name="Compared Patch", description="Patch compared with it; -1 is none", default=-1)
+    picked_vertex: IntProperty(options={"HIDDEN"}, default=-1)
 
 
 class W2W_PG_scene(bpy.types.PropertyGroup):

@@ -17,7 +17,7 @@ from ..core.study import StudyConfig
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from ..scene.study_record import StoredClip, StudyRecord, read_record, remove_record
-from . import advice, results, signal_cache
+from . import advice, own_placements, results, signal_cache
 from .state import bake_settings, patches_of, rank_settings, without_updates
 from .wishes import take_over
 
@@ -83,6 +83,7 @@ def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.
     study.parameters = json.dumps(record.parameters)
     take_over(study)
     study.patches_text, study.patches_key = pack(record.patches)
+    own_placements.take_over(study)
     _set_parameters(study, config)
     study.clips.clear()
     for stored in record.clips:

@@ -19,7 +19,7 @@ from . import signal_cache
 from .baking import body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread, start
 from .on_body import on_body
-from .state import config_of, current_body, patches_of, rank_settings, utility_of
+from .state import config_of, current_body, patches_of, rank_settings, sampled_patches, utility_of
 from .step2_motions import can_change
 
 TITLE = "Save Results"
@@ -76,7 +76,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
         saved.append(_saved(armature, clip, name))
     patches, body = patches_of(mesh), body_as_run(mesh)
     parts = StudyParts(
-        _config(study, len(patches)),
+        _config(study, sampled_patches(study, len(patches))),
         body,
         patches,
         tuple(saved),

@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -96,6 +96,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         target=_as_given(study.target, run.target),
         every_activity=_as_given(study.every_activity, run.every_activity),
         max_places=study.max_places or None,
+        placements=own_placed(study),
         constraints=constraints_of(study),
         seed=study.seed,
     )
@@ -110,6 +111,25 @@ def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
                 cost = _as_given(wish.cost, float(wish.given or "nan"))
                 found[wish.kind].append((words, cost) if wish.kind == COST else words)
     return Constraints(*(tuple(wishes) for wishes in found.values()))
+
+
+def own_placed(study: bpy.types.PropertyGroup) -> tuple[tuple[str, int], ...]:
+    """Name and vertex of the placements of one's own that are among the patches."""
+    held = json.loads(study.own_placed) if study.own_placed else {"placements": []}
+    return tuple((name, vertex) for name, vertex in held["placements"])
+
+
+def sampled_patches(study: bpy.types.PropertyGroup, total: int) -> int:
+    """How many of all patches were sampled; the others are placements of one's own."""
+    return json.loads(study.own_placed)["sampled"] if study.own_placed else total
+
+
+def keep_own_placed(
+    study: bpy.types.PropertyGroup, placements: Iterable[tuple[str, int]], sampled: int
+) -> None:
+    """Note which placements of one's own are among the patches, beside so many sampled ones."""
+    held = [[name, vertex] for name, vertex in placements]
+    study.own_placed = json.dumps({"sampled": sampled, "placements": held}) if held else ""
 
 
 def advice_settings(study: bpy.types.PropertyGroup) -> str:
@@ -240,10 +260,15 @@ def missing_for_any_rank(body: bpy.types.Object | None) -> str:
     baked = [clip for clip in usable(body.w2w) if state_of(clip, settings) == BAKED]
     if not baked:
         return "Bake the signals first (step 4)"
-    if any(not clip.activity.strip() for clip in baked):
+    return labels_problem(baked)
+
+
+def labels_problem(clips: Sequence[bpy.types.PropertyGroup]) -> str:
+    """Why clips cannot be ranked by their labels; empty where they can."""
+    if any(not clip.activity.strip() for clip in clips):
         return "Give every clip an activity (step 2)"
-    clips = Counter(clip.activity for clip in baked)
-    if sum(count > 1 for count in clips.values()) < 2:
+    counts = Counter(clip.activity for clip in clips)
+    if sum(count > 1 for count in counts.values()) < 2:
         return "Two activities with two clips each are needed"
     return ""
 

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 
 from ..core.patches.geodesics import exact_is_available
-from ..core.patches.patches import sample_patches
-from ..scene.body import body_of
+from ..core.study import place_patches as sample
 from ..scene.packing import pack
 from ..scene.patches import place_patches, remove_patches
-from . import jobs, results
+from . import jobs, own_placements, results
+from .baking import body_as_run
 from .on_body import on_body
-from .state import current_body
+from .state import config_of, current_body, keep_own_placed
 from .step2_motions import can_change
 
 
@@ -58,12 +60,13 @@ class W2W_OT_remove_patches(bpy.types.Operator):
 @on_body
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
-    body, study = body_of(mesh), mesh.w2w
+    body, study = body_as_run(mesh), mesh.w2w
     if not exact_is_available():
         study.patch_method = "fast"
-    count, seed, mode = study.patch_count, study.patch_seed, study.patch_method
+    own, count = list(own_placements.listed(study).items()), study.patch_count
+    config = replace(config_of(study), seed=study.patch_seed, placements=tuple(own))
     patches = yield from jobs.in_thread(
-        lambda _told: sample_patches(body, count, seed, mode), f"spreading {count} patches", 0.0, 0.8
+        lambda _told: sample(body, config), f"spreading {count} patches", 0.0, 0.8
     )
     yield jobs.Step(0.8, "placing empties")
     remove_all(mesh)
@@ -71,8 +74,10 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     home = mesh.users_collection[0] if mesh.users_collection else None
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
     study.patches_text, study.patches_key = pack(patches)
+    keep_own_placed(study, own, count)
     results.hide_patches(study)
-    return f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
+    text = f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
+    return f"{text}, {len(own)} of them your own" if own else text
 
 
 def remove_all(mesh: bpy.types.Object) -> None:
@@ -81,7 +86,7 @@ def remove_all(mesh: bpy.types.Object) -> None:
     results.clear(mesh)
     collection = study.patch_collection
     study.patch_collection = None
-    study.patches_text = study.patches_key = ""
+    study.patches_text = study.patches_key = study.own_placed = ""
     if collection is not None and all(item.parent is mesh for item in collection.objects):
         remove_patches(collection)
 

@@ -114,9 +114,12 @@ class W2W_OT_fit_range(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def pick(context: bpy.types.Context, body: bpy.types.Object, patch: int, compare: bool = False) -> None:
-    """Look at a patch, and select its empty where it is visible."""
+def pick(
+    context: bpy.types.Context, body: bpy.types.Object, patch: int, compare: bool = False, vertex: int = -1
+) -> None:
+    """Look at a patch, and select its empty where it is visible; `vertex` is where it was clicked."""
     study = body.w2w
+    study.picked_vertex = vertex
     compare = compare and study.picked >= 0 and study.picked != patch
     if compare:
         study.compared = patch

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from . import results
+from . import own_placements, results
 from .overlay import picks
 from .placement_properties import KINDS
 from .state import COST, FORBID, current_body, patches_of
@@ -48,7 +48,7 @@ class W2W_OT_add_wish(bpy.types.Operator):
 
 
 class W2W_OT_wish_picked(bpy.types.Operator):
-    """Add a wish for the region of the patch that you look at, or for both regions where you compare two"""
+    """Add a wish for the region, or your placement, that you look at; for both where you compare two"""
 
     bl_idname = "w2w.wish_picked"
     bl_label = "Add Wish for Picked Patch"
@@ -67,11 +67,11 @@ class W2W_OT_wish_picked(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add it, unless it is there already."""
         body = current_body(context)
-        study, patches = body.w2w, patches_of(body)
+        study = body.w2w
         there = {(wish.kind, wish.place) for wish in study.wishes}
-        for region in dict.fromkeys(patches.regions[patch] for patch in picks(context, body)):
-            if (self.kind, region) not in there or self.kind == COST:
-                add_wish(study, self.kind, region)
+        for place in dict.fromkeys(own_placements.spot_name(body, patch) for patch in picks(context, body)):
+            if (self.kind, place) not in there or self.kind == COST:
+                add_wish(study, self.kind, place)
         results.choose(body)
         return {"FINISHED"}
 

@@ -38,12 +38,23 @@ class Surface:
 
     def on_screen(self, patch: int) -> Vector | None:
         """Where a patch is in the region, pixels; None behind the viewer, or where nothing tells."""
-        place = self._place(patch)
-        return None if place is None else location_3d_to_region_2d(self._region, self._view, place)
+        return self._on_screen(self._place(patch))
 
     def in_sight(self, patch: int) -> bool:
         """Whether no part of the body stands between the viewer and the patch."""
-        place, point = self._place(patch), self.on_screen(patch)
+        return self._in_sight(self._place(patch))
+
+    def spot(self, vertex: int) -> Vector | None:
+        """Where a vertex is in the region, pixels; None where it is out of sight, or nothing tells."""
+        known = self._whole and 0 <= vertex < len(self._patches.labels)
+        place = self._corner(vertex) if known else None
+        return self._on_screen(place) if self._in_sight(place) else None
+
+    def _on_screen(self, place: Vector | None) -> Vector | None:
+        return None if place is None else location_3d_to_region_2d(self._region, self._view, place)
+
+    def _in_sight(self, place: Vector | None) -> bool:
+        point = self._on_screen(place)
         if place is None or point is None:
             return False
         origin = region_2d_to_origin_3d(self._region, self._view, point)
@@ -54,6 +65,10 @@ class Surface:
         if not hit:
             return True
         return ((self._evaluated.matrix_world @ found) - place).dot(direction) > -SKIN
+
+    def _corner(self, vertex: int) -> Vector:
+        """Where a vertex is in the world."""
+        return self._evaluated.matrix_world @ self._evaluated.data.vertices[vertex].co
 
     def _place(self, patch: int) -> Vector | None:
         """Where a patch is in the world."""

@@ -8,9 +8,10 @@ import bpy
 from ..scene.body import armature_of
 from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
-from . import results
+from . import jobs, own_placements, results
 from .jobs import redraw
 from .state import is_silent, without_updates
+from .step5_ranking import pick
 
 Context = bpy.types.Context
 Group = bpy.types.PropertyGroup
@@ -103,3 +104,29 @@ def change_body(_settings: Group, context: Context) -> None:
 def redraw_views(_settings: Group, context: Context) -> None:
     """Draw the overlay, or no longer."""
     redraw(context)
+
+
+def rename_placement(own: Group, context: Context) -> None:
+    """Call a placement of one's own as typed, or say why that cannot be and leave it."""
+    if is_silent() or own.title == own.name:
+        return
+    try:
+        own_placements.rename(own.id_data, own, own.title)
+    except ValueError as error:
+        with without_updates():
+            own.title = own.name
+        jobs.message = jobs.Message(f"{str(error)[0].upper()}{str(error)[1:]}", True)
+    else:
+        jobs.dismiss_error()
+    jobs.redraw(context)
+
+
+def look_at_own(study: Group, context: Context) -> None:
+    """A click on a placement of one's own looks at its patch, where it has one."""
+    if is_silent() or not 0 <= study.own_index < len(study.own):
+        return
+    body, own = study.id_data, study.own[study.own_index]
+    patch = own_placements.patch_of_own(body, own)
+    if patch >= 0 and context.mode == "OBJECT":
+        pick(context, body, patch, vertex=own.vertex)
+    jobs.redraw(context)

@@ -3,16 +3,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from ..patches.patches import PatchSet
+from ..ranking.utility import UtilityMap
 from .advice_content import DIGITS, place_content
 from .finished_study import Study
 
 
 def own_content(study: Study) -> list[dict[str, Any]]:
+    """Each placement of a finished study with its scores: see `own_scores`."""
+    names = [name for name, _ in study.config.placements]
+    return own_scores(names, study.results.utility, study.results.patches)
+
+
+def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
     """Each placement with its scores, its rank among the sampled patches and what it loses against the best.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the placements among the patches.
+    utility : UtilityMap
+    patches : PatchSet
 
     Returns
     -------
@@ -20,9 +36,8 @@ def own_content(study: Study) -> list[dict[str, Any]]:
         `rank` counts the sampled patches whose expected F1 is higher, and one; `loss` is the expected F1 that
         wearing the sensor there costs against the best patch; `as_good` says whether they can be told apart.
     """
-    utility, patches = study.results.utility, study.results.patches
     known = [name.lower() for name in patches.names]
-    own = [known.index(" ".join(name.lower().split())) for name, _ in study.config.placements]
+    own = [known.index(" ".join(name.lower().split())) for name in names]
     sampled = np.setdiff1d(np.arange(len(patches)), own)
     expected = utility.expected_mean
     return [

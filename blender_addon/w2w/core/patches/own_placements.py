@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
 from pathlib import Path
 
@@ -19,6 +19,9 @@ from .strip_graph import StripGraph
 
 FARTHEST_M = 0.05
 """From the skin that a position may lie: a sensor has a case and a strap."""
+
+AT_ONCE = 16
+"""Placements from which distances are searched in one go, which lets no other thread work."""
 
 
 def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> PatchSet:
@@ -71,17 +74,68 @@ def with_placements(
     """
     own_names, own_centres = _checked(body, placements)
     names, centres = list(patches.names), patches.vertices.tolist()
+    check_names(own_names, names_elsewhere(patches, own_centres.tolist()))
     for name, vertex in zip(own_names, own_centres.tolist(), strict=True):
         if vertex in centres:
             names[centres.index(vertex)] = name
         else:
             names.append(name)
             centres.append(vertex)
-    if len({name.lower() for name in names}) < len(names):
-        taken = {name.lower() for name in patches.names}
-        twice = next(name for name in own_names if name.lower() in taken)
-        raise ValueError(f"a patch of the body is called '{twice}' already: name your placement otherwise")
     return _patches(body, np.array(centres), tuple(names), patches.seed)
+
+
+def placement_vertices(body: Body, placements: Mapping[str, int | Sequence[float]]) -> dict[str, int]:
+    """Vertex of the skin that each placement is at, by its name; parameters and errors as `patches_at`."""
+    names, centres = _checked(body, placements)
+    return dict(zip(names, centres.tolist(), strict=True))
+
+
+def check_names(given: Iterable[str], taken: Iterable[str] = ()) -> tuple[str, ...]:
+    """Names of placements without spaces too many, each its own and none of those taken.
+
+    Raises
+    ------
+    ValueError
+        If one is empty, given twice or taken.
+    """
+    names: dict[str, str] = {}
+    patches = {name.lower() for name in taken}
+    for words in given:
+        name = " ".join(str(words).split())
+        if not name:
+            raise ValueError("a placement has an empty name: call it by where it is worn")
+        if name.lower() in names:
+            raise ValueError(f"two placements are called '{name}' (case and spaces do not count)")
+        if name.lower() in patches:
+            raise ValueError(f"a patch of the body is called '{name}' already: name your placement otherwise")
+        names[name.lower()] = name
+    return tuple(names.values())
+
+
+def check_apart(names: Sequence[str], vertices: Sequence[int]) -> None:
+    """Refuse two placements at one vertex.
+
+    Raises
+    ------
+    ValueError
+    """
+    at: dict[int, str] = {}
+    for name, vertex in zip(names, vertices, strict=True):
+        if vertex in at:
+            raise ValueError(
+                f"'{at[vertex]}' and '{name}' are both at vertex {vertex}: leave one of them out"
+            )
+        at[vertex] = name
+
+
+def names_elsewhere(patches: PatchSet, vertices: Sequence[int]) -> list[str]:
+    """Names of the patches at other vertices than these: no placement there may be called so."""
+    at = set(vertices)
+    return [
+        name
+        for name, vertex in zip(patches.names, patches.vertices.tolist(), strict=True)
+        if vertex not in at
+    ]
 
 
 def read_placements(path: str | Path) -> dict[str, int | tuple[float, float, float]]:
@@ -117,27 +171,20 @@ def _checked(
     """Names of placements and the vertices that they are at."""
     if not placements:
         raise ValueError("no placement is given: name at least one")
-    names = _names(placements)
+    names = check_names(placements)
     centres = np.array([_vertex(body, *each) for each in zip(names, placements.values(), strict=True)])
-    for later, vertex in enumerate(centres):
-        earlier = int(np.flatnonzero(centres == vertex)[0])
-        if earlier < later:
-            raise ValueError(
-                f"'{names[earlier]}' and '{names[later]}' are both at vertex {vertex}: leave one of them out"
-            )
+    check_apart(names, centres.tolist())
     return names, centres
 
 
 def _patches(body: Body, centres: np.ndarray, names: tuple[str, ...], seed: int) -> PatchSet:
     graph = StripGraph.of(body.vertices, body.faces)
-    distance = graph.distances(centres)
-    if not np.isfinite(distance.min(axis=0)).all():
-        raise ValueError(f"the body is of {graph.n_pieces} separate pieces: each needs a placement")
+    labels = _nearest(graph, centres)  # refuses what is of several pieces
     codes, regions = regions_of(body)
     return PatchSet(
         vertices=centres.astype(np.int32),
         triangles=carrier_triangles(body, graph, centres),
-        labels=distance.argmin(axis=0).astype(np.int32),
+        labels=labels,
         regions=tuple(regions[code] for code in codes[centres]),
         seed=seed,
         interpolation=interpolation_weights(graph, centres),
@@ -145,16 +192,19 @@ def _patches(body: Body, centres: np.ndarray, names: tuple[str, ...], seed: int)
     )
 
 
-def _names(placements: Mapping[str, object]) -> tuple[str, ...]:
-    names: dict[str, str] = {}
-    for given in placements:
-        name = " ".join(str(given).split())
-        if not name:
-            raise ValueError("a placement has an empty name: call it by where it is worn")
-        if name.lower() in names:
-            raise ValueError(f"two placements are called '{name}' (case and spaces do not count)")
-        names[name.lower()] = name
-    return tuple(names.values())
+def _nearest(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
+    """The nearest of some vertices to each vertex, shape (V,); of equals the first."""
+    cover = graph.distances(centres, nearest=True)
+    if not np.isfinite(cover).all():
+        raise ValueError(f"the body is of {graph.n_pieces} separate pieces: each needs a placement")
+    least, nearest = np.full(len(cover), np.inf), np.zeros(len(cover), dtype=np.int32)
+    for begin in range(0, len(centres), AT_ONCE):  # some at a time: a window has its turn in between
+        distance = graph.distances(centres[begin : begin + AT_ONCE], limit=cover.max())
+        closest = distance.min(axis=0)
+        nearer = closest < least
+        nearest[nearer] = begin + distance.argmin(axis=0)[nearer]
+        least[nearer] = closest[nearer]
+    return nearest
 
 
 def _vertex(body: Body, name: str, where: int | Sequence[float]) -> int:
