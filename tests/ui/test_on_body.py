@@ -44,7 +44,7 @@ def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
     how(body)
     operator = type("Operator", (), {"report": lambda *_: None})()
     assert jobs.run_now(operator, "Job", steps) == {"CANCELLED"}
-    assert jobs.message == jobs.Message(GONE, True)
+    assert jobs.message == jobs.Message(GONE, True, "Job")
     assert jobs.running is None
     if name == "bake by frame":
         assert bpy.context.scene.frame_current == 17

@@ -24,12 +24,15 @@ from ..core.study import StudyConfig, describe, record_baked
 from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
 from . import results, signal_cache
-from .jobs import Step, Steps, in_thread
+from .jobs import EXPECTED, Step, Steps, in_thread
 from .on_body import is_there, on_body
 from .preferences import cache_folder
 from .state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
 
 SHOWN_REASONS = 2
+
+UNBAKED = "cannot be baked"
+"""How the bake path of a clip begins that could not be."""
 
 AS_SHOWN = 1e-5
 """How far single precision may be from a position, metres, or a weight."""
@@ -38,8 +41,16 @@ BakeSteps = Generator[Step, None, Bake]
 
 
 @on_body
-def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0) -> Steps:
+def bake_steps(
+    mesh: bpy.types.Object,
+    indices: Sequence[int],
+    low: float = 0.0,
+    high: float = 1.0,
+    keep: bool = False,
+) -> Steps:
     """Bake clips of a body: the surface through Blender, the signals in a thread.
+
+    A clip that cannot be baked is left without signals and says why.
 
     Parameters
     ----------
@@ -48,36 +59,58 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0,
         Numbers of the clips in the study's list.
     low, high : float
         The job's fraction at the beginning and the end.
+    keep : bool
+        Whether clips that are baked stay so where the job is ended before the last.
     """
     study, patches = mesh.w2w, patches_of(mesh)
-    config, settings = config_of(study), bake_settings(study)
-    baker, folder = PatchBaker(mesh, patches), cache_folder()
     before = {index: _signals_of(study.clips[index]) for index in indices}
-    n_general = 0
+    baker, failed = PatchBaker(mesh, patches), {}
     finished = False
     try:
         for number, index in enumerate(indices):
             share = (high - low) / len(indices)
             fraction = low + number * share
-            clip = study.clips[index]
-            name = clip.name
+            name = study.clips[index].name
             yield Step(fraction, name)
-            bake = yield from _told(baker.by_frame(clip.action), name, fraction, fraction + 0.8 * share)
-            labels = (clip.activity, clip.subject, clip.name)
-            work = _signals(bake, patches, labels, config, settings, folder)
-            key = yield from in_thread(work, name, fraction + 0.8 * share, fraction + share)
-            clip = study.clips[index]
-            clip.signals, clip.baked_as = key, settings
-            clip.bake_path = f"{bake.path} path: {bake.reason}"
-            n_general += bake.path == "general"
+            try:
+                yield from _bake_clip(mesh, baker, index, fraction, fraction + share)
+            except EXPECTED as error:
+                failed[name] = str(error)
+                _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {error}")
+        if len(failed) == len(indices) and not keep:
+            raise ValueError(f"No clip could be baked: {_some(_reasons(failed))}")
         finished = True
     finally:
-        if not finished and is_there(mesh):
+        if not (finished or keep) and is_there(mesh):
             for index, values in before.items():
-                clip = study.clips[index]
-                clip.signals, clip.baked_as, clip.bake_path = values
-    text = f"Baked {len(indices)} clip{'s' * (len(indices) != 1)} on {len(patches)} patches"
-    return f"{text}, {n_general} by Blender's evaluated mesh" if n_general else text
+                _set_signals(mesh.w2w.clips[index], *values)
+    return _baked_text([study.clips[index] for index in indices], len(patches), failed)
+
+
+def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker, index: int, low: float, high: float) -> Steps:
+    """Bake one clip."""
+    study, settings = mesh.w2w, bake_settings(mesh.w2w)
+    clip, between = study.clips[index], low + 0.8 * (high - low)
+    name, labels = clip.name, (clip.activity, clip.subject, clip.name)
+    bake = yield from _told(baker.by_frame(clip.action), name, low, between)
+    work = _signals(bake, baker.patches, labels, config_of(study), settings, cache_folder())
+    key = yield from in_thread(work, name, between, high)
+    _set_signals(mesh.w2w.clips[index], key, settings, f"{bake.path} path: {bake.reason}")
+    return name
+
+
+def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: dict[str, str]) -> str:
+    """What was baked, how, and what could not be."""
+    done = len(clips) - len(failed)
+    text = f"Baked {done} clip{'s' * (done != 1)} on {patches} patches"
+    general = sum(clip.bake_path.startswith("general") for clip in clips)
+    if general:
+        text += f", {general} by Blender's evaluated mesh"
+    return f"{text}. Not baked: {_some(_reasons(failed))}" if failed else text
+
+
+def _reasons(failed: dict[str, str]) -> list[str]:
+    return [f"{name} ({reason})" for name, reason in failed.items()]
 
 
 @on_body
@@ -198,7 +231,7 @@ def _some(reasons: list[str]) -> str:
     """The first reasons, and how many more there are: a panel is no report."""
     more = len(reasons) - SHOWN_REASONS
     text = "; ".join(reasons[:SHOWN_REASONS])
-    return f"{text}; and {more} more activities likewise" if more > 0 else text
+    return f"{text}; and {more} more likewise" if more > 0 else text
 
 
 def _rank(
@@ -231,3 +264,7 @@ def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
 
 def _signals_of(clip: bpy.types.PropertyGroup) -> tuple[str, str, str]:
     return clip.signals, clip.baked_as, clip.bake_path
+
+
+def _set_signals(clip: bpy.types.PropertyGroup, key: str, settings: str, path: str) -> None:
+    clip.signals, clip.baked_as, clip.bake_path = key, settings, path

@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeVar
 
 import bpy
@@ -23,6 +23,9 @@ BUDGET = 0.03
 
 POLL = 0.02
 """Seconds to wait for a thread before the window gets its turn."""
+
+KNOWN_FROM, KNOWN_AFTER = 0.03, 3.0
+"""Fraction done, and seconds gone, from which the time that is left can be told."""
 
 PASSED_ON = {
     "MOUSEMOVE",
@@ -57,8 +60,16 @@ class Job:
 
     title: str
     steps: Steps
+    kept: Callable[[], str] = str
+    """Says what was done so far, where that is kept when the job is ended early; empty where nothing is."""
     fraction: float = 0.0
     text: str = ""
+    begun: float = field(default_factory=time.monotonic)
+
+    def how_far(self) -> str:
+        """Percent done and, as soon as it is known, about how long the rest will take."""
+        left = time_left(self.fraction, time.monotonic() - self.begun)
+        return f"{self.fraction:.0%}, {left}" if left else f"{self.fraction:.0%}"
 
 
 class Message(NamedTuple):
@@ -66,6 +77,8 @@ class Message(NamedTuple):
 
     text: str
     is_error: bool
+    job: str = ""
+    """Title of the job that it is of: it is shown beside the button that started that."""
 
 
 running: Job | None = None
@@ -77,10 +90,16 @@ class Cancelled(Exception):  # noqa: N818 - no error
     """Raised inside a thread's work to end it early."""
 
 
-def start(operator: bpy.types.Operator, context: bpy.types.Context, title: str, steps: Steps) -> set[str]:
+def start(
+    operator: bpy.types.Operator,
+    context: bpy.types.Context,
+    title: str,
+    steps: Steps,
+    kept: Callable[[], str] = str,
+) -> set[str]:
     """Run a job modally, or at once where there is no window or the operator was executed by a script."""
     global running, message
-    running, message = Job(title, steps), None
+    running, message = Job(title, steps, kept), None
     if bpy.app.background or context.window is None:
         return _run_through(operator)
     bpy.ops.w2w.run_job("INVOKE_DEFAULT")
@@ -128,10 +147,31 @@ def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: floa
     return future.result()
 
 
+def part(steps: Steps, low: float, high: float) -> Steps:
+    """The steps of one job as a part of another, from one fraction of that to the next."""
+    try:
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as stop:
+                return stop.value
+            yield Step(low + (high - low) * step.fraction, step.text)
+    finally:
+        steps.close()
+
+
+def time_left(fraction: float, seconds: float) -> str:
+    """About how long work takes that has come so far in so many seconds; empty while that is a guess."""
+    if seconds < KNOWN_AFTER or not KNOWN_FROM <= fraction < 1:
+        return ""
+    left = seconds * (1 - fraction) / fraction
+    return f"about {max(round(left), 1)} s left" if left < 90 else f"about {round(left / 60)} min left"
+
+
 def show_error(operator: bpy.types.Operator, text: str) -> set[str]:
     """Say what went wrong in the status bar and in the panel."""
     global message
-    message = Message(text, True)
+    message = Message(text, True, running.title if running is not None else "")
     operator.report({"ERROR"}, text)
     return {"CANCELLED"}
 
@@ -176,7 +216,7 @@ def _run_through(operator: bpy.types.Operator) -> set[str]:
         return show_error(operator, str(error))
     finally:
         running = None
-    message = Message(text, False)
+    message = Message(text, False, job.title)
     operator.report({"INFO"}, text)
     return {"FINISHED"}
 
@@ -204,7 +244,9 @@ class W2W_OT_run_job(bpy.types.Operator):
             return self.end(context, {"CANCELLED"})
         if event.type == "ESC" and event.value == "PRESS":
             running.steps.close()
-            message = Message(f"{running.title} cancelled: nothing was changed", False)
+            kept = self.note_kept()
+            text = f"stopped: {kept}" if kept else "cancelled: nothing was changed"
+            message = Message(f"{running.title} {text}", False, running.title)
             return self.end(context, {"CANCELLED"})
         if event.type != "TIMER":
             return {"PASS_THROUGH"} if event.type in PASSED_ON else {"RUNNING_MODAL"}
@@ -212,6 +254,7 @@ class W2W_OT_run_job(bpy.types.Operator):
             text = _advance(running, BUDGET)
         except EXPECTED as error:
             show_error(self, str(error))
+            self.note_kept()
             return self.end(context, {"CANCELLED"})
         except Exception:
             self.end(context, {"CANCELLED"})
@@ -219,7 +262,7 @@ class W2W_OT_run_job(bpy.types.Operator):
         if text is None:
             self.show(context)
             return {"RUNNING_MODAL"}
-        message = Message(text, False)
+        message = Message(text, False, running.title)
         bpy.ops.ed.undo_push(message=running.title)
         self.report({"INFO"}, text)
         return self.end(context, {"FINISHED"})
@@ -230,10 +273,17 @@ class W2W_OT_run_job(bpy.types.Operator):
             running.steps.close()
         self.end(context, {"CANCELLED"})
 
+    def note_kept(self) -> str:
+        """What the ended job leaves behind, a step of undo then; empty where it leaves nothing."""
+        kept = running.kept()
+        if kept:
+            bpy.ops.ed.undo_push(message=running.title)
+        return kept
+
     def show(self, context: bpy.types.Context) -> None:
         """Progress in the status bar and, by a redraw, in the panel."""
-        percent = round(100 * running.fraction)
-        context.workspace.status_text_set(f"{running.title}: {percent} %   {running.text}      Esc: cancel")
+        far = running.how_far()
+        context.workspace.status_text_set(f"{running.title}: {far}   {running.text}      Esc: cancel")
         redraw(context)
 
     def end(self, context: bpy.types.Context, result: set[str]) -> set[str]:

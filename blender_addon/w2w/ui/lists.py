@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 
+from .baking import UNBAKED
 from .results import activity_scores
 from .state import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
 
@@ -27,7 +28,8 @@ class W2W_UL_clips(bpy.types.UIList):
         row.prop(item, "selected", text="", emboss=False, icon=_tick(item.selected))
         row.label(text=Path(item.file).stem or item.name, translate=False)
         playing = playing_clip(data.id_data) == item
-        row.label(text="", icon="PLAY" if playing else ICONS.get(state, "BLANK1"))
+        mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(state, "BLANK1")
+        row.label(text="", icon="PLAY" if playing else mark)
         if state == FAILED:
             return
         row = column.row(align=True)

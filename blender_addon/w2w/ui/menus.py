@@ -21,7 +21,7 @@ STEPS = (
     ("preview_clip", "show_source"),
     ("place_patches", "remove_patches"),
     ("add_placement", "load_placements", "remove_placement"),
-    ("bake_signals", "rank_patches", "fit_range", "clear_pick"),
+    ("run_all", "bake_signals", "rank_patches", "fit_range", "clear_pick"),
     ("wish_picked", "choose_sensors"),
     ("export_map", "export_table", "export_report", "export_signals", "save_results"),
 )

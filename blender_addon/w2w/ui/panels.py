@@ -7,7 +7,9 @@ import bpy
 
 from ..scene.source_beside import source_collections
 from . import jobs
+from .baking import UNBAKED
 from .result_panels import W2WPanel
+from .run_all import draw_run_all
 from .shape import draw_sliders
 from .source_view import has_source
 from .state import (
@@ -28,10 +30,13 @@ from .state import (
     usable,
     utility_of,
 )
-from .text import draw_message, draw_progress, draw_text
+from .text import draw_message, draw_outcome, draw_progress, draw_text
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
+
+BESIDE_THEIR_BUTTONS = ("Import Motions", "Place Patches", "Bake Signals", "Rank Patches", "Choose Sensors")
+"""Jobs whose outcome is shown where they were started; that of others stands at the top."""
 
 
 class StepPanel(W2WPanel):
@@ -57,8 +62,7 @@ class StepPanel(W2WPanel):
             draw_text(content, context, missing, icon="INFO")
         else:
             self.draw_step(context, content)
-        if jobs.running is not None and jobs.running.title == self.job:
-            draw_progress(self.layout, jobs.running)
+        draw_outcome(self.layout, context, self.job)
 
     def missing(self, context: Context) -> str:
         """What this step needs before it makes sense; empty where nothing."""
@@ -83,14 +87,17 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
         self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
 
     def draw(self, context: Context) -> None:
-        """Draw the body's name, a running job, or the last message."""
+        """Draw the body's name, the button for all steps, and what is going on."""
         layout = self.layout
         if len(bodies(context.scene)) > 1:
             layout.prop(context.scene.w2w, "body", text="")
+        body = current_body(context)
+        if body is not None and usable(body.w2w):
+            draw_run_all(layout, context, body)
         if jobs.running is not None:
             layout.label(text=jobs.running.title)
             draw_progress(layout, jobs.running)
-        elif jobs.message is not None:
+        elif jobs.message is not None and jobs.message.job not in BESIDE_THEIR_BUTTONS:
             draw_message(layout, context, jobs.message)
 
 
@@ -283,7 +290,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         layout.label(text=f"{done} of {len(clips)} clips are up to date")
         if 0 <= study.clip_index < len(study.clips):
             clip = study.clips[study.clip_index]
-            if clip.bake_path.startswith("general"):
+            if clip.bake_path.startswith(("general", UNBAKED)):
                 draw_text(layout, context, f"{clip.name}: {clip.bake_path}", icon="INFO")
 
 

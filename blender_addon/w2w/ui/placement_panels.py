@@ -15,7 +15,7 @@ from .overlay import picks
 from .own_placements import spot_name
 from .result_panels import ResultPanel, can_change_now, draw_rows
 from .state import COST, current_body, patches_of
-from .text import draw_progress, draw_text
+from .text import draw_outcome, draw_text
 from .wishes import is_understood
 
 Context = bpy.types.Context
@@ -46,10 +46,11 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
         row = content.row()
         row.scale_y = 1.2
         row.operator("w2w.choose_sensors", icon="VIEWZOOM")
-        if jobs.running is not None and jobs.running.title == TITLE:
-            draw_progress(self.layout, jobs.running)
-        else:
-            draw_worn(content, context, body)
+        draw_outcome(self.layout, context, TITLE)
+        if jobs.running is None or jobs.running.title != TITLE:
+            worn = self.layout.column()
+            worn.enabled = can_change_now(context)
+            draw_worn(worn, context, body)
 
 
 class W2W_PT_places(ResultPanel, bpy.types.Panel):

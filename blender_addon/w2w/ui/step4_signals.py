@@ -60,7 +60,7 @@ class W2W_OT_bake_signals(bpy.types.Operator):
 
     def nothing_to_do(self) -> set[str]:
         """Say that all is done."""
-        jobs.message = jobs.Message("All signals are up to date", False)
+        jobs.message = jobs.Message("All signals are up to date", False, self.bl_label)
         self.report({"INFO"}, jobs.message.text)
         return {"FINISHED"}
 

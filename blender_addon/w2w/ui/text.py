@@ -40,10 +40,19 @@ def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message
     row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
 
 
+def draw_outcome(layout: bpy.types.UILayout, context: bpy.types.Context, title: str) -> None:
+    """Draw how far a job is, or what came out of it, where it was started."""
+    if jobs.running is not None:
+        if jobs.running.title == title:
+            draw_progress(layout, jobs.running)
+    elif jobs.message is not None and jobs.message.job == title:
+        draw_message(layout, context, jobs.message)
+
+
 def draw_progress(layout: bpy.types.UILayout, job: jobs.Job) -> None:
     """Draw how far a job is, and how to end it."""
     column = layout.column(align=True)
-    column.progress(factor=job.fraction, text=f"{job.fraction:.0%}")
+    column.progress(factor=job.fraction, text=job.how_far())
     row = column.row()
     row.active = False
     row.label(text=f"Esc cancels   {job.text}", translate=False)

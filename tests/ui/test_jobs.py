@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Jobs in parts, and what is said of the time that they still take."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import pytest
+
+from w2w.ui.jobs import Step, part, time_left
+
+
+@pytest.mark.parametrize(
+    ("fraction", "seconds", "text"),
+    [
+        (0.5, 2.0, ""),
+        (0.01, 20.0, ""),
+        (1.0, 20.0, ""),
+        (0.5, 20.0, "about 20 s left"),
+        (0.999, 20.0, "about 1 s left"),
+        (0.25, 100.0, "about 5 min left"),
+    ],
+)
+def test_the_time_left_is_said_as_soon_as_it_can_be_told(fraction: float, seconds: float, text: str) -> None:
+    assert time_left(fraction, seconds) == text
+
+
+def made(closed: list[str]) -> Generator[Step, None, str]:
+    """Steps that note that they were closed."""
+    try:
+        for fraction in (0.0, 0.5, 1.0):
+            yield Step(fraction, "working")
+        return "done"
+    finally:
+        closed.append("closed")
+
+
+def test_a_part_runs_from_its_fraction_to_the_next_and_gives_what_it_did() -> None:
+    closed: list[str] = []
+    steps = part(made(closed), 0.2, 0.6)
+    assert [next(steps).fraction for _ in range(3)] == pytest.approx([0.2, 0.4, 0.6])
+    with pytest.raises(StopIteration, match="done"):
+        next(steps)
+
+
+def test_a_part_that_is_ended_ends_its_own_steps() -> None:
+    closed: list[str] = []
+    steps = part(made(closed), 0.0, 1.0)
+    next(steps)
+    steps.close()
+    assert closed == ["closed"]

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run All does what is missing, keeps what was done when it is ended, and stops at no bad clip."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.core.motion.motion import Motion
+from w2w.ui import baking, jobs
+from w2w.ui.advice import advice_of
+from w2w.ui.run_all import TITLE, kept_of, run_all_steps
+from w2w.ui.state import BAKED, bake_settings, patches_of, rank_settings, state_of, utility_of
+
+from .made_study import N_PATCHES, make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def baked(body: bpy.types.Object) -> int:
+    """How many clips have signals that are up to date."""
+    return sum(state_of(clip, bake_settings(body.w2w)) == BAKED for clip in body.w2w.clips)
+
+
+def test_one_press_leads_from_motions_to_sensors(library: Path) -> None:
+    body = make_study(library, "motions")
+    body.w2w.max_places = 1
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert len(patches_of(body)) == N_PATCHES
+    assert baked(body) == 9
+    assert body.w2w.ranked_as == rank_settings(body.w2w)
+    assert advice_of(body.w2w)["worn_together"] is not None
+    assert (jobs.message.job, jobs.message.is_error) == (TITLE, False)
+    assert "Baked 9 clips" in jobs.message.text
+    keys = [clip.signals for clip in body.w2w.clips]
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert jobs.message.text == "Everything is up to date"
+    body.w2w.target = 0.99
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert advice_of(body.w2w)["worn_together"]["target"] == pytest.approx(0.99)
+    assert [clip.signals for clip in body.w2w.clips] == keys
+
+
+def test_what_was_baked_when_it_is_ended_is_not_baked_again(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = make_study(library, "motions patches")
+    body.w2w.max_places = 1
+    kept = kept_of(body)
+    assert kept() == ""
+    steps = run_all_steps(body)
+    fractions = []
+    while baked(body) < 4:
+        fractions.append(next(steps).fraction)
+    steps.close()
+    assert fractions == sorted(fractions)
+    assert baked(body) == 4
+    assert kept() == "4 of 9 clips are baked, and Run All goes on from there"
+    keys = [clip.signals for clip in body.w2w.clips]
+    asked = []
+    bake = baking._bake_clip
+    monkeypatch.setattr(
+        baking,
+        "_bake_clip",
+        lambda mesh, baker, index, *ends: asked.append(index) or bake(mesh, baker, index, *ends),
+    )
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert asked == [4, 5, 6, 7, 8]
+    assert [clip.signals for clip in body.w2w.clips][:4] == keys[:4]
+    assert utility_of(body.w2w) is not None
+
+
+def test_a_clip_that_cannot_be_baked_stops_no_other(library: Path, tmp_path: Path) -> None:
+    body = make_study(library, "motions patches")
+    body.w2w.max_places = 1
+    motion = Motion.load(next(library.rglob("*.npz")))
+    short = Motion(motion.rotations[:9], motion.pelvis[:9], motion.rate)
+    (tmp_path / "waving").mkdir()
+    short.save(tmp_path / "waving" / "blink.npz")
+    assert bpy.ops.w2w.import_folder(directory=str(tmp_path)) == {"FINISHED"}
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert "Not baked: " in jobs.message.text
+    assert "blink" in jobs.message.text
+    assert baked(body) == 9
+    assert body.w2w.clips[9].bake_path.startswith(baking.UNBAKED)
+    assert np.isfinite(utility_of(body.w2w).expected_mean).all()
+    with pytest.raises(RuntimeError, match=r"No clip could be baked: .*blink"):
+        bpy.ops.w2w.bake_signals()
+
+
+def test_what_it_waits_for_is_said(library: Path) -> None:
+    body = make_study(library, "")
+    assert not bpy.ops.w2w.run_all.poll()
+    bpy.ops.w2w.import_folder(directory=str(library))
+    assert bpy.ops.w2w.run_all.poll()
+    body.w2w.clips[0].activity = " "
+    assert not bpy.ops.w2w.run_all.poll()
+
+
+@pytest.mark.slow
+def test_placements_of_ones_own_are_taken_over(library: Path) -> None:
+    body = make_study(library)
+    body.w2w.max_places = 1
+    bpy.ops.w2w.select_patch(patch=3)
+    bpy.ops.w2w.add_placement(name="pod", vertex=1234)
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert patches_of(body).names[-1] == "pod"
+    assert len(utility_of(body.w2w).expected_mean) == N_PATCHES + 1
+    assert baked(body) == 9
+
+
+def test_a_removed_body_leaves_nothing_to_go_on_from(library: Path) -> None:
+    body = make_study(library, "motions patches")
+    kept = kept_of(body)
+    bpy.data.objects.remove(body)
+    assert kept() == ""
