@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from headless.__main__ import APP
 from w2w.core.results_folder import StudyResults
 from w2w.scene.patches import empties_by_patch
-from w2w.ui import signal_cache
+from w2w.ui import jobs, signal_cache
 from w2w.ui.advice import advice_of, leading
 from w2w.ui.choosing import choose_steps
 from w2w.ui.state import FORBID, config_of, constraints_of, patches_of
@@ -197,11 +197,34 @@ def test_a_limit_can_be_switched_on_and_off(finished_run: Path) -> None:
     assert config_of(study).max_places == 3
 
 
+@pytest.mark.slow
+def test_without_an_activity_the_choice_is_that_of_the_folder_saved_without_it(
+    finished_run: Path, tmp_path: Path
+) -> None:
+    body = open_file(finished_run / "study.blend")
+    body.w2w.activities["run"].use = False
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    assert jobs.message.text.endswith(". Without run")
+    content = advice_of(body.w2w)
+    assert set(content["worn_together"]["f1"]) == {"bow", "walk_left"}
+    assert leading(body.w2w) == body.w2w.worn
+    assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
+    choice, _ = place(tmp_path / "saved", tmp_path, "--forbid", "foot", "--max", "3", "--target", "0.85")
+    assert content == choice
+    body.w2w.activities["run"].use = True
+    assert advice_of(body.w2w) is None
+
+
+def test_one_activity_alone_cannot_be_chosen_for(finished_run: Path) -> None:
+    body = open_file(finished_run / "study.blend")
+    for name in ("run", "bow"):
+        body.w2w.activities[name].use = False
+    with pytest.raises(RuntimeError, match="activit"):
+        bpy.ops.w2w.choose_sensors()
+
+
 def test_what_the_choice_waits_for_is_said(finished_run: Path) -> None:
     body = open_file(finished_run / "study.blend")
-    body.w2w.activities[0].use = False
-    assert not bpy.ops.w2w.choose_sensors.poll()
-    body.w2w.activities[0].use = True
     assert bpy.ops.w2w.choose_sensors.poll()
     body.w2w.clips[0].activity = "greeting"
     assert not bpy.ops.w2w.choose_sensors.poll()

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -13,16 +13,18 @@ import numpy as np
 from bpy.props import BoolProperty
 
 from ..core.body.body import Body
-from ..core.clip_ranking import WindowLabels, same_motions
+from ..core.clip_ranking import WindowLabels, rank_windows, same_motions
 from ..core.findings.advice_content import advice_content
 from ..core.ranking.inputs import PatchBlocks
 from ..core.ranking.pooling import Pooling
+from ..core.ranking.utility import UtilityMap
 from ..core.results_folder import StudyResults, choose_to_wear, sensors_together
-from ..core.selection.advice import advise
+from ..core.selection.advice import Advice, advise
+from ..core.selection.joint import JointSet
 from ..core.study import StudyConfig
 from . import jobs, results, signal_cache
 from .baking import as_labelled, body_as_run, ranked_clips, ranking_source
-from .jobs import Steps, in_thread
+from .jobs import Step, Steps, in_thread
 from .on_body import on_body
 from .state import config_of, current_body, patches_of, rank_settings, utility_of
 from .step2_motions import can_change
@@ -68,7 +70,7 @@ class W2W_OT_choose_sensors(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a ranking, of all activities."""
+        """There must be a ranking."""
         if not can_change(cls, context):
             return False
         missing = missing_for_choice(current_body(context))
@@ -91,48 +93,76 @@ def missing_for_choice(body: bpy.types.Object) -> str:
         return "Rank the patches first (step 5)"
     if study.ranked_as != rank_settings(study):
         return "Clips or settings have changed since the ranking: rank again first (step 5)"
-    if not results.ticked(study).all():
-        return "Tick all activities first: sensors to wear together are chosen for all of them"
     return ""
 
 
 @on_body
 def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
-    """Choose in a thread, then keep and mark what was chosen."""
-    study = mesh.w2w
+    """Choose in a thread, then keep and mark what was chosen.
+
+    Clips of activities that are not ticked are left out, and the others ranked without them, as
+    Save Results leaves them out.
+    """
     missing = missing_for_choice(mesh)
     if missing:
         raise ValueError(missing)
-    patches, utility, config = patches_of(mesh), utility_of(study), config_of(study)
-    gather = _gathering(mesh, config) if together else None
+    patches, utility, config = patches_of(mesh), utility_of(mesh.w2w), config_of(mesh.w2w)
+    left_out, finished, pooling = results.left_out(mesh.w2w), None, None
+    if together or left_out:
+        finished, pooling = yield from _gather_steps(mesh, config, left_out)
+        utility = finished.utility
     advice = yield from in_thread(
         lambda _told: advise(utility, patches, config.target, config.max_places, config.constraints),
         "choosing by the proxy",
-        0.0,
-        0.1,
+        0.3,
+        0.4,
     )
     worn, tested = None, ()
-    if gather is not None:
-        finished = yield from in_thread(gather, "gathering windows", 0.1, 0.15)
-        pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.15, 0.3)
-        chosen = advice
-        worn, advice = yield from in_thread(
-            lambda _told: choose_to_wear(finished, config, chosen, pooling),
-            "choosing what to wear",
-            0.3,
-            0.95,
+    if together:
+        worn, advice, tested = yield from in_thread(
+            _together(finished, config, advice, pooling), "choosing what to wear", 0.4, 1.0
         )
-        order = advice.subset.order
-        tested = yield from in_thread(lambda _told: sensors_together(finished, order), "testing", 0.95, 1.0)
     content = advice_content(advice, utility, patches, tested, worn)
     results.advise(mesh, content)
     sentence = (content["worn_together"] or content["subset"])["sentence"]
-    return sentence[0].upper() + sentence[1:]
+    text = sentence[0].upper() + sentence[1:]
+    return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
 
-def _gathering(mesh: bpy.types.Object, config: StudyConfig) -> Callable[[object], SceneResults]:
+def _gather_steps(
+    mesh: bpy.types.Object, config: StudyConfig, left_out: Sequence[str]
+) -> Generator[Step, None, tuple[SceneResults, Pooling]]:
+    """The study in the scene without some activities, ranked anew where there are such."""
+    gather = _gathering(mesh, config, left_out)
+    finished = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
+    pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.05, 0.2)
+    if left_out:
+        labels, text = finished.labels(), f"ranking without {', '.join(left_out)}"
+        utility = yield from in_thread(
+            lambda told: rank_windows(finished.source, labels, config, told, pooling=pooling), text, 0.2, 0.3
+        )
+        finished = replace(finished, utility=utility)
+    return finished, pooling
+
+
+def _together(
+    finished: SceneResults, config: StudyConfig, advice: Advice, pooling: Pooling
+) -> Callable[[Callable[[float], None]], tuple[JointSet | None, Advice, tuple[UtilityMap, ...]]]:
+    """Work for a thread: choose a set to be worn, and test the proxy's."""
+
+    def work(told: Callable[[float], None]) -> tuple[JointSet | None, Advice, tuple[UtilityMap, ...]]:
+        worn, promised = choose_to_wear(finished, config, advice, pooling)
+        told(0.9)
+        return worn, promised, sensors_together(finished, promised.subset.order)
+
+    return work
+
+
+def _gathering(
+    mesh: bpy.types.Object, config: StudyConfig, left_out: Sequence[str]
+) -> Callable[[object], SceneResults]:
     """Work for a thread: the study in the scene, as what is read of a results folder."""
-    clips = ranked_clips(mesh.w2w)
+    clips = [clip for clip in ranked_clips(mesh.w2w) if clip.activity not in left_out]
     lost = [clip.name for clip in clips if not signal_cache.has(clip.signals)]
     if lost:
         raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")

@@ -14,6 +14,7 @@ from .choosing import TITLE, missing_for_choice
 from .overlay import picks
 from .own_placements import spot_name
 from .result_panels import ResultPanel, can_change_now, draw_rows
+from .results import left_out
 from .state import COST, current_body, patches_of
 from .text import draw_outcome, draw_text
 from .wishes import is_understood
@@ -68,7 +69,7 @@ class W2W_PT_places(ResultPanel, bpy.types.Panel):
         if study.verdict:
             draw_text(layout, context, _sentence(study.verdict))
         content = advice_of(study)
-        if content is None:
+        if content is None or left_out(study):  # the choice was made in a ranking without them
             return
         if content["joint"] is not None:
             draw_text(layout, context, _sentence(content["joint"]["sentence"]))
@@ -133,6 +134,8 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
         return
     draw_rows(layout, study, study.worn, numbered=True)
     draw_text(layout, context, _sentence(worn["sentence"]))
+    if left_out(study):
+        draw_text(layout, context, "Chosen from a ranking of the ticked activities alone.", icon="INFO")
 
 
 def _exact(content: dict[str, Any]) -> str:

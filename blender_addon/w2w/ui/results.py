@@ -93,6 +93,13 @@ def ticked(study: bpy.types.PropertyGroup) -> np.ndarray:
     return used if used.any() else np.ones(len(used), dtype=bool)
 
 
+def left_out(study: bpy.types.PropertyGroup) -> list[str]:
+    """Names of the activities that do not count; none where none is ticked."""
+    return [
+        activity.name for activity, counts in zip(study.activities, ticked(study), strict=True) if not counts
+    ]
+
+
 def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
     """Expected F1 over the activities that count, shape (N,)."""
     counting = ticked(study)
