@@ -7,7 +7,7 @@ Blender draws them, and may die of it: `draw` has this done in a worker process.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
@@ -70,40 +70,60 @@ def write_blend(out: Path, subset: Subset) -> None:
         utility.expected_f1,
         utility.activities,
         utility.expected_mean,
-        subset.order,
+        marked(study, subset).order,
         record=record_of(study, body),
         span=utility.colour_span,
     )
+
+
+class Marked(NamedTuple):
+    """The set that a picture marks, and what it reaches with its first sensor, its first two, and so on."""
+
+    order: list[int]
+    scores: list[float]
+    label: str
+    target: float
+    reached: bool
+    sentence: str
+
+
+def marked(study: StudyResults, subset: Subset) -> Marked:
+    """The set to wear together that the summary tells of; where it tells of none, that by the proxy."""
+    worn, made = study.summary.get("worn_together"), subset.promise
+    if worn is not None:
+        order = [place["patch"] for place in worn["places"]]
+        scores = [place["expected_f1_so_far"] for place in worn["places"]]
+        sentence = f"{worn['sentence'][:1].upper()}{worn['sentence'][1:]}"
+        return Marked(order, scores, EXPECTED, worn["target"], worn["reached"], sentence)
+    scores, label = list(subset.mean_max_after_each), "Best-of F1 on these clips"
+    if made is not None:
+        scores, label = made.mean.tolist(), EXPECTED
+    return Marked(list(subset.order), scores, label, subset.target, subset.reached, subset.sentence())
 
 
 def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) -> None:
     from .heatmap_figure import subset_figure  # matplotlib is slow to import
 
     utility, patches, body = study.utility, study.patches, renderer.body
-    order = list(subset.order[:MAX_LISTED])
+    shown = marked(study, subset)
+    order = list(shown.order[:MAX_LISTED])
     low, high = score_range(utility.expected_mean, utility.colour_span)
     pictures = renderer.render(patch_colours(patches, utility.expected_mean, low, high))
     corners = body.vertices[patches.triangles[order]]
     normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
-    made = subset.promise
-    scores, label = (
-        (subset.mean_max_after_each, "Best-of F1 on these clips")
-        if made is None
-        else (made.mean.tolist(), "Expected F1")
-    )
-    subtitle = subset.sentence()
-    if len(order) < len(subset.order):
-        subtitle += f" (the first {len(order)} of {len(subset.order)} patches shown)"
-    count = f"{len(subset.order)} sensor{'s' if len(subset.order) != 1 else ''}"
+    subtitle = shown.sentence
+    if len(order) < len(shown.order):
+        subtitle += f" (the first {len(order)} of {len(shown.order)} patches shown)"
+    count = f"{len(shown.order)} sensor{'s' if len(shown.order) != 1 else ''}"
     subset_figure(
         study.out / HEATMAPS / f"{SUBSET}.png",
         pictures,
-        f"Where to wear {count}" if subset.reached else "Where to wear: the best set there is",
+        f"Where to wear {count}" if shown.reached else "Where to wear: the best set there is",
         renderer.locate(corners.mean(axis=1), normals),
         [patches.names[patch] for patch in order],
-        scores[: len(order)],
-        label,
-        target=subset.target,
+        shown.scores[: len(order)],
+        shown.label,
+        target=shown.target,
         subtitle=subtitle,
         scale=(low, high),
         scale_label=EXPECTED,

@@ -3,6 +3,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 
 from headless.commands.study_rehab import FIGURE, draw_figure
 from headless.reports.draw import draw_alone
-from headless.reports.pictures import write_pictures
+from headless.reports.pictures import marked, write_pictures
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset
@@ -110,3 +111,19 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
 
 def test_what_cannot_be_drawn_says_why(tmp_path):
     assert "is not the results folder of a finished run" in draw_alone(draw_figure, tmp_path, None)
+
+
+def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
+    proxy = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
+    out = tmp_path / "out"
+    shutil.copytree(drawn_results, out)
+    summary = json.loads((out / "summary.json").read_text())
+    worn = summary["worn_together"]
+    shown = marked(StudyResults.load(out), proxy)
+    assert shown.order == [place["patch"] for place in worn["places"]]
+    assert shown.scores[-1] == worn["expected_f1"]
+    assert (shown.label, shown.target, shown.reached) == ("Expected F1", worn["target"], worn["reached"])
+    assert shown.sentence.lower() == worn["sentence"].lower()
+    (out / "summary.json").write_text(json.dumps(summary | {"worn_together": None}))
+    shown = marked(StudyResults.load(out), proxy)
+    assert (shown.order, shown.scores, shown.label) == ([3, 7], [0.8, 0.9], "Best-of F1 on these clips")
