@@ -35,7 +35,14 @@ from .text import draw_message, draw_outcome, draw_progress, draw_text
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
 
-BESIDE_THEIR_BUTTONS = ("Import Motions", "Place Patches", "Bake Signals", "Rank Patches", "Choose Sensors")
+BESIDE_THEIR_BUTTONS = (
+    "Load SMPL Body",
+    "Import Motions",
+    "Place Patches",
+    "Bake Signals",
+    "Rank Patches",
+    "Choose Sensors",
+)
 """Jobs whose outcome is shown where they were started; that of others stands at the top."""
 
 
@@ -106,6 +113,7 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
 
     bl_label = "1  Body"
     bl_idname = "W2W_PT_body"
+    job = "Load SMPL Body"
 
     def is_done(self, context: Context) -> bool:
         """Whether there is a body."""

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 from bpy.props import StringProperty
 
-from ..core.adopt.smpl import BodyError, load_body
+from ..core.adopt.smpl import load_body
 from ..core.body.body import Body
 from ..scene.body import add_body, armature_of, body_of
 from ..scene.study_record import has_record
 from . import jobs
-from .jobs import dismiss, show_error
+from .jobs import Step, Steps, dismiss, in_thread, show_error
 from .restore import restore
 from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
 from .state import body_of_object, current_body, without_updates
@@ -77,14 +79,17 @@ class W2W_OT_load_body(bpy.types.Operator):
 
     bl_idname = "w2w.load_body"
     bl_label = "Load SMPL Body"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.npz;*.pkl;*.obj;*.ply", options={"HIDDEN"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Bones can be made only from object mode."""
+        """Bones can be made only from object mode, and one job runs at a time."""
+        if jobs.running is not None:
+            cls.poll_message_set("Wait until the running job has finished, or cancel it with Esc")
+            return False
         cls.poll_message_set("Go back to object mode first")
         return context.mode == "OBJECT"
 
@@ -94,13 +99,8 @@ class W2W_OT_load_body(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Read it and add it as `W2W_OT_add_body` does."""
-        try:
-            body = load_body(bpy.path.abspath(self.filepath))
-        except BodyError as error:
-            return show_error(self, str(error))
-        add_study(context, body, body.name)
-        return {"FINISHED"}
+        """Start the work."""
+        return jobs.start(self, context, self.bl_label, load_steps(Path(bpy.path.abspath(self.filepath))))
 
 
 class W2W_OT_use_mesh(bpy.types.Operator):
@@ -152,6 +152,14 @@ class W2W_OT_select_body(bpy.types.Operator):
         """Select it."""
         select_only(context, current_body(context))
         return {"FINISHED"}
+
+
+def load_steps(path: Path) -> Steps:
+    """Read a body in a thread, which may take long, then add it as `W2W_OT_add_body` does."""
+    body = yield from in_thread(lambda _told: load_body(path), f"reading {path.name}", 0.0, 0.9)
+    yield Step(0.9, "building the body")
+    add_study(bpy.context, body, body.name)
+    return f"Loaded {path.name}"
 
 
 def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Object:
