@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
+import bpy
 import pytest
 
 from w2w.ui.jobs import Step, part, time_left
+from w2w.ui.step_panel import StepPanel, beside_their_buttons
 
 
 @pytest.mark.parametrize(
@@ -49,3 +51,12 @@ def test_a_part_that_is_ended_ends_its_own_steps() -> None:
     next(steps)
     steps.close()
     assert closed == ["closed"]
+
+
+@pytest.mark.usefixtures("blender")
+def test_an_outcome_is_shown_by_one_panel_alone() -> None:
+    titles = [title for panel in StepPanel.__subclasses__() for title in panel.titles]
+    assert len(set(titles)) == len(titles)
+    started = {getattr(bpy.types, name).bl_label for name in dir(bpy.types) if name.startswith("W2W_OT_")}
+    assert set(titles) - started == {"Import Motions"}  # of two buttons
+    assert "Run All" in started - beside_their_buttons()

@@ -9,6 +9,7 @@ from ..scene.source_beside import source_collections
 from . import jobs
 from .baking import UNBAKED
 from .result_panels import W2WPanel
+from .run_all import TITLE as RUN_ALL
 from .run_all import draw_run_all
 from .shape import draw_sliders
 from .source_view import has_source
@@ -30,57 +31,11 @@ from .state import (
     usable,
     utility_of,
 )
-from .text import draw_message, draw_outcome, draw_progress, draw_text
+from .step_panel import StepPanel, beside_their_buttons
+from .text import draw_message, draw_progress, draw_text
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
-
-BESIDE_THEIR_BUTTONS = (
-    "Load SMPL Body",
-    "Import Motions",
-    "Place Patches",
-    "Bake Signals",
-    "Rank Patches",
-    "Choose Sensors",
-)
-"""Jobs whose outcome is shown where they were started; that of others stands at the top."""
-
-
-class StepPanel(W2WPanel):
-    """A step: its header tells whether it is done, its body what it needs."""
-
-    bl_parent_id = "W2W_PT_main"
-    job = ""
-    """Title of the job that the step's button starts."""
-
-    def draw_header_preset(self, context: Context) -> None:
-        """Put a tick behind the titles of finished steps."""
-        if self.is_done(context):
-            self.layout.label(text="", icon="CHECKMARK")
-
-    def draw(self, context: Context) -> None:
-        """Draw the step, or what it needs."""
-        missing = self.missing(context)
-        content = self.layout.column()
-        content.use_property_split = True
-        content.use_property_decorate = False
-        content.enabled = jobs.running is None
-        if missing:
-            draw_text(content, context, missing, icon="INFO")
-        else:
-            self.draw_step(context, content)
-        draw_outcome(self.layout, context, self.job)
-
-    def missing(self, context: Context) -> str:
-        """What this step needs before it makes sense; empty where nothing."""
-        return ""
-
-    def is_done(self, context: Context) -> bool:
-        """Whether the step is done."""
-        return False
-
-    def draw_step(self, context: Context, layout: Layout) -> None:
-        """Draw the step itself."""
 
 
 class W2W_PT_main(W2WPanel, bpy.types.Panel):
@@ -102,9 +57,10 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
         if body is not None and usable(body.w2w):
             draw_run_all(layout, context, body)
         if jobs.running is not None:
-            layout.label(text=jobs.running.title)
+            if jobs.running.title != RUN_ALL:  # its button stands just above
+                layout.label(text=jobs.running.title)
             draw_progress(layout, jobs.running)
-        elif jobs.message is not None and jobs.message.job not in BESIDE_THEIR_BUTTONS:
+        elif jobs.message is not None and jobs.message.job not in beside_their_buttons():
             draw_message(layout, context, jobs.message)
 
 
@@ -113,7 +69,7 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
 
     bl_label = "1  Body"
     bl_idname = "W2W_PT_body"
-    job = "Load SMPL Body"
+    titles = ("Load SMPL Body", "Open Results")
 
     def is_done(self, context: Context) -> bool:
         """Whether there is a body."""
@@ -170,7 +126,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
 
     bl_label = "2  Motions"
     bl_idname = "W2W_PT_motions"
-    job = "Import Motions"
+    titles = ("Import Motions",)
 
     def missing(self, context: Context) -> str:
         """A body comes first."""
@@ -230,7 +186,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
 
     bl_label = "3  Patches"
     bl_idname = "W2W_PT_patches"
-    job = "Place Patches"
+    titles = ("Place Patches",)
 
     def missing(self, context: Context) -> str:
         """A body comes first."""
@@ -266,7 +222,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
 
     bl_label = "4  Signals"
     bl_idname = "W2W_PT_signals"
-    job = "Bake Signals"
+    titles = ("Bake Signals",)
 
     def missing(self, context: Context) -> str:
         """Body, motions and patches come first."""
@@ -307,7 +263,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
 
     bl_label = "5  Utility"
     bl_idname = "W2W_PT_utility"
-    job = "Rank Patches"
+    titles = ("Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results")
 
     def missing(self, context: Context) -> str:
         """Signals come first, unless there is a ranking already."""

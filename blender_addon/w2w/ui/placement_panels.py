@@ -47,7 +47,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
         row = content.row()
         row.scale_y = 1.2
         row.operator("w2w.choose_sensors", icon="VIEWZOOM")
-        draw_outcome(self.layout, context, TITLE)
+        draw_outcome(self.layout, context, (TITLE,))
         if jobs.running is None or jobs.running.title != TITLE:
             worn = self.layout.column()
             worn.enabled = can_change_now(context)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import blf
 import bpy
 
@@ -36,16 +38,16 @@ def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message
     box.alert = message.is_error
     row = box.row()
     column = row.column(align=True)
-    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=36)
+    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=56)
     row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
 
 
-def draw_outcome(layout: bpy.types.UILayout, context: bpy.types.Context, title: str) -> None:
-    """Draw how far a job is, or what came out of it, where it was started."""
+def draw_outcome(layout: bpy.types.UILayout, context: bpy.types.Context, titles: Collection[str]) -> None:
+    """Draw how far one of these jobs is, or what came out of it, where it was started."""
     if jobs.running is not None:
-        if jobs.running.title == title:
+        if jobs.running.title in titles:
             draw_progress(layout, jobs.running)
-    elif jobs.message is not None and jobs.message.job == title:
+    elif jobs.message is not None and jobs.message.job in titles:
         draw_message(layout, context, jobs.message)
 
 
