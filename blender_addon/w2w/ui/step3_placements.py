@@ -32,7 +32,7 @@ class W2W_OT_add_placement(bpy.types.Operator):
         description="Vertex of the body that it is at; -1 is the spot that you clicked",
         default=-1,
         min=-1,
-        options={"SKIP_SAVE"},
+        options={"HIDDEN", "SKIP_SAVE"},
     )
 
     @classmethod
