@@ -13,6 +13,7 @@ pytestmark = pytest.mark.usefixtures("blender")
 WITHOUT_A_MENU = {
     "run_job", "dismiss_message", "pick_patch", "select_patch",  # the panel's own, or the mouse's
     "add_wish", "remove_wish",  # of a row of the panel
+    "import_labelled",  # follows when files have been chosen
     "tick_clips", "add_study_preset", "clear_cache",  # in menus of their own, and the preferences
 }  # fmt: skip
 

@@ -144,12 +144,17 @@ def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray,
     return np.arange(round(start), round(stop) + 1, dtype=np.float64), scene_rate()
 
 
-def bone_curves(armature: bpy.types.Object, action: bpy.types.Action) -> BoneCurves:
-    """F-curves of an action by bone name, then by property and index; muted ones are left out."""
+def bone_curves(
+    armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None
+) -> BoneCurves:
+    """F-curves of an action by bone name, then by property and index; muted ones are left out.
+
+    Of an action with several slots those of `slot`, else of the one that fits best.
+    """
     bone_names = [bone.name for bone in armature.data.bones]
     names = {f'{BONE_PATH}{bpy.utils.escape_identifier(name)}"]': name for name in bone_names}
     found: BoneCurves = {}
-    for curve in _slot_curves(armature, action):
+    for curve in slot_curves(armature, action, slot):
         path, _, prop = curve.data_path.rpartition(".")
         if path in names:
             found.setdefault(names[path], {})[prop, curve.array_index] = curve
@@ -158,7 +163,7 @@ def bone_curves(armature: bpy.types.Object, action: bpy.types.Action) -> BoneCur
 
 def object_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[bpy.types.FCurve]:
     """F-curves of an action that move or turn the armature as a whole."""
-    return [curve for curve in _slot_curves(armature, action) if curve.data_path in OBJECT_CHANNELS]
+    return [curve for curve in slot_curves(armature, action) if curve.data_path in OBJECT_CHANNELS]
 
 
 def scene_rate() -> float:
@@ -167,10 +172,13 @@ def scene_rate() -> float:
     return render.fps / render.fps_base
 
 
-def _slot_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[bpy.types.FCurve]:
+def slot_curves(
+    armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None
+) -> list[bpy.types.FCurve]:
     """Curves of an action that this armature plays; of one it does not play, the slot for most bones."""
     data = armature.animation_data
-    slot = getattr(data, "action_slot", None) if data is not None and data.action == action else None
+    if slot is None and data is not None and data.action == action:
+        slot = getattr(data, "action_slot", None)
     if slot is not None:
         bags = (strip.channelbag(slot) for layer in action.layers for strip in layer.strips)
         slots = [list(bag.fcurves) for bag in bags if bag is not None]

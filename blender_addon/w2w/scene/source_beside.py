@@ -7,10 +7,11 @@ from pathlib import Path
 
 import bpy
 
+from ..core.motion.stillness import motion_amount
 from .actions import FIRST_FRAME, scene_rate
 from .body import armature_of, matrix
 from .playback import same_timing
-from .takes import find_takes, import_file, motion_amount, read_take
+from .takes import find_takes, import_file, read_take
 
 SOURCE = "w2w source"
 """Custom property of a collection that holds a clip's own armature: the clip's name."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +17,7 @@ from ..core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
 from ..core.motion.repair import repaired
 from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
+from ..core.motion.stillness import is_pose, motion_amount, refuse_pose
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
 from .gltf import import_gltf
 from .importers import check_fbx, import_fault
@@ -25,12 +26,6 @@ from .playback import same_timing
 Curves = dict[str, OwnCurves]
 
 PREFERRED_TAKE = "mixamo.com"
-MIN_FRAMES = 4
-"""Fewer frames than a cubic spline needs are a pose, not a motion."""
-
-MIN_TURN = np.radians(0.5)
-MIN_TRAVEL = 0.005
-"""A take moves where a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +171,7 @@ def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] |
     return takes
 
 
-def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
+def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | None = None) -> SourceMotion:
     """World matrices of the bones, frame by frame, from the f-curves alone.
 
     The armature object comes first, as a bone of its own: some rigs animate the object
@@ -187,6 +182,8 @@ def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
     take : Take
     frames : ndarray, shape (T,), optional
         Which frames; every whole frame of the take by default.
+    unkeyed : sequence of objects like PoseBone, optional
+        Whose channels count where a bone has no curve; the pose bones', as they are, by default.
 
     Returns
     -------
@@ -196,16 +193,14 @@ def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
         start, stop = take.frame_range
         refuse_too_long(stop - start + 1, len(take.armature.data.bones))
         frames = np.arange(start, stop + 1, dtype=np.float64)
-    armature, bones = take.armature, _parents_first(take.armature)
-    index = {bone.name: number for number, bone in enumerate(bones, start=1)}
-    parents = np.array([-1] + [index[bone.parent.name] if bone.parent else 0 for bone in bones])
-    rest_local = np.array([np.eye(4)] + [np.array(bone.matrix_local) for bone in bones])
+    armature = take.armature
+    names, parents, rest_local = skeleton_of(armature)
     world = _object_matrices(armature, take, frames)
-    matrices = np.empty((len(frames), len(bones) + 1, 4, 4))
+    matrices = np.empty((len(frames), len(names), 4, 4))
     matrices[:, 0] = world
     basis = basis_matrices(
-        [armature.pose.bones[bone.name] for bone in bones],
-        [take.curves.get(bone.name, {}) for bone in bones],
+        unkeyed or [armature.pose.bones[name] for name in names[1:]],
+        [take.curves.get(name, {}) for name in names[1:]],
         frames,
     )
     local = np.linalg.solve(rest_local[parents[1:]], rest_local[1:]) @ basis
@@ -213,7 +208,7 @@ def read_take(take: Take, frames: np.ndarray | None = None) -> SourceMotion:
         np.matmul(matrices[:, parents[number]], local[:, number - 1], out=matrices[:, number])
     render = bpy.context.scene.render
     return SourceMotion(
-        bones=(armature.name, *(bone.name for bone in bones)),
+        bones=names,
         parents=parents,
         rest=world[0] @ rest_local,
         matrices=matrices,
@@ -238,16 +233,9 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
     motions = [motion for motion in map(_read_finite, takes) if motion is not None]
     if not motions:
         raise UnusableMotion(NOT_FINITE)
-    moving = [motion for motion in motions if motion.n_frames >= MIN_FRAMES and motion_amount(motion) >= 1]
+    moving = [motion for motion in motions if not is_pose(motion)]
     if not moving:
-        longest = max(motions, key=lambda motion: motion.n_frames)
-        if longest.n_frames < MIN_FRAMES:
-            count = f"{longest.n_frames} frame{'s' if longest.n_frames > 1 else ''}"
-            raise UnusableMotion(f"it holds a pose, not a motion: {count} in '{longest.take}'")
-        raise UnusableMotion(
-            "it holds a pose, not a motion: "
-            f"nothing moves over the {longest.n_frames} frames of '{longest.take}'"
-        )
+        refuse_pose(max(motions, key=lambda motion: motion.n_frames))
     preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
     return max(preferred or moving, key=motion_amount)
 
@@ -271,17 +259,6 @@ def _read_finite(take: Take) -> SourceMotion | None:
     return motion if np.isfinite(motion.matrices).all() else None
 
 
-def motion_amount(motion: SourceMotion) -> float:
-    """How much a motion moves: its widest turn or travel in units of the least that counts."""
-    heads = motion.matrices[:, :, :3, 3]
-    size = np.ptp(motion.rest[:, :3, 3], axis=0).max()
-    travel = np.ptp(heads, axis=0).max() / max(size, 1e-12)
-    axes = motion.matrices[:, :, :3, 1]
-    axes = axes / np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
-    turn = np.linalg.norm(np.ptp(axes, axis=0), axis=-1).max()
-    return float(max(travel / MIN_TRAVEL, turn / MIN_TURN))
-
-
 def _matched(armature: bpy.types.Object) -> dict[int, int]:
     """Joint -> bone by name, the armature itself being bone 0."""
     return best_match([armature.name, *(bone.name for bone in armature.data.bones)])[1]
@@ -293,9 +270,13 @@ def _rests_crumpled(armature: bpy.types.Object, matched: dict[int, int]) -> bool
     return is_crumpled({joint: heads[bone] for joint, bone in matched.items()})
 
 
-def _parents_first(armature: bpy.types.Object) -> list[bpy.types.Bone]:
-    """Bones in depth-first order, as Blender keeps them: a parent before its children."""
-    return list(armature.data.bones)
+def skeleton_of(armature: bpy.types.Object) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    """Names of the bones, their parents and their rest matrices in the armature's space; it comes first."""
+    bones = list(armature.data.bones)  # depth-first, as Blender keeps them: a parent before its children
+    index = {bone.name: number for number, bone in enumerate(bones, start=1)}
+    parents = np.array([-1] + [index[bone.parent.name] if bone.parent else 0 for bone in bones])
+    rest = np.array([np.eye(4)] + [np.array(bone.matrix_local) for bone in bones])
+    return (armature.name, *index), parents, rest
 
 
 def _curves_by_owner(curves: list[bpy.types.FCurve], paths: dict[str, str]) -> Curves:

@@ -10,6 +10,7 @@ import bpy
 from . import (
     choosing,
     exports,
+    import_dialog,
     jobs,
     lists,
     menus,
@@ -25,6 +26,7 @@ from . import (
     result_panels,
     run_all,
     save_results,
+    scene_animation,
     source_view,
     upkeep,
 )
@@ -42,6 +44,8 @@ MODULES: tuple[ModuleType, ...] = (
     jobs,
     body_ops,
     motion_ops,
+    import_dialog,
+    scene_animation,
     source_view,
     patch_ops,
     own_ops,

@@ -17,7 +17,8 @@ KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
 
 STEPS = (
     ("add_body", "load_body", "use_mesh", "open_results", "select_body", "reset_shape"),
-    ("import_motions", "import_folder", "add_armature_motion", "relabel_clips", "remove_clips"),
+    ("import_motions", "import_folder", "use_scene_animation", "add_armature_motion"),
+    ("relabel_clips", "remove_clips"),
     ("preview_clip", "show_source"),
     ("place_patches", "remove_patches"),
     ("add_placement", "load_placements", "remove_placement"),

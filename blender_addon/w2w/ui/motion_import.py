@@ -1,31 +1,45 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motions into a study's list: files or an armature of the scene, retargeted to the body as actions."""
+"""Motions into a study's list: files or takes of the scene, retargeted to the body as actions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import bpy
 
 from ..core.file_names import shown
-from ..core.motion.library import MOTION_SUFFIXES, LibraryError, activity_of, read_library, unique_names
+from ..core.motion.import_plan import ImportPlan, plan_files, plan_folder, same_files
 from ..core.motion.source import UnusableMotion, reason_of
 from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
-from ..scene.load import Carried, carry, read_motion
+from ..scene.load import Carried, Source, carry, read_motion
+from ..scene.scene_motion import read_scene_take
+from ..scene.scene_takes import SceneTake
 from .jobs import Step, Steps
 from .on_body import on_body
 
 
 class Wanted(NamedTuple):
-    """A file to import and its labels."""
+    """A file or a take of the scene to import, and its labels."""
 
     path: Path
     name: str
     activity: str
     subject: str = ""
+    motion_key: str = ""
+    take: SceneTake | None = None
+
+    @property
+    def shown(self) -> str:
+        """What people call it."""
+        return self.name if self.take is not None else shown(self.path.name)
+
+    @property
+    def taken_from(self) -> str:
+        """Armature and take that it is from; empty of a file."""
+        return "" if self.take is None else f"{self.take.take.armature.name}|{self.take.name}"
 
 
 def wanted_in_folder(folder: Path) -> list[Wanted]:
@@ -36,9 +50,7 @@ def wanted_in_folder(folder: Path) -> list[Wanted]:
     LibraryError
         If there are none, or labels.csv cannot be understood.
     """
-    labels = folder / "labels.csv"
-    library = read_library(folder, labels if labels.is_file() else None)
-    return [Wanted(clip.path, clip.name, clip.activity, clip.subject) for clip in library.clips]
+    return wanted(plan_folder(folder))
 
 
 def wanted_files(paths: Iterable[Path]) -> list[Wanted]:
@@ -49,39 +61,94 @@ def wanted_files(paths: Iterable[Path]) -> list[Wanted]:
     LibraryError
         If none of them is a motion file.
     """
-    paths = [path for path in paths if path.suffix.lower() in MOTION_SUFFIXES]
-    if not paths:
-        raise LibraryError(f"choose motion files ({', '.join(MOTION_SUFFIXES)})")
-    names = unique_names([path.name for path in paths])
-    return [
-        Wanted(path, name, activity_of(shown(path.name))) for path, name in zip(paths, names, strict=True)
-    ]
+    return wanted(plan_files(paths))
+
+
+def wanted(plan: ImportPlan) -> list[Wanted]:
+    """What a plan would take."""
+    return [Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key) for clip in plan.clips]
+
+
+def listed_files(mesh: bpy.types.Object) -> list[Path]:
+    """Files that clips of the list were read from, where they still are."""
+    files = [Path(clip.file) for clip in mesh.w2w.clips if clip.file and not clip.problem]
+    return [file for file in files if file.is_absolute() and file.is_file()]
 
 
 @on_body
-def import_steps(mesh: bpy.types.Object, wanted: list[Wanted]) -> Steps:
-    """Import files one by one; a file that cannot be used stays in the list and says why."""
+def import_steps(
+    mesh: bpy.types.Object, wanted: Sequence[Wanted], left_out: Sequence[tuple[str, str]] = ()
+) -> Steps:
+    """Import motions one by one; what cannot be used stays in the list and says why, as what is left out.
+
+    The names of the latter come with their reasons.
+    """
     body, armature = body_of(mesh), armature_of(mesh)
     before = len(mesh.w2w.clips)
-    failed = 0
+    twice = _listed_already(mesh, wanted)
+    failed = unlabelled = 0
     finished = False
     try:
         for number, item in enumerate(wanted):
-            yield Step(number / len(wanted), shown(item.path.name))
+            yield Step(number / len(wanted), item.shown)
             try:
-                carried = carry(read_motion(item.path), body)
-                add_clip(mesh, armature, carried, item)
+                source = yield from _read(item, number, len(wanted))
+                add_clip(mesh, armature, carry(source, body), item)
+                unlabelled += not item.activity
             except (UnusableMotion, ValueError) as error:
                 failed += 1
-                _add_failed(mesh, item, reason_of(error))
+                _add_failed(mesh, item.path, item.shown, reason_of(error))
+        for name, reason in left_out:
+            _add_failed(mesh, Path(), name, reason)
         finished = True
     finally:
         if not finished:
             remove_clips(mesh, range(before, len(mesh.w2w.clips)))
     mesh.w2w.clip_index = before
-    used = len(wanted) - failed
-    text = f"Imported {used} motion{'s' * (used != 1)}"
-    return f"{text}; {failed} file{'s' * (failed != 1)} cannot be used: the list says why" if failed else text
+    return _outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice)
+
+
+def _read(item: Wanted, number: int, count: int) -> Generator[Step, None, Source]:
+    """Read a motion; one that Blender must play to be read gives the window its turn after each frame."""
+    if item.take is None:
+        return read_motion(item.path)
+    frames = read_scene_take(item.take)
+    try:
+        while True:
+            try:
+                share = next(frames)
+            except StopIteration as stop:
+                return stop.value
+            yield Step((number + share) / count, item.shown)
+    finally:
+        frames.close()
+
+
+def _listed_already(mesh: bpy.types.Object, wanted: Sequence[Wanted]) -> list[str]:
+    """Names of motions that the list has already, from the same file or a copy of it, or the same take."""
+    listed = listed_files(mesh)
+    takes = {clip.taken_from for clip in mesh.w2w.clips} - {""}
+    copies = same_files([*listed, *(item.path for item in wanted if item.take is None)])
+    return [
+        item.shown
+        for item in wanted
+        if item.taken_from in takes or item.path in listed or copies.get(item.path) in listed
+    ]
+
+
+def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list[str]) -> str:
+    """What an import did, and what is to be seen to, in a sentence."""
+    parts = [f"Imported {used} motion{'s' * (used != 1)}"]
+    if failed:
+        parts.append(f"{failed} file{'s' * (failed != 1)} cannot be used: the list says why")
+    if left_out:
+        parts.append(f"{left_out} left out: the list says why")
+    if unlabelled:
+        parts.append(f"{unlabelled} without an activity, which no ranking counts: type it in the list")
+    if twice:
+        more = f" and {len(twice) - 1} more" if len(twice) > 1 else ""
+        parts.append(f"'{twice[0]}'{more} was in the list already: one motion twice flatters a ranking")
+    return "; ".join(parts)
 
 
 def add_clip(
@@ -92,10 +159,11 @@ def add_clip(
     motion = carried.motion.labelled(item.activity, item.subject, name)
     action = write_action(armature, motion, name)
     clip = mesh.w2w.clips.add()
-    clip.name, clip.file, clip.subject = name, str(item.path), item.subject
+    clip.name, clip.file, clip.subject = name, "" if item.take else str(item.path), item.subject
     clip.action, clip.activity = action, item.activity
     clip.n_frames, clip.rate = motion.n_frames, motion.rate
     clip.skeleton, clip.scale = carried.skeleton, carried.scale
+    clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
     return clip
 
 
@@ -110,10 +178,10 @@ def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
     study.clip_index = min(max(study.clip_index, 0), max(len(study.clips) - 1, 0))
 
 
-def _add_failed(mesh: bpy.types.Object, item: Wanted, reason: str) -> None:
-    name = _free_name(mesh, shown(item.path.name))
+def _add_failed(mesh: bpy.types.Object, file: Path, name: str, reason: str) -> None:
+    name = _free_name(mesh, name)
     clip = mesh.w2w.clips.add()
-    clip.name, clip.file, clip.problem = name, str(item.path), reason
+    clip.name, clip.file, clip.problem = name, str(file) if file.name else "", reason
 
 
 def _free_name(mesh: bpy.types.Object, name: str) -> str:

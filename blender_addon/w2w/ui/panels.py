@@ -144,7 +144,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("w2w.import_motions", text="Files", icon="FILE")
         row.operator("w2w.import_folder", text="Folder", icon="FILE_FOLDER")
-        row.operator("w2w.add_armature_motion", text="", icon="OUTLINER_OB_ARMATURE")
+        row.operator("w2w.use_scene_animation", text="Scene", icon="OUTLINER_OB_ARMATURE")
         if not len(study.clips):
             layout.label(text="FBX, BVH, AMASS npz or smpl files", icon="INFO")
             return
@@ -157,9 +157,11 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
 
     def draw_active(self, context: Context, layout: Layout, study: bpy.types.PropertyGroup) -> None:
         """Draw what there is to know about the active clip."""
-        activities = {clip.activity for clip in usable(study)}
+        activities = [clip.activity.strip() for clip in usable(study)]
         failed = sum(bool(clip.problem) for clip in study.clips)
-        text = f"{len(usable(study))} clips, {len(activities)} activities"
+        text = f"{len(activities)} clips, {len(set(activities) - {''})} activities"
+        if "" in activities:
+            text = f"{text}, {activities.count('')} without one"
         layout.label(text=f"{text}, {failed} unusable" if failed else text)
         if not 0 <= study.clip_index < len(study.clips):
             return

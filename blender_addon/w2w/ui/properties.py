@@ -100,6 +100,9 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
     baked_as: StringProperty(name="Baked As", description="Settings that the signals were baked with")
     bake_path: StringProperty(name="Bake Path", description="How the surface was read, and why")
     problem: StringProperty(name="Problem", description="Why this file cannot be used")
+    taken_from: StringProperty(
+        name="Taken From", description="Armature and action of the scene that the motion was taken from"
+    )
     motion_key: StringProperty(
         name="Motion", description="Clips of an equal key show the same motion; empty where nothing is known"
     )

@@ -265,10 +265,10 @@ def missing_for_any_rank(body: bpy.types.Object | None) -> str:
 
 def labels_problem(clips: Sequence[bpy.types.PropertyGroup]) -> str:
     """Why clips cannot be ranked by their labels; empty where they can."""
-    if any(not clip.activity.strip() for clip in clips):
-        return "Give every clip an activity (step 2)"
-    counts = Counter(clip.activity for clip in clips)
-    if sum(count > 1 for count in counts.values()) < 2:
+    labelled = Counter(clip.activity for clip in clips if clip.activity.strip())
+    if sum(count > 1 for count in labelled.values()) < 2:
+        if labelled.total() < len(clips):
+            return "Give the clips activities (step 2): two with two clips each are needed"
         return "Two activities with two clips each are needed"
     return ""
 

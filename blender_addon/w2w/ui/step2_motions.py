@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
 
+from ..core.motion.import_plan import plan_files, plan_folder
 from ..core.motion.library import MOTION_SUFFIXES, LibraryError
 from ..core.motion.source import UnusableMotion
 from ..scene.actions import FIRST_FRAME, scene_rate, show_action
@@ -17,7 +18,7 @@ from ..scene.playback import active_action
 from ..scene.source_beside import remove_source
 from ..scene.takes import best_take
 from . import jobs
-from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted_files, wanted_in_folder
+from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted
 from .state import current_body, selected
 
 Context = bpy.types.Context
@@ -47,6 +48,8 @@ class W2W_OT_import_motions(bpy.types.Operator):
     filter_glob: StringProperty(
         default=";".join(f"*{suffix}" for suffix in MOTION_SUFFIXES), options={"HIDDEN"}
     )
+    asked = False
+    """Whether the files were chosen in Blender's file browser."""
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -57,16 +60,23 @@ class W2W_OT_import_motions(bpy.types.Operator):
         """Take dropped files at once; ask for files otherwise."""
         if any(file.name for file in self.files):
             return self.execute(context)
+        self.asked = True
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Context) -> set[str]:
-        """Start the import."""
+        """Show how files chosen in the browser would be labelled; import others at once."""
+        names = [file.name for file in self.files if file.name]
+        if self.asked:
+            files = [{"name": name} for name in names]
+            bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory, files=files)
+            return {"FINISHED"}
         try:
-            wanted = wanted_files(Path(self.directory) / file.name for file in self.files if file.name)
+            plan = plan_files(Path(self.directory) / name for name in names)
         except LibraryError as error:
             return jobs.show_error(self, str(error))
-        return jobs.start(self, context, "Import Motions", import_steps(current_body(context), wanted))
+        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
+        return jobs.start(self, context, "Import Motions", steps)
 
 
 class W2W_OT_import_folder(bpy.types.Operator):
@@ -78,6 +88,8 @@ class W2W_OT_import_folder(bpy.types.Operator):
 
     directory: StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"})
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    asked = False
+    """Whether the folder was chosen in Blender's file browser."""
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -86,16 +98,21 @@ class W2W_OT_import_folder(bpy.types.Operator):
 
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
         """Ask for the folder."""
+        self.asked = True
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Context) -> set[str]:
-        """Start the import."""
+        """Show how the files of a folder chosen in the browser would be labelled; import another at once."""
+        if self.asked:
+            bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory)
+            return {"FINISHED"}
         try:
-            wanted = wanted_in_folder(Path(self.directory))
+            plan = plan_folder(Path(self.directory))
         except LibraryError as error:
             return jobs.show_error(self, str(error))
-        return jobs.start(self, context, "Import Motions", import_steps(current_body(context), wanted))
+        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
+        return jobs.start(self, context, "Import Motions", steps)
 
 
 class W2W_OT_add_armature_motion(bpy.types.Operator):

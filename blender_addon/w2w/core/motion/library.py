@@ -156,7 +156,17 @@ def activity_of(file: str) -> str:
     'waving'
     """
     path = PurePosixPath(file)
-    text = path.parent.name or re.sub(r"^.*@", "", path.stem)
+    return as_label(path.parent.name or re.sub(r"^.*@", "", path.stem))
+
+
+def as_label(text: str) -> str:
+    """A label from the name of a folder, a file or an action.
+
+    Examples
+    --------
+    >>> as_label("Sit To-Stand (3)")
+    'sit_to_stand'
+    """
     text = re.sub(r"\s*\(\d+\)\s*$", "", text)
     return re.sub(r"[\s_\-]+", "_", text).strip("_").lower()
 
@@ -212,10 +222,10 @@ def _motion_files(folder: Path) -> Iterable[Path]:
             folders[:] = [name for name in folders if name not in RESULTS]
             files = [name for name in files if name not in RESULTS]
         paths = (Path(place, name) for name in files)
-        yield from (path for path in paths if _is_motion(path))
+        yield from (path for path in paths if is_motion(path))
 
 
-def _is_motion(path: Path) -> bool:
+def is_motion(path: Path) -> bool:
     """Whether a file is named as a motion, or is a table of joint positions."""
     suffix = path.suffix.lower()
     return suffix in MOTION_SUFFIXES or (suffix in TEXT_SUFFIXES and may_hold_joints(path))

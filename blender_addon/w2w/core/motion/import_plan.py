@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an import of files would take, how it would label each, and what it would leave out and why."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from ..file_names import shown
+from .labels import NO_LABELS, LabelCheck, read_labels
+from .library import (
+    MOTION_SUFFIXES,
+    Clip,
+    Library,
+    LibraryError,
+    activity_of,
+    as_label,
+    is_motion,
+    read_library,
+    unique_names,
+)
+
+AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
+"""What labels the clips; automatic is the folder's labels.csv, else folders in it, else file names."""
+
+LABELS = "labels.csv"
+
+SAYS_NOTHING = re.compile(
+    r"mixamo\.com|(base)? ?layer ?\d*|take ?\d*|scene|animation|anim|action|default|armature", re.IGNORECASE
+)
+"""Names that programs give to actions by themselves: they label nothing."""
+
+
+@dataclass(frozen=True)
+class ImportPlan:
+    """What an import would do.
+
+    Parameters
+    ----------
+    clips : tuple of Clip
+        What it would take; a clip without an activity is taken, too, and not ranked.
+    left_out : tuple of (str, str)
+        Files that it would leave out, each with the reason.
+    known : tuple of str
+        Files that were taken before: nor would these be taken again.
+    labelled_by : str
+        Where the labels come from, in words.
+    check : LabelCheck
+        What stood out in a csv.
+    """
+
+    clips: tuple[Clip, ...]
+    left_out: tuple[tuple[str, str], ...] = ()
+    known: tuple[str, ...] = ()
+    labelled_by: str = ""
+    check: LabelCheck = field(default=NO_LABELS)
+
+    @property
+    def activities(self) -> dict[str, list[str]]:
+        """Files by activity in alphabetical order; those without one come last, under the empty name."""
+        found: dict[str, list[str]] = {}
+        for clip in sorted(self.clips, key=lambda clip: (not clip.activity, clip.activity)):
+            found.setdefault(clip.activity, []).append(clip.file)
+        return found
+
+
+def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
+    """Plan the import of all motion files in a folder and the folders in it.
+
+    Parameters
+    ----------
+    folder : Path
+    by : str
+        What labels the clips; by folder, files that lie in no folder of it take its own name.
+    csv : Path, optional
+        The labels, for `BY_CSV`; `LABELS` in the folder by default.
+
+    Raises
+    ------
+    LibraryError
+        If there are none, or the csv is missing or cannot be understood.
+    """
+    labels = None
+    if by == BY_CSV or (by == AUTOMATIC and (folder / LABELS).is_file()):
+        labels = csv or folder / LABELS
+    library = read_library(folder, labels)
+    if by in (BY_FOLDER, BY_FILE):
+        library = _labelled_by_name(library, by)
+    return _without_copies(ImportPlan(library.clips, library.skipped, (), library.labelled_by, library.check))
+
+
+def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
+    """Plan the import of single files; see `plan_folder`.
+
+    Raises
+    ------
+    LibraryError
+        If none of them is a motion file, or the csv is missing or cannot be understood.
+    """
+    paths = list(paths)
+    motions = [path for path in paths if is_motion(path)]
+    if not motions:
+        raise LibraryError(f"choose motion files ({', '.join(MOTION_SUFFIXES)})")
+    reason = "it is no kind of motion file that can be read"
+    left_out = [(shown(path.name), reason) for path in paths if path not in motions]
+    files, names = [shown(path.name) for path in motions], unique_names([path.name for path in motions])
+    if by == BY_CSV:
+        labels = csv or motions[0].parent / LABELS
+        found = read_labels(labels, files)
+        rows, check, labelled_by = found.rows, found.check, f"the file {shown(labels.name)}"
+        missing = f"{shown(labels.name)} gives it no activity"
+        left_out += [(file, missing) for file in files if file not in rows]
+    else:
+        rows = {
+            file: {"activity": _label(path, by), "subject": "", "motion_key": ""}
+            for path, file in zip(motions, files, strict=True)
+        }
+        check, labelled_by = NO_LABELS, "folder names" if by == BY_FOLDER else "file names"
+    clips = [
+        Clip(path, file, name, rows[file]["activity"], rows[file]["subject"], rows[file]["motion_key"])
+        for path, file, name in zip(motions, files, names, strict=True)
+        if file in rows
+    ]
+    return _without_copies(ImportPlan(tuple(clips), tuple(left_out), (), labelled_by, check))
+
+
+def without_known(plan: ImportPlan, known: Iterable[Path]) -> ImportPlan:
+    """A plan less the files that were taken before, be it under another name."""
+    taken = dict.fromkeys(path.absolute() for path in known)
+    first = same_files([*taken, *(clip.path.absolute() for clip in plan.clips)])
+    again = [
+        clip
+        for clip in plan.clips
+        if clip.path.absolute() in taken or first.get(clip.path.absolute()) in taken
+    ]
+    new = tuple(clip for clip in plan.clips if clip not in again)
+    return replace(plan, clips=new, known=tuple(clip.file for clip in again))
+
+
+def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
+    """Files that are, byte for byte, one that comes before them, and which that is."""
+    by_size: dict[int, list[Path]] = {}
+    for path in dict.fromkeys(paths):
+        if path.is_file() and (size := path.stat().st_size):
+            by_size.setdefault(size, []).append(path)
+    copies: dict[Path, Path] = {}
+    for alike in by_size.values():
+        first: dict[bytes, Path] = {}
+        for path in alike if len(alike) > 1 else ():
+            digest = _digest(path)
+            if digest and first.setdefault(digest, path) != path:
+                copies[path] = first[digest]
+    return copies
+
+
+def _digest(path: Path) -> bytes:
+    """What a file holds, as a hash; empty where it cannot be read: whoever imports it says why."""
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").digest()
+    except OSError:
+        return b""
+
+
+def activity_of_action(action: str, armature: str = "") -> str:
+    """Label of a clip from the name of its action in Blender; empty where that says nothing.
+
+    Blender itself names an action after the armature.
+
+    Examples
+    --------
+    >>> activity_of_action("Armature|Sit To Stand.002")
+    'sit_to_stand'
+    >>> activity_of_action("Armature|mixamo.com|Layer0")
+    ''
+    """
+    own = {armature, f"{armature}Action"}
+    parts = [re.sub(r"\.\d{3}$", "", part).strip() for part in action.split("|")]
+    telling = (part for part in parts if part not in own and not SAYS_NOTHING.fullmatch(part))
+    return as_label(next(telling, ""))
+
+
+def _labelled_by_name(library: Library, by: str) -> Library:
+    clips = tuple(replace(clip, activity=_label(clip.path, by)) for clip in library.clips)
+    return replace(library, clips=clips, labelled_by="folder names" if by == BY_FOLDER else "file names")
+
+
+def _label(path: Path, by: str) -> str:
+    if by == BY_FOLDER:
+        return as_label(shown(path.absolute().parent.name))
+    return activity_of(shown(path.name))
+
+
+def _without_copies(plan: ImportPlan) -> ImportPlan:
+    """A plan less files that are the same as another of it: they would be tested on what they trained."""
+    file_of = {clip.path: clip.file for clip in plan.clips}
+    copies = same_files([clip.path for clip in plan.clips])
+    left_out = tuple(
+        (file_of[path], f"it is the same file as {file_of[first]}") for path, first in copies.items()
+    )
+    clips = tuple(clip for clip in plan.clips if clip.path not in copies)
+    return replace(plan, clips=clips, left_out=(*plan.left_out, *left_out))

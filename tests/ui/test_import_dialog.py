@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Labels chosen at import: what is taken, what is warned of, what is left out."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import bpy
+import pytest
+
+from w2w.ui import jobs
+from w2w.ui.label_options import LONGEST, draw_preview
+
+from .made_study import make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+@pytest.fixture
+def folder(library: Path, tmp_path: Path) -> Path:
+    """Motions in folders by activity, one of them twice, and a csv that labels two otherwise."""
+    folder = tmp_path / "own"
+    shutil.copytree(library, folder)
+    shutil.copy(folder / "waving/waving 0.npz", folder / "waving/waving 9.npz")
+    (folder / "mine.csv").write_text("file,activity\nwaving 1.npz,greeting\nkicking 2.npz,football\n")
+    return folder
+
+
+def labels() -> dict[str, str]:
+    clips = bpy.context.scene.w2w.body.w2w.clips
+    return {Path(clip.file).name: clip.activity for clip in clips if not clip.problem}
+
+
+def test_files_are_labelled_as_chosen(folder: Path) -> None:
+    body = make_study(folder, "")
+    assert bpy.ops.w2w.import_labelled(directory=str(folder), labelled_by="FILE") == {"FINISHED"}
+    assert labels()["waving 1.npz"] == "waving_1"
+    bpy.ops.w2w.tick_clips(which="ALL")
+    bpy.ops.w2w.remove_clips()
+    bpy.ops.w2w.import_labelled(directory=str(folder), labelled_by="CSV", csv=str(folder / "mine.csv"))
+    assert labels() == {"waving 1.npz": "greeting", "kicking 2.npz": "football"}
+    reasons = {clip.problem for clip in body.w2w.clips if clip.problem}
+    assert reasons == {"mine.csv does not list it"}
+    assert "8 left out: the list says why" in jobs.message.text
+
+
+def test_a_copy_is_left_out_and_files_in_the_list_are_not_taken_again(folder: Path) -> None:
+    body = make_study(folder, "")
+    bpy.ops.w2w.import_labelled(directory=str(folder))
+    assert [clip.problem for clip in body.w2w.clips if clip.problem] == [
+        "it is the same file as waving/waving 0.npz"
+    ]
+    assert len(labels()) == 9
+    with pytest.raises(RuntimeError, match="All of these files are in the list already"):
+        bpy.ops.w2w.import_labelled(directory=str(folder / "kicking"))
+    bpy.ops.w2w.import_labelled(directory=str(folder / "kicking"), again=True)
+    assert len(body.w2w.clips) == 13
+    assert "'kicking 0.npz' and 2 more was in the list already" in jobs.message.text
+
+
+def test_the_same_file_dropped_twice_is_warned_of(folder: Path) -> None:
+    make_study(folder, "")
+    for _ in range(2):
+        bpy.ops.w2w.import_motions(directory=str(folder / "waving"), files=[{"name": "waving 1.npz"}])
+    assert "'waving 1.npz' was in the list already: one motion twice flatters" in jobs.message.text
+
+
+def test_a_bad_csv_is_said(folder: Path) -> None:
+    make_study(folder, "")
+    with pytest.raises(RuntimeError, match=r"gone\.csv"):
+        bpy.ops.w2w.import_labelled(directory=str(folder), labelled_by="CSV", csv=str(folder / "gone.csv"))
+
+
+def test_a_clip_without_an_activity_is_not_one(library: Path) -> None:
+    body = make_study(library, "motions patches signals")
+    for clip in body.w2w.clips:
+        if clip.activity == "stepping":
+            clip.activity = " "
+    assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
+    assert [activity.name for activity in body.w2w.activities] == ["kicking", "waving"]
+    for clip in body.w2w.clips:
+        clip.activity = ""
+    assert not bpy.ops.w2w.rank_patches.poll()
+
+
+class Written:
+    """A layout that keeps the texts drawn into it."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    def label(self, text: str = "", **_: object) -> None:
+        self.texts.append(text)
+
+    def same(self, **_: object) -> Written:
+        return self
+
+    box = column = split = row = same
+
+
+def test_the_preview_says_what_is_labelled_how_and_what_is_left_out_and_why() -> None:
+    layout = Written()
+    many = [f"walk {number}.fbx" for number in range(7)]
+    draw_preview(
+        layout, {"walking": many, "": ["x.fbx"]}, [("y.fbx", "labels.csv does not list it")], ["A note."]
+    )
+    assert layout.texts == [
+        "8 clips, 1 activity",
+        "walking  (7)",
+        "walk 0.fbx, walk 1.fbx, walk 2.fbx and 4 more",
+        "No activity, not ranked  (1)",
+        "x.fbx",
+        "A note.",
+        "1 left out",
+        "y.fbx: labels.csv does not list it",
+    ]
+
+
+def test_a_long_preview_ends_with_how_many_more() -> None:
+    layout = Written()
+    draw_preview(layout, {f"a{number}": ["x" * 200] for number in range(30)}, [("f", "r" * 200)] * 30)
+    assert "and 18 more activities" in layout.texts
+    assert "and 18 more: the list says why" in layout.texts
+    assert max(map(len, layout.texts)) <= LONGEST
