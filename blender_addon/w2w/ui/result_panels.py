@@ -54,7 +54,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         for warning in filter(None, (caution, body.w2w.source_caution)):
             box = self.layout.box()
             box.alert = True
-            draw_text(box, context, warning, icon="ERROR")
+            draw_text(box, context, warning, icon="ERROR", indent=20)
         for sentence in sentences:
             draw_text(self.layout, context, sentence)
 

@@ -15,13 +15,11 @@ from ..csv_tables import read_table
 from .carriers import carrier_triangles
 from .interpolation import interpolation_weights
 from .patches import PatchSet
+from .skin import AT_ONCE
 from .strip_graph import StripGraph
 
 FARTHEST_M = 0.05
 """From the skin that a position may lie: a sensor has a case and a strap."""
-
-AT_ONCE = 16
-"""Placements from which distances are searched in one go, which lets no other thread work."""
 
 
 def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> PatchSet:

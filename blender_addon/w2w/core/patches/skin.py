@@ -15,7 +15,7 @@ from .strip_graph import StripGraph
 FLIP = np.array([-1.0, 1.0, 1.0])
 """Left and right lie along x."""
 
-AT_ONCE = 16
+AT_ONCE = 4
 """Sources from which distances are searched in one go, which lets no other thread work."""
 
 
