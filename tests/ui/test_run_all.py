@@ -96,7 +96,8 @@ def test_what_it_waits_for_is_said(library: Path) -> None:
     assert not bpy.ops.w2w.run_all.poll()
     bpy.ops.w2w.import_folder(directory=str(library))
     assert bpy.ops.w2w.run_all.poll()
-    body.w2w.clips[0].activity = " "
+    for clip in body.w2w.clips[3:]:
+        clip.activity = " "
     assert not bpy.ops.w2w.run_all.poll()
 
 
