@@ -204,7 +204,7 @@ def test_a_copied_body_does_not_claim_the_patches_of_the_first(library: Path) ->
 def test_an_unfit_mesh_is_refused_with_a_reason(library: Path) -> None:
     make_study(library, "")
     bpy.ops.mesh.primitive_cube_add()
-    with pytest.raises(RuntimeError, match="no armature modifier"):
+    with pytest.raises(RuntimeError, match="has no armature, and its faces are not SMPL"):
         bpy.ops.w2w.use_mesh()
     assert jobs.message.is_error
 

@@ -84,7 +84,7 @@ def adopt_mesh(mesh: bpy.types.Object) -> Body:
         raise BodyError(f"the mesh '{mesh.name}' has no faces")
     vertices = _to_world(matrix(mesh.matrix_world), rest_vertices(mesh))
     polygons = _polygons(mesh.data)
-    armature = _armature(mesh)
+    armature = moving_armature(mesh)
     if armature is None:
         try:
             return body_from_mesh(vertices, polygons, mesh.name)
@@ -105,15 +105,15 @@ def adopt_mesh(mesh: bpy.types.Object) -> Body:
     joints = np.empty((N_JOINTS, 3))
     for joint in range(N_JOINTS):
         joints[joint] = heads[matched[joint]] if joint in matched else _knuckles(bones, heads, matched, joint)
-    return body_from_rig(vertices, polygons, joints, _weights(mesh, bones, matched), mesh.name)
+    return body_from_rig(vertices, polygons, joints, joint_weights(mesh, bones, matched), mesh.name)
 
 
 def _is_smpl_rigged(mesh: bpy.types.Object) -> bool:
-    armature = _armature(mesh)
+    armature = moving_armature(mesh)
     return armature is not None and len(_smpl_bones(armature)) >= N_JOINTS - len(BODY_HANDS)
 
 
-def _armature(mesh: bpy.types.Object) -> bpy.types.Object | None:
+def moving_armature(mesh: bpy.types.Object) -> bpy.types.Object | None:
     """The armature that moves a mesh, by modifier or as its parent."""
     moving = [item.object for item in mesh.modifiers if item.type == "ARMATURE" and item.object is not None]
     if not moving and mesh.parent is not None and mesh.parent_type == "ARMATURE":
@@ -135,7 +135,7 @@ def _knuckles(
     return heads[fingers or [wrist]].mean(axis=0)
 
 
-def _weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[int, int]) -> np.ndarray:
+def joint_weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[int, int]) -> np.ndarray:
     """Weights of the 24 joints, shape (V, 24); other bones' weights go to the joint that carries them."""
     joint_of_bone = {bones[bone].name: joint for joint, bone in matched.items()}
     hands = {wrist: hand for hand, wrist in WRISTS.items() if hand not in matched}

@@ -95,7 +95,7 @@ def body_of(mesh: bpy.types.Object) -> Body:
     mirror = mesh.data.attributes.get(MIRROR_ATTRIBUTE)
     return Body(
         vertices=vertices @ to_body[:3, :3].T + to_body[:3, 3],
-        faces=_triangles(mesh.data),
+        faces=triangles_of(mesh.data),
         joints=heads @ body_space(armature)[:3, :3].T,
         weights=_read_weights(mesh),
         name=mesh.name,
@@ -211,7 +211,8 @@ def _read_weights(mesh: bpy.types.Object) -> np.ndarray:
     return weights / sums[:, None]
 
 
-def _triangles(mesh: bpy.types.Mesh) -> np.ndarray:
+def triangles_of(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Triangles of a mesh as Blender cuts it, shape (F, 3)."""
     mesh.calc_loop_triangles()
     return _read(mesh.loop_triangles, "vertices", len(mesh.loop_triangles) * 3, np.int32).reshape(-1, 3)
 

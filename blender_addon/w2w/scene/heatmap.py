@@ -80,7 +80,7 @@ def add_heatmaps(
     remove_heatmaps(mesh)
     names = _attribute_names(activities, title)
     for name, scores in zip(names, np.column_stack([mean, utility_f1]).T, strict=True):
-        _paint(mesh.data, name, patch_colours(patches, scores, low, high, colour_map, span))
+        paint_colours(mesh.data, name, patch_colours(patches, scores, low, high, colour_map, span))
     show_heatmap(mesh, names[0])
     return names
 
@@ -145,7 +145,8 @@ def _cut(name: str, n_bytes: int) -> str:
     return name.encode()[:n_bytes].decode(errors="ignore").strip()
 
 
-def _paint(mesh: bpy.types.Mesh, name: str, colours: np.ndarray) -> None:
+def paint_colours(mesh: bpy.types.Mesh, name: str, colours: np.ndarray) -> None:
+    """Add a colour attribute with these colours, sRGB, shape (V, 3)."""
     attribute = mesh.color_attributes.new(name, "BYTE_COLOR", "POINT")
     values = np.ones((len(colours), 4), dtype=np.float32)
     values[:, :3] = colours

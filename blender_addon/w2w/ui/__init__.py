@@ -8,6 +8,7 @@ from types import ModuleType
 import bpy
 
 from . import (
+    character,
     choosing,
     exports,
     import_dialog,
@@ -60,6 +61,7 @@ MODULES: tuple[ModuleType, ...] = (
     save_results,
     exports,
     panels,
+    character,
     own_placement_panel,
     result_panels,
     placement_panels,

@@ -20,7 +20,8 @@ from ..core.patches.patches import DEFAULT_PATCHES
 from ..core.ranking.utility import CLASSIFIERS
 from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
-from . import placement_properties, shape, updates
+from . import on_character, placement_properties, shape, updates
+from .on_character import OwnCharacter
 from .placement_properties import Placement
 from .results import EXPECTED, MEAN_VIEW, ON_THESE
 
@@ -123,7 +124,7 @@ class W2W_PG_activity(bpy.types.PropertyGroup):
     )
 
 
-class W2W_PG_study(Placement, bpy.types.PropertyGroup):
+class W2W_PG_study(Placement, OwnCharacter, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -309,6 +310,7 @@ class W2W_PG_scene(bpy.types.PropertyGroup):
 CLASSES = (
     *shape.CLASSES,
     *placement_properties.CLASSES,
+    *on_character.CLASSES,
     W2W_PG_clip,
     W2W_PG_activity,
     W2W_PG_study,

@@ -24,7 +24,7 @@ from ..core.selection.subsets import best_single, greedy_subset
 from ..scene import heatmap
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
-from . import advice
+from . import advice, on_character
 from .state import config_of, patches_of, usable, utility_of, without_updates
 
 TABLE_ROWS = 8
@@ -73,6 +73,7 @@ def clear(body: bpy.types.Object) -> None:
     study.regions.clear()
     advice.forget(study)
     study.picked = study.compared = -1
+    on_character.clear(body)
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
         bpy.data.collections.remove(study.chosen_collection)
@@ -213,6 +214,7 @@ def paint(body: bpy.types.Object) -> None:
         heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
         utility.colour_span,
     )
+    on_character.paint(body)
     show(body)
 
 
@@ -229,6 +231,7 @@ def show(body: bpy.types.Object) -> None:
     names = heatmap.heatmap_names(body)
     if names:
         heatmap.show_heatmap(body, names[min(view_index(body.w2w), len(names) - 1)])
+        on_character.show(body)
 
 
 def list_regions(body: bpy.types.Object) -> None:
@@ -293,6 +296,24 @@ def mark_chosen(body: bpy.types.Object) -> None:
             collection.objects.link(empty)
         empty.empty_display_type = "SPHERE"
         empty.empty_display_size = CHOSEN_SCALE * study.patch_size
+    _mark_character(body)
+
+
+def carry(body: bpy.types.Object) -> None:
+    """Show on the character what the body shows: it has one since now."""
+    if patches_of(body) is None or utility_of(body.w2w) is None:
+        return
+    on_character.paint(body)
+    show(body)
+    _mark_character(body)
+    show_colours(bpy.context)
+
+
+def _mark_character(body: bpy.types.Object) -> None:
+    patches, rows = patches_of(body), list(advice.leading(body.w2w))
+    if patches is not None and body.w2w.character is not None:
+        vertices = [int(patches.vertices[row.patch]) for row in rows]
+        on_character.mark(body, vertices, [row.label for row in rows])
 
 
 def hide_patches(study: bpy.types.PropertyGroup) -> None:

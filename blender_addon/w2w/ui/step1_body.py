@@ -10,6 +10,7 @@ from bpy.props import StringProperty
 
 from ..core.adopt.smpl import load_body
 from ..core.body.body import Body
+from ..scene.adopt import adopt_mesh
 from ..scene.body import add_body, armature_of, body_of
 from ..scene.study_record import has_record
 from . import jobs
@@ -104,7 +105,7 @@ class W2W_OT_load_body(bpy.types.Operator):
 
 
 class W2W_OT_use_mesh(bpy.types.Operator):
-    """Work on the active mesh: one that an armature with the 24 SMPL-named bones moves"""
+    """Work on the active mesh: one that an armature with SMPL's bones moves, in any spelling"""
 
     bl_idname = "w2w.use_mesh"
     bl_label = "Use Active Mesh"
@@ -127,12 +128,25 @@ class W2W_OT_use_mesh(bpy.types.Operator):
         mesh = body_of_object(context.object) or context.object
         try:
             body_of(mesh)
+        except ValueError:
+            return self.adopt(context, mesh)
+        try:
             if has_record(mesh) and not mesh.w2w.is_body:
                 restore(mesh)
         except ValueError as error:
             return show_error(self, str(error))
         make_study(context, mesh)
         dismiss()
+        return {"FINISHED"}
+
+    def adopt(self, context: bpy.types.Context, mesh: bpy.types.Object) -> set[str]:
+        """Make a body of a mesh whose rig spells SMPL's bones otherwise (m_avg_Pelvis)."""
+        try:
+            body = adopt_mesh(mesh)
+        except ValueError as error:
+            hint = "; for map and sensors on any rigged character, press Use Character (Own Character)"
+            return show_error(self, f"{error}{hint if mesh.find_armature() else ''}")
+        add_study(context, body, mesh.name)
         return {"FINISHED"}
 
 

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which point of our body a point of somebody's own character is: a map and its sensors are carried by it.
+
+The character is laid on our body: each part of it is turned, and scaled along and across its bone, so that
+the joints of both are at the same places. Then each of its vertices belongs to the point of our surface
+that is nearest, of the same part of the body and facing the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+from trimesh.triangles import closest_point, points_to_barycentric
+
+from ..body.body import Body, vertex_normals
+from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
+from ..motion.retarget import SEGMENT_END, rest_alignment
+
+SAME_PART = 0.06
+"""Metres that being of two parts of the body is worth: the hand that hangs at a thigh is no thigh."""
+
+SAME_SIDE = 0.02
+"""Metres that facing two ways is worth: a palm is no back of a hand."""
+
+GIRTHS = (0.5, 2.0)
+"""How many times thicker or thinner than by its length a part may be to be fitted by its thickness."""
+
+ONWARD = {
+    JOINT_INDEX[start]: JOINT_INDEX[end]
+    for start, end in (
+        ("pelvis", "spine1"),
+        ("spine1", "spine2"),
+        ("spine2", "spine3"),
+        ("spine3", "neck"),
+        ("neck", "head"),
+        ("left_collar", "left_shoulder"),
+        ("right_collar", "right_shoulder"),
+    )
+} | {start: end for start, end in SEGMENT_END.items() if not JOINT_NAMES[start].endswith("wrist")}
+"""Joints with a bone to the next; the others end in a hand, a foot or the head."""
+
+CARRIED_BY = {
+    JOINT_INDEX[f"{side}_{end}"]: JOINT_INDEX[f"{side}_{start}"]
+    for side in ("left", "right")
+    for start, end in (("wrist", "hand"), ("ankle", "foot"))
+}
+"""Joints whose part is one with their parent's, for many rigs lack them."""
+
+
+def _part(joint: int) -> int:
+    name = JOINT_NAMES[joint]
+    if name.startswith("spine") or name.endswith("collar"):
+        return JOINT_INDEX["pelvis"]
+    return CARRIED_BY.get(joint, joint)
+
+
+PARTS = np.array([_part(joint) for joint in range(N_JOINTS)])
+"""Part of the body that each joint moves, named by its first joint: the trunk is one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Character:
+    """Somebody's own character in its rest pose, in any axes and unit.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        Of all its meshes.
+    faces : ndarray, shape (F, 3)
+        Triangles.
+    weights : ndarray, shape (V, 24)
+        By the joints that its bones play; a row of zeros where no bone moves a vertex.
+    joints : dict of int to ndarray, shape (3,)
+        Position of each joint that has a bone; the required ones are there.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    weights: np.ndarray
+    joints: Mapping[int, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Points of a body's surface.
+
+    Parameters
+    ----------
+    faces : ndarray of int, shape (V,)
+        The triangle that each lies on.
+    shares : ndarray, shape (V, 3)
+        Barycentric coordinates.
+    distance : ndarray, shape (V,)
+        From the character's vertex, once that is laid on the body, metres.
+    """
+
+    faces: np.ndarray
+    shares: np.ndarray
+    distance: np.ndarray
+
+
+def correspond(character: Character, body: Body) -> SurfacePoints:
+    """The point of a body's surface that each vertex of a character is.
+
+    Parameters
+    ----------
+    character : Character
+    body : Body
+    """
+    weights = _whole_weights(character)
+    laid = lay_on(character, body, weights)
+    _, nearest = cKDTree(_features(body.vertices, body.vertex_normals, body.weights)).query(
+        _features(laid, vertex_normals(laid, character.faces), weights)
+    )
+    return _nearest_points(laid, body, _faces_around(body)[nearest])
+
+
+def lay_on(character: Character, body: Body, weights: np.ndarray) -> np.ndarray:
+    """The character's vertices where our body stands, its joints on ours.
+
+    Parameters
+    ----------
+    character : Character
+    body : Body
+    weights : ndarray, shape (V, 24)
+        The character's, every row summing to 1.
+
+    Returns
+    -------
+    ndarray, shape (V, 3)
+    """
+    turns = rest_alignment(body, dict(character.joints)).swapaxes(-1, -2)
+    scale = _leg(body.joints) / _leg(character.joints)
+    joints = _all_joints(character.joints, body, turns, scale)
+    laid = np.zeros((len(character.vertices), 3))
+    for joint in range(N_JOINTS):
+        part = CARRIED_BY.get(joint, joint)
+        turned = (character.vertices - joints[part]) @ turns[part].T
+        along, across = _stretch(part, turned, weights, joints, body, scale)
+        axis = _axis(part, body.joints)
+        moved = across * turned + (along - across) * np.outer(turned @ axis, axis)
+        laid += weights[:, joint, None] * (moved + body.joints[part])
+    return laid
+
+
+def _all_joints(found: Mapping[int, np.ndarray], body: Body, turns: np.ndarray, scale: float) -> np.ndarray:
+    """The character's joints, shape (24, 3); those without a bone as our body has them."""
+    joints = np.empty((N_JOINTS, 3))
+    for joint in range(N_JOINTS):
+        parent = PARENTS[joint]
+        joints[joint] = (
+            found[joint]
+            if joint in found
+            else joints[parent] + turns[parent].T @ (body.joints[joint] - body.joints[parent]) / scale
+        )
+    return joints
+
+
+def _stretch(
+    part: int, turned: np.ndarray, weights: np.ndarray, joints: np.ndarray, body: Body, scale: float
+) -> tuple[float, float]:
+    """How much longer, and how much thicker, our body is in one part."""
+    end, axis = ONWARD.get(part), _axis(part, body.joints)
+    girths = []
+    for points, share in ((body.vertices - body.joints[part], body.weights), (turned, weights)):
+        members = points[PARTS[share.argmax(axis=1)] == PARTS[part]]
+        aside = members - np.outer(members @ axis, axis)
+        girths.append(float(np.median(np.linalg.norm(aside, axis=1))) if len(members) else 0.0)
+    across = scale * float(np.clip(girths[0] / girths[1] / scale, *GIRTHS)) if min(girths) > 0 else scale
+    if end is None:
+        return across, across
+    length = float(np.linalg.norm(joints[end] - joints[part]))
+    along = float(np.linalg.norm(body.joints[end] - body.joints[part])) / length if length > 0 else scale
+    return scale * float(np.clip(along / scale, *GIRTHS)), across
+
+
+def _axis(part: int, joints: np.ndarray) -> np.ndarray:
+    """Unit direction of our body's bone that begins at a joint; zero where none does."""
+    if part not in ONWARD:
+        return np.zeros(3)
+    along = joints[ONWARD[part]] - joints[part]
+    return along / np.linalg.norm(along)
+
+
+def _leg(joints: Mapping[int, np.ndarray] | np.ndarray) -> float:
+    legs = [
+        [joints[JOINT_INDEX[f"{side}_{part}"]] for part in ("hip", "knee", "ankle")]
+        for side in ("left", "right")
+    ]
+    return float(np.linalg.norm(np.diff(np.array(legs), axis=1), axis=-1).sum() / 2)
+
+
+def _whole_weights(character: Character) -> np.ndarray:
+    """Weights whose rows sum to 1; a vertex that no bone moves is with the nearest that one does."""
+    sums = character.weights.sum(axis=1)
+    moved = np.flatnonzero(sums > 0)
+    if len(moved) == 0:
+        raise ValueError("no bone that plays a joint of the body moves its meshes")
+    weights = character.weights / np.where(sums > 0, sums, 1)[:, None]
+    still = np.flatnonzero(sums <= 0)
+    if len(still):
+        _, nearest = cKDTree(character.vertices[moved]).query(character.vertices[still])
+        weights[still] = weights[moved[nearest]]
+    return weights
+
+
+def _features(vertices: np.ndarray, normals: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """What the distance between points of two bodies is measured in, shape (V, 3 + parts + 3)."""
+    parts = np.stack([weights[:, part == PARTS].sum(axis=1) for part in np.unique(PARTS)], axis=1)
+    return np.concatenate([vertices, SAME_PART * parts, SAME_SIDE * normals], axis=1)
+
+
+def _faces_around(body: Body) -> np.ndarray:
+    """Faces that meet at each vertex, shape (V, most); the first again where there are fewer."""
+    corners = body.faces.ravel()
+    order = np.argsort(corners, kind="stable")
+    counts = np.bincount(corners, minlength=len(body.vertices))
+    starts = np.cumsum(counts) - counts
+    columns = np.minimum(np.arange(counts.max()), np.maximum(counts, 1)[:, None] - 1)
+    return order[np.minimum(starts[:, None] + columns, len(order) - 1)] // 3
+
+
+def _nearest_points(points: np.ndarray, body: Body, faces: np.ndarray) -> SurfacePoints:
+    """The nearest point on some faces to each point; `faces` has shape (V, candidates)."""
+    triangles = body.vertices[body.faces[faces.ravel()]]
+    repeated = np.repeat(points, faces.shape[1], axis=0)
+    closest = closest_point(triangles, repeated)
+    distance = np.linalg.norm(closest - repeated, axis=1).reshape(faces.shape)
+    best = np.arange(len(points)) * faces.shape[1] + distance.argmin(axis=1)
+    shares = points_to_barycentric(triangles[best], closest[best])
+    shares = np.clip(np.nan_to_num(shares, nan=1 / 3), 0, 1)
+    return SurfacePoints(
+        faces.ravel()[best], shares / shares.sum(axis=1, keepdims=True), distance.ravel()[best]
+    )

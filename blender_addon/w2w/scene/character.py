@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Somebody's own character in the scene: our body's map on its meshes, our sensors on its skin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ..core.body.body import Body
+from ..core.motion.retarget import matched_joints
+from ..core.motion.skinning import frames_from_edges
+from ..core.motion.source import SourceMotion
+from ..core.patches.correspondence import Character, correspond
+from .adopt import joint_weights, moving_armature
+from .body import matrix, rest_vertices, triangles_of
+from .heatmap import heatmap_names, paint_colours, remove_heatmaps
+from .takes import skeleton_of
+
+POINT = "W2W point of the body"
+"""Attribute of a character's mesh: the triangle of our body that each vertex is on, and two shares in it."""
+
+MARK = "w2w mark"
+"""Custom property of an empty that shows a sensor on a character: number of its patch."""
+
+
+def character_meshes(armature: bpy.types.Object, scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The meshes of a scene that an armature moves, by a modifier, as their parent or by a bone."""
+    return [
+        item
+        for item in scene.objects
+        if item.type == "MESH"
+        and len(item.data.polygons)
+        and (moving_armature(item) == armature or (item.parent == armature and not item.modifiers))
+    ]
+
+
+def read_character(armature: bpy.types.Object, meshes: Sequence[bpy.types.Object]) -> Character:
+    """A character in its armature's rest pose, its meshes one after the other.
+
+    Raises
+    ------
+    UnusableMotion
+        If no bones were found, by name or by structure, for the joints of a body.
+    """
+    names, parents, rest = skeleton_of(armature)
+    rest = matrix(armature.matrix_world) @ rest
+    _, found = matched_joints(SourceMotion(names, parents, rest, rest[None], 1.0))
+    bones = list(armature.data.bones)
+    # bone 0 is the armature itself, which skins nothing
+    matched = {joint: bone - 1 for joint, bone in found.items() if bone > 0}
+    vertices, faces, weights, start = [], [], [], 0
+    for mesh in meshes:
+        world = _rest_world(mesh, armature)
+        vertices.append(rest_vertices(mesh) @ world[:3, :3].T + world[:3, 3])
+        faces.append(triangles_of(mesh.data) + start)
+        weights.append(_weights(mesh, bones, matched))
+        start += len(mesh.data.vertices)
+    return Character(
+        np.concatenate(vertices),
+        np.concatenate(faces),
+        np.concatenate(weights),
+        {joint: rest[bone, :3, 3] for joint, bone in found.items()},
+    )
+
+
+def tie(character: Character, meshes: Sequence[bpy.types.Object], body: Body) -> float:
+    """Note on each vertex of a character which point of our body it is.
+
+    Parameters
+    ----------
+    character : Character
+        From `read_character`.
+    meshes : sequence of Object
+        The same.
+    body : Body
+
+    Returns
+    -------
+    float
+        Median distance of the character from our body once it is laid on it, metres.
+    """
+    points = correspond(character, body)
+    values = np.column_stack([points.faces, points.shares[:, :2]]).astype(np.float32)
+    start = 0
+    for mesh in meshes:
+        count = len(mesh.data.vertices)
+        attribute = mesh.data.attributes.get(POINT) or mesh.data.attributes.new(
+            POINT, "FLOAT_VECTOR", "POINT"
+        )
+        attribute.data.foreach_set("vector", np.ascontiguousarray(values[start : start + count]).ravel())
+        start += count
+    return float(np.median(points.distance))
+
+
+def untie(mesh: bpy.types.Object) -> None:
+    """Take our map off a character's mesh."""
+    remove_heatmaps(mesh)
+    if POINT in mesh.data.attributes:
+        mesh.data.attributes.remove(mesh.data.attributes[POINT])
+
+
+def carry_heatmaps(body: bpy.types.Object, mesh: bpy.types.Object) -> None:
+    """Paint the heatmaps of a body on a mesh that is tied to it; those of an earlier call are replaced."""
+    remove_heatmaps(mesh)
+    corners, shares = _points(body, mesh)
+    for name in heatmap_names(body):
+        colours = np.empty(len(body.data.vertices) * 4, dtype=np.float32)
+        body.data.color_attributes[name].data.foreach_get("color_srgb", colours)
+        carried = np.einsum("vc,vca->va", shares, colours.reshape(-1, 4)[corners, :3])
+        paint_colours(mesh.data, name, carried)
+
+
+def place_marks(
+    body: bpy.types.Object,
+    vertices: Sequence[int],
+    meshes: Sequence[bpy.types.Object],
+    size: float,
+) -> list[bpy.types.Object]:
+    """Balls on a character where sensors are on our body; they follow its skin, whatever moves that.
+
+    Parameters
+    ----------
+    body : Object
+        Our body's mesh.
+    vertices : sequence of int
+        Vertex of our body under each sensor.
+    meshes : sequence of Object
+        The character's, tied to the body.
+    size : float
+        Radius of the balls, for a character as large as our body, metres.
+
+    Returns
+    -------
+    list of Object
+        Empties in no collection yet, one a sensor.
+    """
+    rest = rest_vertices(body)
+    places = []
+    for mesh in meshes:
+        corners, shares = _points(body, mesh)
+        places.append(np.einsum("vc,vca->va", shares, rest[corners]))
+    extents = [_extent(rest_vertices(mesh) @ matrix(mesh.matrix_world)[:3, :3].T) for mesh in meshes]
+    scale = max(extents) / _extent(rest)
+    marks = []
+    for vertex in vertices:
+        gaps = [np.linalg.norm(place - rest[vertex], axis=1) for place in places]
+        nearest = int(np.argmin([gap.min() for gap in gaps]))
+        marks.append(_ball(meshes[nearest], int(gaps[nearest].argmin()), size * scale))
+    return marks
+
+
+def _ball(mesh: bpy.types.Object, vertex: int, radius: float) -> bpy.types.Object:
+    """An empty on a vertex of a mesh, parented to a triangle there: a vertex alone gives no turn."""
+    points, triangles = rest_vertices(mesh), triangles_of(mesh.data)
+    triangles = triangles[(triangles == vertex).any(axis=1)]
+    corners = points[triangles]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
+    best = int((area / np.maximum(sides.max(axis=1), 1e-20)).argmax())
+    first, second, third = corners[best][:, None]
+    (frame,) = frames_from_edges(corners[best : best + 1].mean(axis=1), second - first, third - first)
+    empty = bpy.data.objects.new("Sensor", None)
+    empty.parent, empty.parent_type = mesh, "VERTEX_3"
+    empty.parent_vertices = triangles[best].tolist()
+    empty.location = frame[:3, :3].T @ (points[vertex] - frame[:3, 3])
+    empty.empty_display_type = "SPHERE"
+    empty.empty_display_size = radius / np.cbrt(abs(np.linalg.det(matrix(mesh.matrix_world)[:3, :3])))
+    return empty
+
+
+def _points(body: bpy.types.Object, mesh: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of our body around the point that each of a mesh's is, and their shares, both (V, 3).
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not tied, or to another body.
+    """
+    attribute = mesh.data.attributes.get(POINT)
+    if attribute is None:
+        raise ValueError(f"'{mesh.name}' has lost what ties it to the body: use the character again")
+    values = np.empty(len(mesh.data.vertices) * 3, dtype=np.float32)
+    attribute.data.foreach_get("vector", values)
+    values = values.reshape(-1, 3).astype(np.float64)
+    faces, triangles = np.rint(values[:, 0]).astype(np.intp), triangles_of(body.data)
+    if len(faces) and not 0 <= faces.min() <= faces.max() < len(triangles):
+        raise ValueError(f"'{mesh.name}' is tied to another body: use the character again")
+    shares = np.column_stack([values[:, 1:], 1 - values[:, 1:].sum(axis=1)])
+    return triangles[faces], shares
+
+
+def _weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[int, int]) -> np.ndarray:
+    """Weights of the 24 joints, shape (V, 24); of a mesh that hangs at a bone, that bone's."""
+    if moving_armature(mesh) is not None or mesh.parent_type != "BONE":
+        return joint_weights(mesh, bones, matched)
+    joint_of = {bones[bone].name: joint for joint, bone in matched.items()}
+    bone = next((bone for bone in bones if bone.name == mesh.parent_bone), None)
+    while bone is not None and bone.name not in joint_of:
+        bone = bone.parent
+    weights = np.zeros((len(mesh.data.vertices), 24))
+    if bone is not None:
+        weights[:, joint_of[bone.name]] = 1
+    return weights
+
+
+def _rest_world(mesh: bpy.types.Object, armature: bpy.types.Object) -> np.ndarray:
+    """Where a mesh is in the rest pose; one that hangs at a bone goes along with it."""
+    world = matrix(mesh.matrix_world)
+    if mesh.parent != armature or mesh.parent_type != "BONE" or mesh.parent_bone not in armature.pose.bones:
+        return world
+    posed = armature.pose.bones[mesh.parent_bone]
+    place = matrix(armature.matrix_world)
+    back = matrix(posed.bone.matrix_local) @ np.linalg.inv(matrix(posed.matrix))
+    return place @ back @ np.linalg.inv(place) @ world
+
+
+def _extent(points: np.ndarray) -> float:
+    return float(np.ptp(points, axis=0).max())
