@@ -137,3 +137,16 @@ def test_a_mesh_that_hangs_at_a_bone_is_of_that_bone_s_part(bundled_body):
     assert set(character_meshes(objects.armature, bpy.context.scene)) == {objects.mesh, watch}
     figure = read_character(objects.armature, [watch])
     assert (figure.weights.argmax(axis=1) == JOINT_INDEX["left_wrist"]).all()
+
+
+def test_of_layers_the_outer_one_carries_the_sensor(bundled_body):
+    objects = add_body(bundled_body)
+    inner = objects.mesh.copy()
+    inner.data = objects.mesh.data.copy()
+    bpy.context.scene.collection.objects.link(inner)
+    shrunk = bundled_body.vertices - 0.003 * bundled_body.vertex_normals
+    inner.data.vertices.foreach_set("co", shrunk.astype(np.float32).ravel())
+    meshes = [inner, objects.mesh]
+    tie(read_character(objects.armature, meshes), meshes, bundled_body)
+    vertices = list(range(0, len(bundled_body.vertices), 700))
+    assert {mark.parent for mark in place_marks(objects.mesh, vertices, meshes, 0.02)} == {objects.mesh}

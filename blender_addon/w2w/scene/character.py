@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import bpy
 import numpy as np
 
-from ..core.body.body import Body
+from ..core.body.body import Body, vertex_normals
 from ..core.motion.retarget import matched_joints
 from ..core.motion.skinning import frames_from_edges
 from ..core.motion.source import SourceMotion
@@ -20,6 +21,9 @@ from .takes import skeleton_of
 
 POINT = "W2W point of the body"
 """Attribute of a character's mesh: the triangle of our body that each vertex is on, and two shares in it."""
+
+LAYER = 0.004
+"""Vertices this much farther from a sensor than the nearest, on our body, are layers of one place; metres."""
 
 MARK = "w2w mark"
 """Custom property of an empty that shows a sensor on a character: number of its patch."""
@@ -137,18 +141,42 @@ def place_marks(
         Empties in no collection yet, one a sensor.
     """
     rest = rest_vertices(body)
-    places = []
-    for mesh in meshes:
+    parts = []
+    for number, mesh in enumerate(meshes):
         corners, shares = _points(body, mesh)
-        places.append(np.einsum("vc,vca->va", shares, rest[corners]))
-    extents = [_extent(rest_vertices(mesh) @ matrix(mesh.matrix_world)[:3, :3].T) for mesh in meshes]
-    scale = max(extents) / _extent(rest)
-    marks = []
-    for vertex in vertices:
-        gaps = [np.linalg.norm(place - rest[vertex], axis=1) for place in places]
-        nearest = int(np.argmin([gap.min() for gap in gaps]))
-        marks.append(_ball(meshes[nearest], int(gaps[nearest].argmin()), size * scale))
-    return marks
+        turn = matrix(mesh.matrix_world)[:3, :3]
+        skin = rest_vertices(mesh)
+        parts.append(
+            _Skin(
+                np.einsum("vc,vca->va", shares, rest[corners]),
+                skin @ turn.T + matrix(mesh.matrix_world)[:3, 3],
+                vertex_normals(skin, triangles_of(mesh.data)) @ turn.T,
+                np.full(len(skin), number),
+                np.arange(len(skin)),
+            )
+        )
+    whole = _Skin(*map(np.concatenate, zip(*parts, strict=True)))
+    scale = _extent(whole.places) / _extent(rest)
+    found = [_outermost(whole, rest[vertex]) for vertex in vertices]
+    return [_ball(meshes[whole.meshes[own]], int(whole.vertices[own]), size * scale) for own in found]
+
+
+class _Skin(NamedTuple):
+    """Vertices of a character's meshes: where on our body and in the world, normal, mesh and number."""
+
+    on_body: np.ndarray
+    places: np.ndarray
+    normals: np.ndarray
+    meshes: np.ndarray
+    vertices: np.ndarray
+
+
+def _outermost(skin: _Skin, point: np.ndarray) -> int:
+    """The vertex of a character that is at a point of our body: of layers there, the one that is outside."""
+    gap = np.linalg.norm(skin.on_body - point, axis=1)
+    near = np.flatnonzero(gap <= gap.min() + LAYER)
+    outward = skin.normals[near].sum(axis=0)
+    return int(near[np.argmax(skin.places[near] @ outward)])
 
 
 def _ball(mesh: bpy.types.Object, vertex: int, radius: float) -> bpy.types.Object:
