@@ -27,6 +27,7 @@ from w2w.core.study import StudyConfig, place_patches
 from .clip_task import ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers, versions
 from .monitor import RunMonitor
+from .rank_on_cluster import spread_over
 from .workers import Engine, run_tasks
 
 
@@ -98,7 +99,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     remove_leftovers(out, {clip.name for clip in used})
     pooling = Pooling.on(body, patches)
     try:
-        utility, ranked = _rank(used, pooling, config, out, monitor)
+        utility, ranked = _rank(used, pooling, plan, out, monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
@@ -167,8 +168,9 @@ def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
 
 
 def _rank(
-    used: list[Clip], pooling: Pooling, config: StudyConfig, out: Path, monitor: RunMonitor
+    used: list[Clip], pooling: Pooling, plan: RunPlan, out: Path, monitor: RunMonitor
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+    config, out = plan.config, out.resolve()  # where a cluster finds it, too
     names = [clip.name for clip in used]
     windows = [ClipWindows.read(out, name) for name in names]
     inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
@@ -180,7 +182,8 @@ def _rank(
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
-        return rank_clips(used, windows, inputs, config, told, out / WORK, pooling=pooling)
+        spread = spread_over(plan.engine.scheduler)
+        return rank_clips(used, windows, inputs, config, told, out / WORK, pooling=pooling, spread=spread)
 
 
 def _choose(utility: UtilityMap, patches: PatchSet, config: StudyConfig) -> Advice:

@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import wait
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from joblib.externals.loky import get_reusable_executor
 
@@ -39,6 +39,9 @@ from .clip import record_death, work_in_worker
 from .clip_task import ClipTask
 from .guard import LIMIT_S, MEMORY, end_with, guarded, timed_out
 from .load_clip import load_clip
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 Result = TypeVar("Result")
 
@@ -210,18 +213,11 @@ def _kill(executor: Executor) -> None:
 def _on_cluster(
     tasks: Sequence[ClipTask], scheduler: str, told: Callable[[ClipResult], None]
 ) -> dict[str, ClipResult]:
-    try:
-        from distributed import Client, KilledWorker
-        from distributed import as_completed as finished
-    except ModuleNotFoundError as error:
-        raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
-    where = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
-    try:
-        client = Client(**where, timeout=ANSWER_S)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     results: dict[str, ClipResult] = {}
-    with client:
+    with connected(scheduler) as client:
+        from distributed import KilledWorker
+        from distributed import as_completed as finished
+
         futures = {client.submit(work_in_worker, task, pure=False, key=_key(task)): task for task in tasks}
         for future in finished(futures):
             task = futures[future]
@@ -232,6 +228,25 @@ def _on_cluster(
             results[result.clip.name] = result
             told(result)
     return results
+
+
+def connected(scheduler: str) -> Client:
+    """A Dask scheduler's client, to be used as a context.
+
+    Raises
+    ------
+    EngineError
+        If it cannot be reached.
+    """
+    try:
+        from distributed import Client
+    except ModuleNotFoundError as error:
+        raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
+    where = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
+    try:
+        return Client(**where, timeout=ANSWER_S)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
 
 
 def _key(task: ClipTask) -> str:

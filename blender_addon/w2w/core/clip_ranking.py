@@ -15,6 +15,7 @@ from .motion.library import Clip
 from .ranking.classifiers.ridge import Ridge
 from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
+from .ranking.trial_sums import Spread
 from .ranking.utility import UtilityMap, utility_map
 from .selection.set_tests import SetTests
 from .selection.subsets import multi_sensor_check
@@ -91,6 +92,7 @@ def rank_clips(
     work: Path | None = None,
     classifier: Any = None,
     pooling: Pooling | None = None,
+    spread: Spread | None = None,
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     """Find clips that show one motion, then train and test at every patch.
 
@@ -110,6 +112,8 @@ def rank_clips(
         In place of the config's, as for `utility_map`.
     pooling : Pooling, optional
         Over the skin that the patches are on, as for `utility_map`.
+    spread : callable, optional
+        Has patches tried elsewhere, as for `utility_map`.
 
     Returns
     -------
@@ -124,7 +128,7 @@ def rank_clips(
     """
     ranked = same_motions(clips, windows)
     labels = WindowLabels.of(ranked, windows)
-    return rank_windows(inputs, labels, config, progress, work, classifier, pooling), ranked
+    return rank_windows(inputs, labels, config, progress, work, classifier, pooling, spread), ranked
 
 
 def same_motions(
@@ -150,10 +154,12 @@ def rank_windows(
     work: Path | None = None,
     classifier: Any = None,
     pooling: Pooling | None = None,
+    spread: Spread | None = None,
 ) -> UtilityMap:
     """Train and test at every patch; as `rank_clips`, for windows whose motions are known."""
     protocol = labels.protocol(config, classifier)
-    return utility_map(inputs, labels.activity, **protocol, progress=progress, work=work, pooling=pooling)
+    elsewhere = {"progress": progress, "work": work, "pooling": pooling, "spread": spread}
+    return utility_map(inputs, labels.activity, **protocol, **elsewhere)
 
 
 def set_tests(

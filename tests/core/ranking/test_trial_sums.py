@@ -84,3 +84,14 @@ def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
         peaks.append(tracemalloc.get_traced_memory()[1] - labels.nbytes)  # one index a window is kept
         tracemalloc.stop()
     assert peaks[1] < 1.3 * peaks[0]
+
+
+def test_patches_tried_some_at_a_time_give_the_same_map():
+    labels, clip, _, is_test = windows()
+    names = np.array(list("abcd"))
+    arguments = (features(labels, 35), names[labels], clip, None, is_test, list(names))
+    told = []
+    whole, parts = utility_map(*arguments), utility_map(*arguments, progress=told.append, spread=map)
+    for name in ("predictions", "expected_f1", "expected_mean", "as_good", "mean_samples"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))
+    assert told == [1 / 3, 2 / 3, 1.0]

@@ -3,11 +3,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from .expected import TrialMaps
 from .halves import Plan
+from .inputs import PatchBlocks, SomePatches
 from .map_scores import f1_of, rank_score_of, rank_sums, window_counts
+from .planned import Planned
+
+TASK_PATCHES = 16
+"""Patches that are tried in one piece elsewhere."""
+
+
+class Tried(NamedTuple):
+    """What the trials of a plan said of some patches.
+
+    Attributes
+    ----------
+    predictions : ndarray, shape (W_test, N), int16
+        Activity that the whole named.
+    maps : TrialMaps
+    """
+
+    predictions: np.ndarray
+    maps: TrialMaps
+
+    @classmethod
+    def joined(cls, parts: Sequence[Tried]) -> Tried:
+        """Of all patches, from some after others."""
+        score, raw = (
+            np.concatenate([getattr(part.maps, name) for part in parts], axis=2) for name in ("score", "raw")
+        )
+        return cls(np.concatenate([part.predictions for part in parts], axis=1), TrialMaps(score, raw))
+
+
+Spread = Callable[[Callable[[tuple[int, int]], Tried], Sequence[tuple[int, int]]], Iterable[Tried]]
+"""Calls something with each of some items, wherever, and gives the results in their order: as `map` does."""
+
+
+def try_patches(
+    model: Any,
+    source: PatchBlocks,
+    trial: Planned,
+    settings: np.ndarray,
+    span: tuple[int, int],
+    progress: Callable[[float], None] | None = None,
+) -> Tried:
+    """Try the patches from the first of a span to before its last.
+
+    Parameters
+    ----------
+    model : object
+        With a `score_splits`, as `Ridge` has.
+    source : PatchBlocks
+        Of all patches.
+    trial : Planned
+    settings : ndarray, shape (splits, models)
+        As the model's `settings` gives them.
+    span : two ints
+    progress : callable, optional
+        Told the fraction done.
+    """
+    plan, some = trial.plan, SomePatches(source, *span)
+    sums = TrialSums(trial.labels, trial.is_test, plan, settings.shape[1], some.shape[1])
+    model.score_splits(some, trial.labels, plan.block, plan.splits, settings, sums.add, progress)
+    return Tried(sums.predictions, sums.maps())
 
 
 class TrialSums:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from .halves import HALVINGS
 from .inputs import PatchBlocks, SomeWindows, as_blocks
 from .planned import Planned, planned
 from .pooling import Pooling
-from .trial_sums import TrialSums
+from .trial_sums import TASK_PATCHES, Spread, Tried, try_patches
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
@@ -181,6 +182,7 @@ def utility_map(
     work: Path | None = None,
     pooling: Pooling | None = None,
     halvings: int = HALVINGS,
+    spread: Spread | None = None,
 ) -> UtilityMap:
     """Train and test a classifier at every patch, never on the same clip.
 
@@ -219,6 +221,8 @@ def utility_map(
         Over the skin of the body that the patches are on, for the expected scores.
     halvings : int
         Ways in which the clips are halved for them; 0 where they are not looked at.
+    spread : callable, optional
+        Has some patches at a time tried elsewhere, such as on a cluster, where the classifier can.
 
     Returns
     -------
@@ -235,7 +239,7 @@ def utility_map(
     trial = planned(activity, clip, subject, is_test, activities, folds, seed, halvings * scored)
     source = SomeWindows(as_blocks(inputs), trial.used)
     if scored:
-        predictions, maps = _try_all(model, source, trial, progress)
+        predictions, maps = _try_all(model, source, trial, progress, spread)
     else:
         predictions = model.predict_folds(source, trial.labels, trial.fold, trial.is_test, progress)
 
@@ -278,14 +282,23 @@ def utility_map(
 
 
 def _try_all(
-    model: Any, source: PatchBlocks, trial: Planned, progress: Callable[[float], None] | None
-) -> tuple[np.ndarray, TrialMaps]:
-    """Names (W_test, N) given to the windows tested, and the maps of all trials."""
-    labels, is_test, plan = trial.labels, trial.is_test, trial.plan
-    settings = model.settings(source, labels, trial.fold, is_test, plan)
-    sums = TrialSums(labels, is_test, plan, settings.shape[1], source.shape[1])
-    model.score_splits(source, labels, plan.block, plan.splits, settings, sums.add, progress)
-    return sums.predictions, sums.maps()
+    model: Any,
+    source: PatchBlocks,
+    trial: Planned,
+    progress: Callable[[float], None] | None,
+    spread: Spread | None,
+) -> Tried:
+    settings = model.settings(source, trial.labels, trial.fold, trial.is_test, trial.plan)
+    n_patches = source.shape[1]
+    if spread is None:
+        return try_patches(model, source, trial, settings, (0, n_patches), progress)
+    spans = [(first, min(first + TASK_PATCHES, n_patches)) for first in range(0, n_patches, TASK_PATCHES)]
+    parts = []
+    for tried in spread(partial(try_patches, replace(model, workers=1), source, trial, settings), spans):
+        parts.append(tried)
+        if progress is not None:
+            progress(len(parts) / len(spans))
+    return Tried.joined(parts)
 
 
 def inputs_of(classifier: Any) -> str:
