@@ -12,6 +12,7 @@ from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from ..ranking.expected import UNPROVEN
+from ..ranking.reliability import agreement
 
 if TYPE_CHECKING:
     from .set_tests import SetTests, Tests
@@ -71,8 +72,8 @@ def promise(
 
     One half of the clips chooses a set in the same way, the other tells its F1 and that of sets
     drawn at random; what the choice gains over those, on average over halves and both ways, is added to
-    what random sets reach on all clips, less of it where these leave less to gain. A patch worn can be
-    ignored, so the promise never falls.
+    what random sets reach on all clips: more of it as all clips choose better than half of them, less
+    where random sets leave less to gain. A patch worn can be ignored, so the promise never falls.
 
     Parameters
     ----------
@@ -91,9 +92,11 @@ def promise(
         among = dict.fromkeys([tests.whole, *(one for pair in tests.pairs for one in pair)])
         level_of = {one: _level(one, terms, size, tests.seed) for one in among}
         raw = tests.whole.f1_of_first(order)
+        more = _better_chosen(tests)
         gains = [
             _gain(choose(here, terms, size), there, level_of[there])
             * _left(level_of[tests.whole], level_of[there])[:, None]
+            * more
             for pair in tests.pairs
             for here, there in (pair, pair[::-1])
         ]
@@ -125,6 +128,19 @@ def _left(level: np.ndarray, level_there: np.ndarray) -> np.ndarray:
     """How much of a gain is left at another level: F1 moves by p (1 - p) with its logit; never more."""
     whole, there = (_mean(one) * (1 - _mean(one)) for one in (level, level_there))
     return np.minimum(np.maximum(whole, 0) / np.maximum(there, 1e-6), 1.0)
+
+
+def _better_chosen(tests: SetTests) -> float:
+    """How much more a choice by all clips gains than one by half of them.
+
+    What a choice gains goes with the root of the share of the variance it is made by that repeats (Lush's
+    breeder's equation), and twice the clips make 2r / (1 + r) of a share r (Spearman 1910, Brown 1910).
+    Single subjects, whose tests share what they are trained on, say nothing of it.
+    """
+    if not tests.plan.disjoint:
+        return 1.0
+    repeats = agreement([(one.single, other.single) for one, other in tests.pairs])
+    return float(np.sqrt(2 / (1 + max(repeats, 0.0))))
 
 
 def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
