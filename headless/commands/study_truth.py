@@ -25,6 +25,7 @@ def truth(
     mhad: Annotated[Path | None, typer.Option(help="npz of Berkeley MHAD's accelerometers.")] = None,
     umafall: Annotated[Path | None, typer.Option(help="npz of UMAFall.")] = None,
     dsads: Annotated[Path | None, typer.Option(help="DSADS's folder, or an npz of it.")] = None,
+    upfall: Annotated[Path | None, typer.Option(help="UP-Fall's CompleteDataSet.csv, or its folder.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")] = 0,
 ) -> None:
     """Compare worn with simulated sensors on every data set you point it to, and write one page.
@@ -35,7 +36,7 @@ def truth(
     Exit codes: 0 a page was written, 2 wrong use, or no set could be used.
     """
     console = wide_console()
-    given = {name: path for name, path in zip(DATA_SETS, (mhad, umafall, dsads), strict=True) if path}
+    given = {name: path for name, path in zip(DATA_SETS, (mhad, umafall, dsads, upfall), strict=True) if path}
     if not given:
         options = ", ".join(f"--{name}" for name in DATA_SETS)
         console.print(f"[red]Point it to a data set at least: {options}[/red]")

@@ -23,7 +23,7 @@ from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
 from ..validation.paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
 from ..validation.report import agreement_table, write_validation
-from ..validation.truth import run_data_set
+from ..validation.truth import run_data_set, run_mighar, write_empty_positions
 from ..validation.utd import compare_utd, write_utd
 
 VALIDATE = typer.Typer(
@@ -158,6 +158,62 @@ def umafall(
     Exit codes: 0 written, 2 wrong use (and why).
     """
     _by_protocol("umafall", path, libraries, out, seed)
+
+
+@VALIDATE.command()
+def upfall(
+    path: Annotated[
+        Path, typer.Argument(metavar="REAL", help="UP-Fall's CompleteDataSet.csv, or its folder.")
+    ],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """UP-Fall: six daily activities, five sensors, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    _by_protocol("upfall", path, libraries, out, seed)
+
+
+@VALIDATE.command(name="mighar")
+def mig_har(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="The data set's folder of subject1 to 12.")],
+    libraries: Libraries,
+    out: Out,
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            help="csv with columns sensor, region, vertex: where you find the garment's sensors on its "
+            "pictures.  [default: an empty one is written to OUT]",
+            show_default=False,
+        ),
+    ] = None,
+    seed: Seed = 0,
+) -> None:
+    """MIG HAR: a garment of 396 sensors, 14 activities, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md). Sensors count from 0 in the
+    order of the files' columns; those of one region, such as "left wrist", are one site.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _sentences(console):
+        if sensors is None:
+            out.mkdir(parents=True, exist_ok=True)
+            empty = out / "sensors.csv"
+            if not empty.exists():
+                write_empty_positions(empty)
+            raise ValueError(
+                f"Where the sensors sit is published as pictures alone. {empty} lists them all: give those "
+                "you want a region or a vertex there, and pass it with --sensors"
+            )
+        with RunMonitor(console).step("reading, simulating and ranking"):
+            report = run_mighar(path, sensors, libraries, out, seed, console.print)
+        console.print(report, markup=False)
 
 
 @VALIDATE.command()

@@ -50,6 +50,7 @@ def run_protocol(
     libraries: Sequence[Path],
     seed: int = 0,
     told: Callable[[str], None] = lambda _: None,
+    real_site_of: np.ndarray | None = None,
 ) -> list[Found]:
     """Do every analysis for which the libraries have two activities.
 
@@ -62,6 +63,8 @@ def run_protocol(
     seed : int
     told : callable
         Given a sentence for each analysis that cannot be done.
+    real_site_of : ndarray of int, optional
+        Site of each worn sensor, where a site has several; by default each sensor is a site.
 
     Raises
     ------
@@ -71,14 +74,16 @@ def run_protocol(
     body = Body.bundled()
     motions, unusable = load_motions(protocol, libraries, body)
     simulator = RegionSimulator(body, protocol, seed)
+    worn_at = np.arange(len(protocol.sites)) if real_site_of is None else real_site_of
+    worn_sites = recordings[0].sites if real_site_of is not None else ()
     done, why = [], []
     for analysis in protocol.analyses:
         try:
             simulated = simulator.side(motions, analysis)
-            real = real_side(protocol, recordings, analysis)
+            real = real_side(protocol, recordings, analysis, worn_sites)
             found = validate_sites(
                 real.windows, simulated.windows, tuple(protocol.sites), analysis.activities,
-                by_subject=(True, True), seed=seed, site_of=simulator.site_of,
+                by_subject=(True, True), seed=seed, site_of=simulator.site_of, real_site_of=worn_at,
             )  # fmt: skip
         except ValueError as error:
             why.append(f"{analysis.name}: {error}")
@@ -100,7 +105,7 @@ def run_protocol(
             ),
         ]
         tests = source_tests(simulated.windows, simulated.source_of, simulator.site_of, seed)
-        ways = _ways(protocol, real, simulated, found.real.activities, simulator.site_of, seed)
+        ways = _ways(protocol, real, simulated, found.real.activities, (worn_at, simulator.site_of), seed)
         done.append(Found(analysis, found, protocol.judge(found), tests, ways, notes, simulator.places))
     if not done:
         raise ValueError(f"no analysis of {protocol.name} can be done: {'; '.join(why)}")
@@ -112,10 +117,10 @@ def _ways(
     real: Side,
     simulated: Side,
     activities: Sequence[str],
-    site_of: np.ndarray,
+    site_of: tuple[np.ndarray, np.ndarray],
     seed: int,
 ) -> list[WayFound]:
     spec, use = protocol.windows, protocol.use
-    worn = site_signals(real.recordings, activities, spec, np.arange(len(protocol.sites)), use)
-    made = site_signals(simulated.recordings, activities, spec, site_of, use)
+    worn = site_signals(real.recordings, activities, spec, site_of[0], use)
+    made = site_signals(simulated.recordings, activities, spec, site_of[1], use)
     return try_ways(worn, made, len(activities), seed)

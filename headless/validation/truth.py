@@ -7,18 +7,25 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from w2w.core.body.body import Body
+from w2w.core.csv_tables import csv_text
 from w2w.core.datasets.berkeley_mhad import read_berkeley_mhad
 from w2w.core.datasets.dsads import read_dsads
+from w2w.core.datasets.mighar import MIGHAR_SENSORS, read_mighar, read_positions
 from w2w.core.datasets.umafall import read_umafall
+from w2w.core.datasets.upfall import read_upfall
 from w2w.core.files import write_text
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.validation.dsads import DSADS
 from w2w.core.validation.mhad import MHAD
+from w2w.core.validation.mighar import mighar
 from w2w.core.validation.protocol import Protocol
 from w2w.core.validation.umafall import UMAFALL, most_moving
+from w2w.core.validation.upfall import UPFALL
 
 from .by_protocol import Found, run_protocol
 from .protocol_report import figure_name, interval, write_protocol
+from .unpaired import RegionSimulator
 
 PAGE = "truth.md"
 
@@ -38,6 +45,7 @@ DATA_SETS: Mapping[str, DataSet] = {
     "mhad": DataSet(MHAD, read_berkeley_mhad),
     "umafall": DataSet(UMAFALL, _umafall),
     "dsads": DataSet(DSADS, read_dsads),
+    "upfall": DataSet(UPFALL, lambda path: read_upfall(path)[0]),
 }
 
 
@@ -54,6 +62,26 @@ def run_data_set(
     protocol, read = DATA_SETS[name]
     found = run_protocol(protocol, read(path), libraries, seed, told)
     return found, write_protocol(out, protocol, found)
+
+
+def run_mighar(
+    path: Path, positions: Path, libraries: Sequence[Path], out: Path, seed: int, told: Callable[[str], None]
+) -> str:
+    """Compare the MIG HAR garment at the sites where a user placed its sensors; gives the report."""
+    worn = read_positions(positions)
+    protocol = mighar(worn.sites)
+    RegionSimulator(Body.bundled(), protocol)  # a wrong region is said before minutes of reading
+    recordings, left_out = read_mighar(path, worn.sensors)
+    if left_out:
+        told(f"Files that could not be used: {len(left_out)}; the first: {left_out[0]}.")
+    found = run_protocol(protocol, recordings, libraries, seed, told, worn.site_of)
+    return write_protocol(out, protocol, found)
+
+
+def write_empty_positions(path: Path) -> None:
+    """Write a csv of all sensors of the garment, for a user to say where they are."""
+    rows = [["sensor", "region", "vertex"], *([sensor, "", ""] for sensor in range(MIGHAR_SENSORS))]
+    write_text(path, csv_text(rows))
 
 
 def write_page(out: Path, found: Mapping[str, Sequence[Found]]) -> str:

@@ -23,7 +23,7 @@ from w2w.core.motion.library import read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.naming import places_named
-from w2w.core.patches.patches import sample_patches
+from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.study import same_clips
 from w2w.core.validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol
 from w2w.core.validation.site_windows import SiteWindows, site_windows
@@ -60,17 +60,12 @@ class RegionSimulator:
 
     def __init__(self, body: Body, protocol: Protocol, seed: int = 0) -> None:
         patches = sample_patches(body)
-        of_sites = [
-            places_named(patches.regions, site).tolist()
-            if isinstance(site, str)
-            else [int(patches.labels[site.vertex(body)])]
-            for site in protocol.sites.values()
-        ]
+        of_sites = [_patches_at(site, patches, body) for site in protocol.sites.values()]
         chosen = [patch for of_site in of_sites for patch in of_site]
         self.body, self.protocol, self.seed = body, protocol, seed
         self.site_of = np.repeat(np.arange(len(of_sites)), [len(of_site) for of_site in of_sites])
         self.places = tuple(
-            patches.names[of_site[0]] if isinstance(site, SensorSite) else f"{len(of_site)} patches"
+            f"{len(of_site)} patches" if isinstance(site, str) else patches.names[of_site[0]]
             for site, of_site in zip(protocol.sites.values(), of_sites, strict=True)
         )
         self._patches = at_places(patches, chosen)
@@ -103,6 +98,22 @@ class RegionSimulator:
         windows = site_windows(recordings, self.protocol.windows, self.protocol.use)
         windows.skipped.update(unusable)
         return Side(recordings, windows, {moving.motion.clip: moving.source for moving in chosen})
+
+
+def _patches_at(site: str | SensorSite | int, patches: PatchSet, body: Body) -> list[int]:
+    """Patches that stand for a site.
+
+    Raises
+    ------
+    ValueError
+        If no region has its name, or the body no such vertex; the message says which.
+    """
+    if isinstance(site, str):
+        return places_named(patches.regions, site).tolist()
+    vertex = site if isinstance(site, int) else site.vertex(body)
+    if vertex >= len(patches.labels):
+        raise ValueError(f"the body has {len(patches.labels)} vertices, from 0: none has the number {vertex}")
+    return [int(patches.labels[vertex])]
 
 
 def load_motions(protocol: Protocol, libraries: Sequence[Path], body: Body) -> tuple[list[Moving], list[str]]:
@@ -187,10 +198,12 @@ def _distinct(found: Sequence[Moving]) -> list[Moving]:
     ]
 
 
-def real_side(protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis) -> Side:
-    """The worn sensors in an analysis."""
+def real_side(
+    protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis, sites: tuple[str, ...] = ()
+) -> Side:
+    """The worn sensors in an analysis, under the names of the protocol's sites or under other names."""
     chosen = [
-        replace(r, activity=activity, sites=tuple(protocol.sites))
+        replace(r, activity=activity, sites=sites or tuple(protocol.sites))
         for r in recordings
         if (activity := protocol.activity_of(r.activity)) in analysis.activities
     ]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Worn sensors against clips of a library, from the files to the page."""
 
+import gzip
+import itertools
 import json
 import shutil
 
@@ -10,6 +12,7 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 from w2w.core.datasets.berkeley_mhad import MHAD_SITES
+from w2w.core.datasets.mighar import MIGHAR_SENSORS
 
 ACTIONS, PEOPLE = ("a03", "a05", "a06"), ("s01", "s02", "s03", "s04")
 
@@ -83,5 +86,67 @@ def test_what_cannot_be_compared_gets_a_sentence(tmp_path):
     assert "it holds no array named like s01_a01_r01_h01" in " ".join(result.output.split())
     result = CliRunner().invoke(APP, ["study", "truth", str(tmp_path), "--out", str(tmp_path / "out")])
     assert result.exit_code == 2
-    assert "Point it to a data set at least: --mhad, --umafall, --dsads" in result.output
+    assert "Point it to a data set at least: --mhad, --umafall, --dsads, --upfall" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def garment(folder, sensors=(0, 1, 5, 9)):
+    """Four people who walk and jog, twice each; the other sensors are still."""
+    time, rng = np.arange(900) / 100, np.random.default_rng(0)
+    for subject, (activity, pace) in itertools.product(range(1, 5), (("walking", 1.8), ("jogging", 2.7))):
+        for number in (1, 2):
+            table = np.zeros((len(time), 9 * MIGHAR_SENSORS))
+            for sensor in sensors:
+                turn = 2 * np.pi * pace * time[:, None] * [1, 2, 1] + rng.uniform(0, 6, 3)
+                table[:, 9 * sensor : 9 * sensor + 3] = [0, 0, 1] + pace / 8 * np.sin(turn)
+                table[:, 9 * sensor + 3 : 9 * sensor + 6] = 40 * pace * np.cos(turn)
+            path = folder / f"subject{subject}" / activity / f"data{number}.csv.gz"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with gzip.open(path, "wt", compresslevel=1) as stream:
+                stream.write(",".join(["x"] * table.shape[1]) + "\n")
+                np.savetxt(stream, table, fmt="%.3g", delimiter=",")
+    return folder
+
+
+@pytest.mark.slow
+def test_a_garment_goes_the_whole_way(shared_data, tmp_path):
+    """Two of its sensors are at one site, whose score is their mean."""
+    library, out = shared_data / "bvh" / "bandai_namco", tmp_path / "out"
+    positions = tmp_path / "sensors.csv"
+    rows = ("0,left wrist,", "1,left wrist,", "5,chest,", "9,right ankle,", "11,,")
+    positions.write_text("\n".join(["sensor,region,vertex", *rows]))
+    given = [str(garment(tmp_path / "mig")), str(library), "--sensors", str(positions), "--out", str(out)]
+    result = CliRunner().invoke(APP, ["validate", "mighar", *given])
+    assert result.exit_code == 0, result.output
+    content = json.loads((out / "validation_all_activities.json").read_text())
+    assert tuple(content["sites"]) == ("left wrist", "chest", "right ankle")
+    assert set(content["by_activity"]) == {"walking", "running"}
+    summary = json.loads((out / "summary.json").read_text())
+    assert [bar["what"] for bar in summary["all activities"]["bars"]] == ["regret", "rho over ceiling"]
+
+
+def test_where_the_garments_sensors_are_is_asked_for(tmp_path):
+    def told(*options):
+        given = ["validate", "mighar", str(tmp_path), str(tmp_path), "--out", str(tmp_path / "out"), *options]
+        result = CliRunner().invoke(APP, given, env={"COLUMNS": "400"})
+        assert result.exit_code == 2
+        return "".join(result.output.split())
+
+    empty = tmp_path / "out" / "sensors.csv"
+    assert f"{empty}liststhemall:givethoseyouwantaregionoravertex" in told()
+    lines = empty.read_text().splitlines()
+    assert (lines[0], lines[1], len(lines)) == ("sensor,region,vertex", "0,,", 397)
+    empty.write_text("sensor,region,vertex\n0,chest,\n1,left wrist,\n2,tail,\n")
+    assert "nopatchliesinaregionnamed'tail'" in told("--sensors", str(empty))
+    assert told()
+    assert empty.read_text().endswith("2,tail,\n")  # what a user wrote stays
+
+
+def test_a_file_that_is_not_up_falls_is_refused(tmp_path):
+    (tmp_path / "CompleteDataSet.csv").write_text("a,b\n1,2\n")
+    given = ["validate", "upfall", str(tmp_path), str(tmp_path), "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(APP, given, env={"COLUMNS": "400"})
+    assert result.exit_code == 2
+    told = " ".join(result.output.split())
+    assert "is not UP-Fall's CompleteDataSet.csv: its first line lacks TimeStamps" in told
     assert not (tmp_path / "out").exists()

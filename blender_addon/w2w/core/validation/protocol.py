@@ -94,9 +94,9 @@ class Protocol:
         The data set's own names of each activity.
     rules : tuple of Rule
         The first that fits a clip counts.
-    sites : mapping of str to (str or SensorSite)
+    sites : mapping of str to (str, SensorSite or int)
         What the simulated sensors of a site sit on: every patch of the regions that hold the words, whose
-        mean F1 is the site's, or one point.
+        mean F1 is the site's, or one point, or the patch of a vertex of the body.
     analyses : tuple of Analysis
         The first is the test; the others were fixed with it and help to read it.
     rate_hz : float
@@ -116,7 +116,7 @@ class Protocol:
     name: str
     real: Mapping[str, tuple[str, ...]]
     rules: tuple[Rule, ...]
-    sites: Mapping[str, str | SensorSite]
+    sites: Mapping[str, str | SensorSite | int]
     analyses: tuple[Analysis, ...]
     rate_hz: float
     sensor: SensorModel

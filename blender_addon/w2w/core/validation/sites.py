@@ -102,6 +102,7 @@ def validate_sites(
     by_subject: tuple[bool, bool] = (False, False),
     seed: int = 0,
     site_of: np.ndarray | None = None,
+    real_site_of: np.ndarray | None = None,
 ) -> SiteValidation:
     """Train and test each site on real windows, then on simulated ones, and compare the rankings.
 
@@ -119,6 +120,8 @@ def validate_sites(
     seed : int
     site_of : ndarray of int, optional
         Site of each simulated sensor, where a site has several; its score is the mean over them.
+    real_site_of : ndarray of int, optional
+        Likewise of each real one.
 
     Raises
     ------
@@ -134,7 +137,7 @@ def validate_sites(
     scores = [
         site_scores(found, side.person_of() if people else None, of, seed + number)
         for number, (found, side, people, of) in enumerate(
-            zip(maps, sides, by_subject, (None, site_of), strict=True)
+            zip(maps, sides, by_subject, (real_site_of, site_of), strict=True)
         )
     ]
     return compare_scores(*scores, sites, seed)
