@@ -16,7 +16,7 @@ from ..reports.console_tables import show_labels, wide_console
 from ..runs.own_files import ForeignFileError, keep_apart
 from ..runs.study import RunPlan
 from ..study_options import StudyOptions, with_study_options
-from ..validation.library import LABELS, labelled_by_name, study_library, write_labels
+from ..validation.library import LABELS, labelled_by_name, study_library, with_enough, write_labels
 from ..validation.library_report import PAGE, write_library
 from .execute import ended, execute_bodies, ready_for
 
@@ -39,6 +39,7 @@ def library(
             show_default=False,
         ),
     ] = None,
+    fewest: Annotated[int, typer.Option(min=2, help="Activities that fewer clips show are left out.")] = 10,
     halvings: Annotated[
         int, typer.Option(min=1, help="Ways to halve the performers, to see how far maps agree.")
     ] = 4,
@@ -60,7 +61,7 @@ def library(
         config = asked.config()
         for folder in libraries:
             keep_apart(folder, out)
-        found = _read(libraries, labels, asked.exact_labels)
+        found = with_enough(_read(libraries, labels, asked.exact_labels), fewest)
         bodies = ready_for(asked, out)
         plan = RunPlan(found, config, asked.engine(), asked.pictures, asked.report)
     except (ValueError, OSError, ForeignFileError) as error:

@@ -69,6 +69,29 @@ def labelled_by_name(libraries: Sequence[Path]) -> Library:
     return Library(libraries[0], tuple(named), "the names that known libraries give", tuple(skipped))
 
 
+def with_enough(library: Library, fewest: int) -> Library:
+    """The library less the activities that fewer clips show.
+
+    Raises
+    ------
+    LibraryError
+        If fewer than two activities are left.
+    """
+    counts = library.activities
+    kept = tuple(clip for clip in library.clips if counts[clip.activity] >= fewest)
+    if len({clip.activity for clip in kept}) < 2:
+        most = max(counts, key=lambda name: counts[name])
+        raise LibraryError(
+            f"fewer than two activities have {fewest} clips ({most}: {counts[most]}): lower --fewest"
+        )
+    few = [
+        (clip.file, f"fewer than {fewest} clips show {clip.activity} (--fewest)")
+        for clip in library.clips
+        if counts[clip.activity] < fewest
+    ]
+    return replace(library, clips=kept, skipped=(*library.skipped, *few))
+
+
 def _titles(libraries: Sequence[Path]) -> list[str]:
     """What the paths of each folder's clips begin with: its name, with a number where two share one."""
     if len(libraries) == 1:

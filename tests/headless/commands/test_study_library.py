@@ -15,7 +15,7 @@ from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 
 pytestmark = pytest.mark.usefixtures("one_worker")
-OPTIONS = "--patches 8 --no-pictures --no-report --workers 1 --halvings 2 --window 1".split()
+OPTIONS = "--patches 8 --no-pictures --no-report --workers 1 --halvings 2 --window 1 --fewest 5".split()
 PACES = {"slow": 0.5, "fast": 2.0}
 PERFORMERS = 4
 
@@ -97,11 +97,16 @@ def test_the_files_hold_what_the_page_shows(studied):
     [
         ([], "no file in .* has a name that a known library gives its clips"),
         (["--labels", "no_source.csv"], "no_source.csv gives film_fast_0.npz no source"),
+        (
+            ["--labels", "{library}/labels.csv"],
+            r"fewer than two activities have 10 clips \(fast: 8\): lower --",
+        ),
     ],
 )
 def test_what_cannot_be_understood_is_said(library, tmp_path, monkeypatch, options, why):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "no_source.csv").write_text("file,activity\nfilm_fast_0.npz,fast\nfilm_slow_0.npz,slow\n")
+    options = [option.format(library=library) for option in options]
     done = CliRunner().invoke(APP, ["study", "library", str(library), "--out", "out", *options])
     assert done.exit_code == 2
     assert re.search(why, " ".join(done.output.split()))

@@ -3,7 +3,7 @@
 
 import pytest
 
-from headless.validation.library import labelled_by_name, write_labels
+from headless.validation.library import labelled_by_name, with_enough, write_labels
 from w2w.core.motion.library import LibraryError, read_library
 
 
@@ -48,3 +48,14 @@ def test_written_labels_read_back(folders, tmp_path):
 def test_unknown_names_are_refused_with_what_to_do(tmp_path):
     with pytest.raises(LibraryError, match="a known library gives its clips: give --labels"):
         labelled_by_name([fill(tmp_path / "mine", "walk.bvh")])
+
+
+def test_activities_with_few_clips_are_left_out_and_said(folders):
+    found = with_enough(labelled_by_name(folders), 2)
+    assert found.activities == {"run": 2, "walk": 2}
+    (folders[1] / "Crawling.fbx").write_bytes(b"")
+    found = with_enough(labelled_by_name(folders), 2)
+    assert found.activities == {"run": 2, "walk": 2}
+    assert ("bvh-2/Crawling.fbx", "fewer than 2 clips show crawl (--fewest)") in found.skipped
+    with pytest.raises(LibraryError, match="fewer than two activities have 3 clips"):
+        with_enough(found, 3)
