@@ -148,6 +148,22 @@ Costs = Annotated[
 ]
 
 
+Background = Annotated[
+    str,
+    typer.Option(
+        help="Activities to train against but not to count in the mean, comma-separated: 'walking,sitting'.",
+        rich_help_panel=PANEL,
+    ),
+]
+Weights = Annotated[
+    Path | None,
+    typer.Option(
+        help="csv with columns activity, weight: what activities count in the mean (1 for the others).",
+        rich_help_panel=PANEL,
+    ),
+]
+
+
 def parse_wishes(only: str, forbid: str, must: str, costs: Path | None) -> Constraints:
     """The options as `Constraints`.
 
@@ -156,8 +172,9 @@ def parse_wishes(only: str, forbid: str, must: str, costs: Path | None) -> Const
     ValueError, OSError
         If a cost is wrong or its table cannot be read.
     """
-    return Constraints(_words(only), _words(forbid), _words(must), read_costs(costs) if costs else ())
+    return Constraints(words(only), words(forbid), words(must), read_costs(costs) if costs else ())
 
 
-def _words(text: str) -> tuple[str, ...]:
+def words(text: str) -> tuple[str, ...]:
+    """What a person lists, separated by commas."""
     return tuple(part.strip() for part in text.split(",") if part.strip())

@@ -21,9 +21,22 @@ from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.patches.own_placements import read_placements
 from w2w.core.ranking.utility import unavailable
+from w2w.core.ranking.weights import read_weights
 from w2w.core.study import StudyConfig
 
-from .options import Costs, EveryActivity, Forbid, MaxPlaces, Must, Only, parse_bodies, parse_wishes
+from .options import (
+    Background,
+    Costs,
+    EveryActivity,
+    Forbid,
+    MaxPlaces,
+    Must,
+    Only,
+    Weights,
+    parse_bodies,
+    parse_wishes,
+    words,
+)
 from .pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
 from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
@@ -81,6 +94,8 @@ class StudyOptions:
     ] = "ridge"
     target: Annotated[float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")] = 0.90
     every_activity: EveryActivity = 0.0
+    background: Background = ""
+    weights: Weights = None
     only: Only = ""
     forbid: Forbid = ""
     must: Must = ""
@@ -145,6 +160,8 @@ class StudyOptions:
             by_subject=self.by_subject,
             target=self.target,
             every_activity=self.every_activity,
+            background=words(self.background),
+            weights=read_weights(self.weights) if self.weights else (),
             max_places=self.max_places,
             constraints=parse_wishes(self.only, self.forbid, self.must, self.costs),
             seed=self.seed,

@@ -294,7 +294,7 @@ def test_the_documents_examples_run(library, monkeypatch):
     )  # fmt: skip
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 10
+    assert len(blocks) == 11
     names: dict = {}
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)
@@ -302,3 +302,19 @@ def test_the_documents_examples_run(library, monkeypatch):
     head = "patch,name,region,expected_mean,expected_low,expected_high,kicking,stirring,waving,mean,"
     assert (library.parent / "f1.csv").read_text().startswith(head)
     assert names["ranking"].utility.mean.shape == (24,)
+
+
+def test_background_and_weights_decide_the_mean(signals, ranking):
+    found = w2w.rank(signals, background=["stirring"], weights={"waving": 2.0})
+    names = list(found.activities)
+    shares = np.array([{"stirring": 0.0, "waving": 2 / 3}.get(name, 1 / 3) for name in names])
+    np.testing.assert_array_equal(found.f1, ranking.f1)
+    np.testing.assert_allclose(found.mean, found.f1 @ shares, rtol=1e-5)
+    reached = found.smallest_set(target=1.0, max_sensors=2, promise=False)
+    assert reached.mean_max_after_each[-1] == pytest.approx(
+        float((found.f1[list(reached.order)].max(axis=0) * shares).sum()), abs=1e-6
+    )
+    worn = found.wear_together(target=1.0, max_sensors=2)
+    np.testing.assert_allclose(worn.promise.mean, worn.promise.f1 @ shares, atol=0.05)
+    with pytest.raises(ValueError, match="no clip is labelled jumping"):
+        w2w.rank(signals, background=["jumping"])

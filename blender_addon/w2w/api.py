@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +32,7 @@ from .core.patches.patches import PatchSet
 from .core.ranking.features import window_features
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import inputs_of
+from .core.ranking.weights import check_counting
 from .core.ranking.windows import TooShortError, WindowSpec, cut_windows
 from .core.results_folder import StudyResults
 from .core.study import StudyConfig
@@ -273,6 +274,8 @@ def rank(
     by_subject: bool = False,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    background: Sequence[str] = (),
+    weights: Mapping[str, float] | None = None,
 ) -> Ranking:
     """Train and test a classifier on every patch alone, never on the same clip.
 
@@ -293,12 +296,18 @@ def rank(
         Of the folds, the bootstrap and the classifier.
     progress : callable, optional
         Given the fraction done.
+    background : sequence of str
+        Activities that are trained against and count in no mean.
+    weights : mapping of str to float, optional
+        What activities count in the mean, 1 by default.
 
     Raises
     ------
     ValueError
-        If fewer than two activities can be tested; the message says why.
+        If fewer than two activities can be tested, or an activity given is no clip's; the message says why.
     """
+    counted = tuple(background), tuple((weights or {}).items())
+    check_counting({recording.activity for recording in signals}, *counted)
     spec = WindowSpec(window, window / 2 if stride is None else stride)
     kind = inputs_of(classifier)
     used, found, inputs, skipped = [], [], [], []
@@ -318,7 +327,9 @@ def rank(
         found.append(ClipWindows(windows.is_test, motion_signature(motion), (len(windows.is_test),)))
     if not used:
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
-    config = StudyConfig(windows=spec, folds=folds, by_subject=by_subject, seed=seed)
+    config = StudyConfig(
+        windows=spec, folds=folds, by_subject=by_subject, seed=seed, background=counted[0], weights=counted[1]
+    )
     whole = np.concatenate(inputs)
     pooling = Pooling.on(signals.motions.body, signals.patches)
     utility, ranked = rank_clips(used, found, whole, config, progress, None, classifier, pooling)

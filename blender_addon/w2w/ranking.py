@@ -21,6 +21,7 @@ from .core.ranking.inputs import PatchBlocks
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
 from .core.selection.constraints import Constraints
+from .core.selection.headline import mean_title
 from .core.selection.joint import JointSet, choose_together
 from .core.selection.proxy_promise import exact_by_half, greedy_by_half, promised
 from .core.selection.set_tests import SetTests
@@ -141,10 +142,11 @@ class Ranking:
         """
         wishes = (constraints or Constraints()).terms(self.patches)
         choose, by_half = (exact_subset, exact_by_half) if exact else (greedy_subset, greedy_by_half)
-        subset = choose(self.f1, target, max_sensors, **wishes)
+        f1 = self.utility.counted_f1
+        subset = choose(f1, target, max_sensors, **wishes)
         if not promise or self._set_tests is None:
             return subset
-        terms = Terms.checked(self.f1, max_sensors, **wishes)
+        terms = Terms.checked(f1, max_sensors, **wishes)
         return promised(subset, self._set_tests, terms, self._expected, by_half)
 
     def wear_together(
@@ -181,7 +183,7 @@ class Ranking:
             If the constraints cannot be met, or the classifier is not the ridge.
         """
         wishes = (constraints or Constraints()).terms(self.patches)
-        terms = Terms.checked(self.f1, max_sensors, **wishes)
+        terms = Terms.checked(self.utility.counted_f1, max_sensors, **wishes)
         if self._set_tests is None:
             raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
         return choose_together(self._set_tests, self._expected, terms, target, every_activity, every_pair)
@@ -258,7 +260,7 @@ class Ranking:
 
         by_activity, mean = (self.utility.expected_f1, self.expected) if expected else (self.f1, self.mean)
         if activity is None:
-            scores, title = mean, "All activities (mean)"
+            scores, title = mean, mean_title(self.utility)
         elif activity in self.activities:
             scores = by_activity[:, self.activities.index(activity)]
             title = activity.replace("_", " ").capitalize()

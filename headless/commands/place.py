@@ -12,12 +12,24 @@ from rich.console import Console
 
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import advice_content
-from w2w.core.results_folder import StudyResults, choose_to_wear, sensors_together
+from w2w.core.ranking.weights import check_counting, read_weights
+from w2w.core.results_folder import StudyResults, choose_to_wear, ranked_again, sensors_together
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig
 
 from ..console import BUSY, USAGE
-from ..options import Costs, EveryActivity, Forbid, MaxPlaces, Must, Only, parse_wishes
+from ..options import (
+    PANEL,
+    Costs,
+    EveryActivity,
+    Forbid,
+    MaxPlaces,
+    Must,
+    Only,
+    Weights,
+    parse_wishes,
+    words,
+)
 from ..reports.advice_text import show_advice, show_best_spot, show_worn
 from ..reports.redraw import copied, redraw
 from ..runs.folder import FolderBusyError
@@ -42,6 +54,15 @@ def place(
     must: Must = "",
     max_places: MaxPlaces = None,
     costs: Costs = None,
+    background: Annotated[
+        str | None,
+        typer.Option(
+            help="Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
+            show_default=False,
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    weights: Weights = None,
     together: Annotated[
         bool, typer.Option(help="Test the chosen sensors together by one classifier on all of them.")
     ] = True,
@@ -81,7 +102,11 @@ def place(
         constraints = parse_wishes(only, forbid, must, costs)
         wished = {"target": goal, "every_activity": every_activity, "max_places": max_places}
         config = replace(study.config(), **wished, constraints=constraints)
+        config = _counting(config, background, weights)
         _check(folder, redrawn, together)
+        check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
+        with console.status("Ranking"):
+            study = ranked_again(study, config)
         advice = advise(study.utility, study.patches, goal, max_places, constraints)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
@@ -97,14 +122,21 @@ def place(
     show_advice(advice, study.utility, study.patches, tested, console)
     content = advice_content(advice, study.utility, study.patches, tested, worn)
     if redrawn:
-        _redraw(results, config, advice, content, console)
+        _redraw(results, study, config, advice, content, console)
     if folder is not None:
         with copied(results, folder) as copy:
-            _redraw(copy, config, advice, content, console)
+            _redraw(copy, study, config, advice, content, console)
         console.print(f"\nWritten to {folder}")
     elif out is not None:
         write_json(out, content)
         console.print(f"\nWritten to {out}")
+
+
+def _counting(config: StudyConfig, background: str | None, weights: Path | None) -> StudyConfig:
+    """The config with another background and other weights, where they are given."""
+    if background is not None:
+        config = replace(config, background=words(background))
+    return config if weights is None else replace(config, weights=read_weights(weights))
 
 
 def _check(folder: Path | None, redrawn: bool, together: bool) -> None:
@@ -116,10 +148,15 @@ def _check(folder: Path | None, redrawn: bool, together: bool) -> None:
 
 
 def _redraw(
-    folder: Path, config: StudyConfig, advice: Advice, content: dict[str, Any], console: Console
+    folder: Path,
+    study: StudyResults,
+    config: StudyConfig,
+    advice: Advice,
+    content: dict[str, Any],
+    console: Console,
 ) -> None:
     try:
-        failed = redraw(folder, config, advice, content, RunMonitor(console, SILENT))
+        failed = redraw(folder, study.utility, config, advice, content, RunMonitor(console, SILENT))
     except FolderBusyError as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(BUSY) from error

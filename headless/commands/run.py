@@ -12,6 +12,7 @@ from rich.console import Console
 
 from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
+from w2w.core.ranking.weights import check_counting
 
 from ..console import USAGE
 from ..reports.console_tables import show_labels
@@ -62,6 +63,7 @@ def run(
         config = asked.config()
         keep_apart(library, out)
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
+        check_counting(found.activities, config.background, config.weights)
         bodies = ready_for(asked, out)
         plan = RunPlan(found, config, asked.engine(), asked.pictures, asked.report)
     except (ValueError, OSError, ForeignFileError) as error:

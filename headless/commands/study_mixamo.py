@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -20,6 +20,7 @@ from w2w.core.motion.library import Library, read_library
 from w2w.core.patches.naming import PLACEMENTS, placement_patches
 from w2w.core.ranking.comparison import PatchDifference, compare_patches
 from w2w.core.ranking.score_table import score_table
+from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
 
 from ..console import USAGE
@@ -70,11 +71,15 @@ def mixamo(
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
         found = read_library(library, labels, asked.exact_labels)
+        check_counting(found.activities, config.background, config.weights)
+        without = set(map(same_label, config.background))
         group_of = read_groups(groups or labels, found.activities)
+        group_of = {name: group for name, group in group_of.items() if same_label(name) not in without}
         named = named_activities(activities, found, group_of)
         chosen = choose_activities(found, named.group_of, named.per_group or per_group)
         bodies = ready_for(asked, out)
-        plan = RunPlan(only(found, chosen), config, asked.engine(), asked.pictures, asked.report)
+        taken = only(found, chosen, config.background)
+        plan = RunPlan(taken, config, asked.engine(), asked.pictures, asked.report)
     except (ValueError, OSError, ForeignFileError) as error:
         raise ended(str(error), USAGE, monitor) from error
     show_groups(chosen, 0 if activities else per_group, console)
@@ -143,9 +148,10 @@ def _motions(library: Library, activity: str) -> int:
     return len({clip.motion_key or clip.name for clip in library.clips if clip.activity == activity})
 
 
-def only(library: Library, chosen: Mapping[str, tuple[str, ...]]) -> Library:
-    """The library's clips of the chosen activities."""
+def only(library: Library, chosen: Mapping[str, tuple[str, ...]], background: Iterable[str] = ()) -> Library:
+    """The library's clips of the chosen activities, and of those to be told from them."""
     names = {name for members in chosen.values() for name in members}
+    names |= {name for name in library.activities if same_label(name) in set(map(same_label, background))}
     return replace(library, clips=tuple(clip for clip in library.clips if clip.activity in names))
 
 

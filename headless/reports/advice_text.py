@@ -20,6 +20,7 @@ from w2w.core.selection.headline import (
     as_good_as,
     best_spot_sentence,
     mean_caution,
+    mean_sentence,
     reliability_sentence,
 )
 from w2w.core.selection.joint import JointSet
@@ -40,6 +41,8 @@ def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, conso
     console.print(f"[bold]{best_spot_sentence(advice.best, utility, patches, advice.allowed)}.[/bold]")
     if len(as_good_as(advice.best, utility, advice.allowed)) > 1:
         console.print(f"The highest of them: {patches.names[advice.best]}.")
+    if explained := mean_sentence(utility):
+        console.print(f"{explained}.", markup=False)
     console.print(f"{reliability_sentence(utility)}.")
     if warning := interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
@@ -58,7 +61,7 @@ def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
             patches.names[patch],
             f"{made.mean[number]:.3f}",
             interval_text(made.low[number], made.high[number], ""),
-            f"{made.raw[number].mean():.3f}",
+            f"{worn.raw_mean[number]:.3f}",
         )
     console.print(table)
     if worn.every_pair:

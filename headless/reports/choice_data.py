@@ -35,6 +35,7 @@ def choice_data(utility: UtilityMap, patches: PatchSet, target: float, most: int
     """
     return {
         "activities": [title(name) for name in utility.activities],
+        "weights": utility.weights.tolist(),
         "f1": packed(np.ascontiguousarray(utility.f1, dtype=np.float32).view(np.uint32).ravel(), "uint32"),
         "words": words_of(patches),
         "target": target,

@@ -23,6 +23,8 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import (
     CANNOT_RANK,
     mean_caution,
+    mean_sentence,
+    mean_title,
     reliability_sentence,
     score_text,
     where_to_wear,
@@ -32,7 +34,7 @@ from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
 from ..window_options import window_warning
 from .choice_data import choice_data
-from .report_data import MEAN_TITLE, as_script_json, title, view_data
+from .report_data import as_script_json, title, view_data
 
 REPORT = "report.html"
 
@@ -129,7 +131,8 @@ def page(
         wearing=wearing_sentences(study.config().sensor_model()),
         utility=utility,
         n_places=len(study.patches),
-        mean_title=MEAN_TITLE,
+        mean_title=mean_title(utility),
+        mean_explained=mean_sentence(utility),
         regions=best_regions(utility, study.patches),
         activities=_activities(study, summary, best),
         mistakes=_mistakes(utility, best),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.headline import mean_title
 from w2w.core.selection.subsets import Subset, best_single
 
 from ..needs_blender import needs_blender
@@ -42,7 +43,7 @@ def write_pictures(out: Path, subset: Subset) -> None:
     best = [int(scores.argmax()) for scores in utility.expected_f1.T]
     maps = [*zip(picture_names(utility.activities), titles, utility.expected_f1.T, best, strict=True)]
     allowed = study.config().constraints.terms(study.patches)["allowed"]
-    maps.append((MEAN, "All activities (mean)", utility.expected_mean, best_single(utility, allowed)))
+    maps.append((MEAN, mean_title(utility), utility.expected_mean, best_single(utility, allowed)))
     with BodyRenderer(study.body()) as renderer:
         for name, title, scores, place in maps:
             low, high = score_range(scores, utility.colour_span)

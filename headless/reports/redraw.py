@@ -11,9 +11,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED, write_json
-from w2w.core.results_folder import StudyResults
+from w2w.core.findings.summary import map_content, write_map
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import UTILITY, StudyResults
 from w2w.core.selection.advice import Advice
 from w2w.core.study import StudyConfig
 
@@ -45,13 +49,20 @@ def copied(results: Path, folder: Path) -> Iterator[Path]:
 
 
 def redraw(
-    out: Path, config: StudyConfig, advice: Advice, content: Mapping[str, Any], monitor: RunMonitor
+    out: Path,
+    utility: UtilityMap,
+    config: StudyConfig,
+    advice: Advice,
+    content: Mapping[str, Any],
+    monitor: RunMonitor,
 ) -> dict[str, str]:
     """Write another choice into a results folder: what it says, shows and draws is of that choice then.
 
     Parameters
     ----------
     out : Path
+    utility : UtilityMap
+        The ranking under the choice's mean: the run's, or ranked again.
     config : StudyConfig
         The run's, under the wishes of the choice.
     advice : Advice
@@ -74,12 +85,18 @@ def redraw(
     study = StudyResults.load(out)
     files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
     with only_run(out / WORK):
+        again = not np.array_equal(utility.weights, study.utility.weights)
+        tables = ["config.json", "summary.json", *([UTILITY, "utility.csv"] if again else [])]
         claim(out, [BLEND], [REPORT, *files])
+        placements = study.config().placements
+        content = {**content, **map_content(utility, study.patches, placements)}
+        if again:
+            write_map(out, utility, study.patches, advice.clusters)
         for name, change in (("config.json", {"parameters": config.as_dict()}), ("summary.json", content)):
             before = json.loads((out / name).read_text(encoding="utf-8"))
             write_json(out / name, {**before, **change})
         write_report(out)
         failed = draw_folder(out, advice.subset, study.utility.activities, monitor)
         note(out)
-        note(out, ["config.json", "summary.json"])
+        note(out, tables)
     return failed

@@ -15,9 +15,7 @@ from w2w.core.findings.best_regions import AT_MOST
 from w2w.core.findings.counts import few_clips
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection.headline import mean_caution
-
-MEAN_TITLE = "All activities (mean)"
+from w2w.core.selection.headline import mean_caution, mean_title
 
 COLOURS = 256
 
@@ -60,7 +58,7 @@ def view_data(
         )
     )
     return {
-        "titles": [MEAN_TITLE, *(title(name) for name in utility.activities)],
+        "titles": [mean_title(utility), *(title(name) for name in utility.activities)],
         "level": utility.level,
         "cautions": [mean_caution(utility), *(few_clips(count) for count in utility.tested_clips())],
         "regions_listed": AT_MOST,

@@ -17,6 +17,7 @@ from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.trial_sums import Spread
 from .ranking.utility import UtilityMap, utility_map
+from .ranking.weights import counting
 from .selection.set_tests import SetTests
 from .selection.subsets import multi_sensor_check
 from .study import StudyConfig, same_clips
@@ -72,11 +73,13 @@ class WindowLabels:
 
     def protocol(self, config: StudyConfig, classifier: Any = None) -> dict[str, Any]:
         """How `utility_map` is to train and test: the arguments after the activity."""
+        activities = sorted(set(self.activity.tolist()))
         return {
             "clip": self.motion,
             "subject": self.subject if config.by_subject else None,
             "is_test": self.is_test,
-            "activities": sorted(set(self.activity.tolist())),
+            "activities": activities,
+            "counts": counting(activities, config.background, config.weights),
             "classifier": config.classifier if classifier is None else classifier,
             "folds": config.folds,
             "seed": config.seed,

@@ -5,25 +5,28 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
-from .clip_ranking import LabelledClip, WindowLabels, rank_together, set_tests
+from .clip_ranking import LabelledClip, WindowLabels, rank_together, rank_windows, set_tests
 from .motion.motion import Motion
 from .patches.patches import PatchSet
 from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
+from .ranking.weights import counting, weights_of
 from .ranking.windows import WindowSpec
 from .selection.advice import Advice
 from .selection.joint import JointSet, choose_together
 from .selection.proxy_promise import advice_promised
 from .selection.terms import Terms
-from .study import StudyConfig
+from .study import StudyConfig, plain
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
@@ -136,6 +139,36 @@ def _clips(used: list[dict[str, Any]]) -> tuple[LabelledClip, ...]:
     )
 
 
+def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
+    """The study with a mean over other activities or by other weights, as a run would rank it.
+
+    Where nothing of that changes it is the same study. Signals stay as they are; with the ridge it takes
+    seconds.
+
+    Parameters
+    ----------
+    study : StudyResults
+    config : StudyConfig
+        Its background and weights are wanted.
+
+    Raises
+    ------
+    ValueError
+        If no activity that can be tested counts.
+    """
+    wanted = weights_of(
+        study.utility.activities, counting(study.utility.activities, config.background, config.weights)
+    )
+    parameters = {**study.parameters, "background": list(config.background), "weights": plain(config.weights)}
+    study = replace(study, parameters=parameters)
+    if np.array_equal(wanted, study.utility.weights):
+        return study
+    pooling = Pooling.on(study.body(), study.patches)
+    inputs, ranked_as = study.inputs(config.classifier), study.config()
+    utility = rank_windows(inputs, study.labels(), ranked_as, work=study.out / WORK, pooling=pooling)
+    return replace(study, utility=utility)
+
+
 AT_MOST = 6
 """Sensors that are tested together: the classifier's width grows with each."""
 
@@ -174,7 +207,7 @@ def choose_to_wear(
         If the constraints cannot be met.
     """
     utility = study.utility
-    terms = Terms.checked(utility.f1, config.max_places, **config.constraints.terms(study.patches))
+    terms = Terms.checked(utility.counted_f1, config.max_places, **config.constraints.terms(study.patches))
     pooling = pooling or Pooling.on(study.body(), study.patches)
     tests = set_tests(study.inputs(config.classifier), study.labels(), config, pooling)
     if tests is None:

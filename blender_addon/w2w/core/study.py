@@ -63,10 +63,14 @@ class StudyConfig:
         Folds of the cross-validation by clip.
     by_subject : bool
         Leave one subject out at a time instead.
+    background : tuple of str
+        Activities that are trained against and count in no mean.
+    weights : tuple of (str, float)
+        What activities count in the mean; 1 for the others.
     target : float
         Mean-max F1 the recommended set of patches shall reach.
     every_activity : float
-        Expected F1 that the sensors worn together shall reach for each activity; 0 for none.
+        Expected F1 that the sensors worn together shall reach for each activity that counts; 0 for none.
     max_places : int or None
         Most patches in that set.
     constraints : Constraints
@@ -94,6 +98,8 @@ class StudyConfig:
     classifier: str = "ridge"
     folds: int = 5
     by_subject: bool = False
+    background: tuple[str, ...] = ()
+    weights: tuple[tuple[str, float], ...] = ()
     target: float = 0.90
     every_activity: float = 0.0
     max_places: int | None = None
@@ -106,6 +112,9 @@ class StudyConfig:
             raise ValueError(f"target must be an F1 above 0 and at most 1, not {self.target}")
         if not 0 <= self.every_activity <= 1:
             raise ValueError(f"every_activity must be an F1 from 0 to 1, not {self.every_activity}")
+        for name, weight in self.weights:
+            if not (np.isfinite(weight) and weight >= 0):
+                raise ValueError(f"the weight of {name!r} must be 0 or more, not {weight}")
         if self.folds < 2:
             raise ValueError(f"folds must be at least 2, not {self.folds}")
         if self.classifier not in CLASSIFIERS:
@@ -152,6 +161,8 @@ class StudyConfig:
         wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
         costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
         given["constraints"] = Constraints(**wishes, costs=costs)
+        given["background"] = tuple(given["background"])
+        given["weights"] = tuple((name, weight) for name, weight in given["weights"])
         given["placements"] = tuple(
             (name, tuple(where) if isinstance(where, list) else where) for name, where in given["placements"]
         )

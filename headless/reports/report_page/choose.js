@@ -14,9 +14,11 @@
   // Adds the place that raises the mean over activities of the best F1 most; of equals the first.
   function greedy(shown, allowed, required, target, most) {
     const order = [], after = [], covered = new Float64Array(shown.length);
-    const mean = () => covered.reduce((sum, value) => sum + value, 0) / shown.length;
+    const weights = shown.map((activity) => choice.weights[activity] || 1); // background that is ticked counts once
+    const whole = weights.reduce((sum, weight) => sum + weight, 0);
+    const mean = () => covered.reduce((sum, value, at) => sum + weights[at] * value, 0) / whole;
     const gain = (place) =>
-      shown.reduce((sum, activity, at) => sum + Math.max(f1[place * activities + activity] - covered[at], 0), 0) / shown.length;
+      shown.reduce((sum, activity, at) => sum + weights[at] * Math.max(f1[place * activities + activity] - covered[at], 0), 0) / whole;
     function take(candidates) {
       const gains = candidates.map(gain), best = Math.max(...gains);
       const place = candidates[gains.findIndex((value) => value >= best - TIE)];
@@ -113,7 +115,7 @@
 
   choice.activities.forEach((name, activity) => {
     const label = make("label"), box = make("input", "", { type: "checkbox", value: activity });
-    box.checked = true;
+    box.checked = choice.weights[activity] > 0;
     label.append(box, make("span", ` ${name}`));
     find("choose-activities").append(label);
   });

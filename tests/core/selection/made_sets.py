@@ -4,6 +4,7 @@
 import numpy as np
 
 from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.weights import mean_over
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.selection.terms import Terms
 
@@ -28,9 +29,10 @@ def library(seed=0, told=(0, 1), shuffled=False):
     return features.astype(np.float32), names, clip
 
 
-def prepare(features, names, clip, subject=None):
+def prepare(features, names, clip, subject=None, counts=None):
+    every = np.ones(len(clip), dtype=bool)
     return SetTests.of(
-        features, names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, Pooling.none(N), workers=1
+        features, names, clip, subject, every, NAMES, Pooling.none(N), workers=1, counts=counts
     )
 
 
@@ -41,5 +43,5 @@ def terms(size=None, **wishes):
 
 def alone(found):
     """About what the F1 of each patch on other clips would be: less than on the clips that chose it."""
-    mean = 0.8 * found.whole.alone[1].mean(axis=0)
+    mean = 0.8 * mean_over(found.whole.alone[1], found.weights, 0)
     return mean, mean - 0.1, mean + 0.1

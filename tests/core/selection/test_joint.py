@@ -10,7 +10,7 @@ from w2w.core.selection import joint, set_tests
 from w2w.core.selection.joint import best_pair, choose_together, grow
 from w2w.core.selection.promise import promise
 
-from .made_sets import N, alone, library, prepare, terms
+from .made_sets import NAMES, N, alone, library, prepare, terms
 
 
 @pytest.fixture(scope="module")
@@ -155,3 +155,32 @@ def test_sets_grow_from_the_best_pair_and_are_promised_what_such_sets_give(tests
     assert (np.diff(chosen.promise.mean) >= 0).all()
     enough = choose_together(tests, alone(tests), terms(4), target=0.3, every_pair=True)
     assert (len(enough.order), enough.reached, enough.every_pair) == (1, True, False)
+
+
+def test_only_what_counts_decides_the_set_and_its_promise():
+    """Patches 0 to 3 tell crawl from jump: where these are background, they are of no use."""
+    made = library()
+    both, background = prepare(*made), prepare(*made, counts={"crawl": 0.0, "jump": 0.0})
+    assert set(grow(both.whole, terms(2), 2)) & {0, 1, 2, 3}
+    counted = background.weights > 0
+    np.testing.assert_array_equal(counted, [name in ("run", "sit") for name in background.activities])
+    found = choose_together(background, alone(background), terms(3), 1.0)
+    assert found.order[0] in (4, 5, 6, 7)
+    np.testing.assert_allclose(found.promise.mean, found.promise.f1[:, counted].mean(axis=1), atol=0.02)
+    np.testing.assert_allclose(found.raw_mean, found.promise.raw[:, counted].mean(axis=1))
+    least = float(found.promise.f1[-1][counted].min()) - 0.01
+    assert found.promise.f1[-1][~counted].min() < least  # and yet it is reached
+    again = choose_together(background, alone(background), terms(3), 0.3, every_activity=least)
+    assert again.reached
+    assert not {"crawl", "jump"} & set(again.sentence().split())
+
+
+def test_no_weights_and_equal_weights_promise_the_same():
+    made = library()
+    one, other = (
+        choose_together(found, alone(found), terms(2), 0.99)
+        for found in (prepare(*made), prepare(*made, counts=dict.fromkeys(NAMES, 2.0)))
+    )
+    assert one.order == other.order
+    np.testing.assert_array_equal(one.promise.mean, other.promise.mean)
+    np.testing.assert_array_equal(one.promise.low, other.promise.low)

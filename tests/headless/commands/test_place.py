@@ -307,3 +307,67 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
     code, output = run("tables", out, "--groups", out / "utility.csv")
     assert code == 2
     assert "needs the columns 'activity' and 'group'" in output
+
+
+WEIGHED = ("--background", "One leg stand", "--target", 1, "--max", 2)
+
+
+def test_another_mean_is_ranked_as_a_run_would(study, tmp_path):
+    """Nothing is baked again, and the folder of the choice is that of a run with the same weights."""
+    weights = tmp_path / "weights.csv"
+    weights.write_text("activity,weight\nsit_to_stand,3\n", encoding="utf-8")
+    asked = (*WEIGHED, "--weights", weights)
+    run_out = shutil.copytree(study[0], tmp_path / "run")
+    library = study[0].parent / "library"
+    code, told = run(
+        *("run", library, "--out", run_out, "--patches", 48, "--no-pictures", "--workers", 1, "--folds", 3),
+        *("--labels", library / "labels.csv", "--leave-out", "stair_climbing", *asked),
+    )
+    assert code == 0, told
+    before = hashes(study[0])
+    code, output = run("place", study[0], "--out", tmp_path / "place", *asked)
+    assert code == 0, output
+    assert hashes(study[0]) == before
+    explained = "The mean over 2 activities is weighted (arm_raise_band 1, sit_to_stand 3); background"
+    assert explained in told
+    assert explained in output
+    for name in ("utility.npz", "utility.csv"):
+        assert file_sha256(tmp_path / "place" / name) == file_sha256(run_out / name) != before[name]
+    utility = UtilityMap.load(run_out / "utility.npz")
+    first = UtilityMap.load(study[0] / "utility.npz")
+    assert utility.weights.tolist() == [1, 0, 3]
+    np.testing.assert_array_equal(utility.predictions, first.predictions)
+    np.testing.assert_allclose(utility.mean, first.f1 @ [0.25, 0, 0.75], rtol=1e-5)
+    by_run, by_place = (
+        json.loads((out / "summary.json").read_text()) for out in (run_out, tmp_path / "place")
+    )
+    assert by_place == by_run
+    assert by_run["mean"]["weights"] == {"arm_raise_band": 1, "one_leg_stand": 0, "sit_to_stand": 3}
+    parameters = json.loads((tmp_path / "place" / "config.json").read_text())["parameters"]
+    assert parameters["background"] == ["One leg stand"]
+    assert parameters["weights"] == [["sit_to_stand", 3.0]]
+    page = html.unescape((tmp_path / "place" / "report.html").read_text(encoding="utf-8"))
+    assert explained in page
+    assert "Activities that count (mean)" in page
+    back, output = chosen(tmp_path / "place", "--background", "", "--weights", equal_weights(tmp_path))
+    assert back["mean"] == json.loads((study[0] / "summary.json").read_text())["mean"]
+    assert "The mean" not in output
+
+
+def equal_weights(folder):
+    (folder / "equal.csv").write_text("activity,weight\nsit_to_stand,1\n", encoding="utf-8")
+    return folder / "equal.csv"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--background", "juggling"), "background: no clip is labelled juggling; there are arm_raise_band"),
+        (("--background", "arm_raise_band,one_leg_stand,sit_to_stand"), "none of the activities"),
+        (("--weights", "none.csv"), "none.csv cannot be read"),
+    ],
+)
+def test_a_mean_of_nothing_is_refused(study, options, message):
+    code, output = run("place", study[0], *options)
+    assert code == 2
+    assert message in output

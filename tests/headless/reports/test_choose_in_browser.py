@@ -2,11 +2,15 @@
 """The report chooses sensors anew in headless Chromium, as the command line does."""
 
 import csv
+import shutil
 import time
+from dataclasses import replace
 
 import numpy as np
 
 from headless.reports.choice_data import words_of
+from headless.reports.html import write_report
+from w2w.core.ranking.weights import counted_columns
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.subsets import greedy_subset
@@ -93,3 +97,25 @@ def test_a_word_that_names_nothing_is_said(page):
     find(page, "#choose-words").send_keys("tail")
     find(page, "#choose-add").click()
     assert "No spot is called “tail”" in text(page, "#choose-said")
+
+
+def test_the_page_weighs_the_activities_as_the_run_does(browser, drawn_results, tmp_path):
+    out = shutil.copytree(drawn_results, tmp_path / "weighed")
+    study = StudyResults.load(out)
+    weights = np.array([0.0, 3.0, 0.5])
+    replace(study.utility, weights=weights).save(out / "utility.npz")
+    browser.get(write_report(out).as_uri())
+    settle(browser)
+    ticked = browser.execute_script(
+        "return [...document.querySelectorAll('#choose-activities input')].map((box) => box.checked)"
+    )
+    assert ticked == [False, True, True]
+    assert "background, trained against and not counted" in text(browser, "#mean-explained")
+    f1, chosen = counted_columns(study.utility.f1, weights), set()
+    for target in (0.7, 0.9, 1.0):
+        order, after, _ = browser.execute_script(WISH, ticked, "any", [], [], target, 4)
+        ours = greedy_subset(f1, target, 4)
+        assert tuple(order) == ours.order
+        np.testing.assert_allclose(np.array(after, dtype=float), ours.mean_max_after_each, atol=5.1e-4)
+        chosen.add(ours.order)
+    assert greedy_subset(study.utility.f1, 1.0, 4).order not in chosen

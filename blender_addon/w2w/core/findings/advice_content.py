@@ -14,6 +14,7 @@ from ..selection.advice import Advice
 from ..selection.headline import (
     as_good_as,
     best_spot_sentence,
+    mean_sentence,
     more_clips,
     reliability_sentence,
     where_to_wear,
@@ -43,6 +44,10 @@ def advice_content(
             "sentence": best_spot_sentence(advice.best, utility, patches, advice.allowed),
             "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
             "clips_rank_placements": utility.can_rank,
+        },
+        "mean": {
+            "weights": dict(zip(utility.activities, utility.weights.tolist(), strict=True)),
+            "sentence": mean_sentence(utility),
         },
         "map_reliability": None if np.isnan(utility.reliability) else _f1(utility.reliability),
         "more_clips_per_activity": more_clips(utility),
@@ -88,7 +93,7 @@ def worn_content(worn: JointSet, utility: UtilityMap, patches: PatchSet) -> dict
             {
                 **place_content(patch, utility, patches),
                 **expected_content(made, number, "_so_far"),
-                "mean_f1_so_far": _f1(made.raw[number - 1].mean()),
+                "mean_f1_so_far": _f1(worn.raw_mean[number - 1]),
             }
             for number, patch in enumerate(worn.order, start=1)
         ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from .best_regions import best_regions
 from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study
 from .label_notes import label_content
-from .own_placements import own_content
+from .own_placements import own_scores
 from .sources import shown_in, source_caution
 
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
@@ -34,9 +34,14 @@ AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "ran
 def write_results(study: Study) -> None:
     """Write `summary.json`, `utility.csv` and `utility.npz` into the study's folder."""
     out = study.results.out
-    study.results.utility.save(out / UTILITY)
-    write_text(out / "utility.csv", utility_table(study))
+    write_map(out, study.results.utility, study.results.patches, study.advice.clusters)
     write_json(out / "summary.json", summary(study))
+
+
+def write_map(out: Path, utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) -> None:
+    """Write the ranking, for programs and as a table."""
+    utility.save(out / UTILITY)
+    write_text(out / "utility.csv", patch_table(utility, patches, clusters))
 
 
 def write_failure(out: Path, library: Library, problem: str, clips: Sequence[ClipResult]) -> None:
@@ -59,11 +64,6 @@ def _skipped(results: Sequence[ClipResult], library: Library) -> list[dict[str, 
     """Files without use and the reasons."""
     unused = [(result.clip.file, result.reason) for result in results if not result.used]
     return [{"file": file, "reason": reason} for file, reason in (*library.skipped, *unused)]
-
-
-def utility_table(study: Study) -> str:
-    """`patch_table` of a study."""
-    return patch_table(study.results.utility, study.results.patches, study.advice.clusters)
 
 
 def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) -> str:
@@ -106,8 +106,7 @@ def summary(study: Study) -> dict[str, Any]:
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
         **advice_content(study.advice, utility, patches, study.together, study.worn),
-        "own_placements": own_content(study),
-        "regions": _regions(study),
+        **map_content(utility, patches, study.config.placements),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),
     }
@@ -167,9 +166,18 @@ def _activities(study: Study) -> dict[str, dict[str, Any]]:
     }
 
 
-def _regions(study: Study) -> dict[str, dict[str, Any]]:
+def map_content(
+    utility: UtilityMap, patches: PatchSet, placements: Iterable[tuple[str, Any]]
+) -> dict[str, Any]:
+    """What follows from the map alone: own placements and regions."""
+    return {
+        "own_placements": own_scores([name for name, _ in placements], utility, patches),
+        "regions": _regions(utility, patches),
+    }
+
+
+def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]]:
     """Each named region: how many patches it has and how good they are, best expected first."""
-    utility, patches = study.results.utility, study.results.patches
     regions = np.array(patches.regions)
     content = {}
     for row in best_regions(utility, patches, len(patches)):

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from ..csv_tables import CsvError, read_table
 from ..file_names import shown
@@ -118,7 +119,7 @@ def same_label(label: str) -> str:
     return re.sub(r"[\s_]+", " ", unicodedata.normalize("NFC", label)).strip().replace(" ", "_").casefold()
 
 
-def by_label(values: Mapping[str, str], labels: Iterable[str]) -> dict[str, str]:
+def by_label(values: Mapping[str, Any], labels: Iterable[str]) -> dict[str, Any]:
     """Values of labels: those given for the very label, else for one that `same_label` makes the same."""
     alike = {same_label(label): value for label, value in values.items()}
     found = {label: values.get(label, alike.get(same_label(label))) for label in labels}

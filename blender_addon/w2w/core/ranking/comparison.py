@@ -10,6 +10,7 @@ import numpy as np
 
 from .f1 import resampled_f1
 from .utility import UtilityMap
+from .weights import mean_over
 
 RESAMPLES = 1000
 
@@ -71,7 +72,9 @@ def compare_patches(
     every = [*patches, *others]
     named = utility.predictions[:, every]
     f1, drawn = resampled_f1(utility.truth, named, utility.clip, len(utility.activities), resamples, seed)
-    mean, samples = f1[:, columns].mean(axis=1), drawn[:, :, columns].mean(axis=2)
+    weights = utility.weights[columns]
+    weights = weights if weights.any() else np.ones(len(columns))  # background, asked for by name
+    mean, samples = mean_over(f1[:, columns], weights), mean_over(drawn[:, :, columns], weights)
     first, second = samples[:, : len(patches)], samples[:, len(patches) :]
     tail = (1 - utility.level) / 2
     low, high = np.quantile(first[:, :, None] - second[:, None], [tail, 1 - tail], axis=0)

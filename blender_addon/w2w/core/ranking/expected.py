@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.stats import norm, t
@@ -11,6 +12,7 @@ from scipy.stats import norm, t
 from .halves import Plan, maps_of
 from .pooling import Pooling, centred
 from .reliability import agreement, of_all
+from .weights import alike, mean_over
 
 UNPROVEN = 0.5
 """Share of a map's contrast, and of a set's gain, that is believed where the clips cannot be halved."""
@@ -64,7 +66,14 @@ class TrialMaps:
     raw: np.ndarray
 
 
-def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: int) -> Expected:
+def expect(
+    maps: TrialMaps,
+    plan: Plan,
+    pooling: Pooling,
+    level: float,
+    seed: int,
+    weights: np.ndarray | None = None,
+) -> Expected:
     """Expected scores of all patches from the maps of all clips and of disjoint halves of them.
 
     What one half shows and the other shows again is signal; what it does not is noise. From that
@@ -79,12 +88,16 @@ def expect(maps: TrialMaps, plan: Plan, pooling: Pooling, level: float, seed: in
         Confidence of the intervals and of `as_good`.
     seed : int
         Of the draws of noise.
+    weights : ndarray, shape (A,), optional
+        What each activity counts in the macro F1; all alike by default.
     """
-    repeat = _Repeat.of(maps, plan, pooling)
     raw = maps.raw[0]
+    weights = np.ones(len(raw)) if weights is None else weights
+    repeat = _Repeat.of(maps, plan, pooling, weights)
     pooled = pooling.apply(maps.score[0], repeat.shares)
     f1 = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * centred(pooled)
-    mean = raw.mean() + repeat.slope * centred(pooled.mean(axis=0))
+    level_of_all = raw.mean() if alike(weights) else mean_over(raw, weights, 0).mean()
+    mean = level_of_all + repeat.slope * centred(mean_over(pooled, weights, 0))
     # two or three subjects tell little of how far people differ
     spread = norm if plan.disjoint else t(max(len(plan.whole.splits) - 1, 1))
     reach = spread.ppf((1 + level) / 2) * np.sqrt(repeat.variance)
@@ -128,23 +141,24 @@ class _Repeat:
     reliability: float
 
     @classmethod
-    def of(cls, maps: TrialMaps, plan: Plan, pooling: Pooling) -> _Repeat:
+    def of(cls, maps: TrialMaps, plan: Plan, pooling: Pooling, weights: np.ndarray) -> _Repeat:
         whole = maps.score[0]
         shown = [first.testable & second.testable for first, second in plan.pairs]
         both = np.logical_and.reduce(shown) if shown else np.zeros(len(whole), dtype=bool)
-        if not both.any():
-            return cls._unproven(maps, pooling)
+        if not (both & (weights > 0)).any():
+            return cls._unproven(maps, pooling, weights)
+        means_of = partial(_means_over, weights=weights[both])
         scores = [(a[both], b[both]) for a, b in maps_of(maps.score, plan)]
         raw = [(a[both], b[both]) for a, b in maps_of(maps.raw, plan)]
         shares = pooling.learn(scores if plan.disjoint else [], int(both.sum()))
         pooled = [(pooling.apply(a, shares), pooling.apply(b, shares)) for a, b in scores]
-        slope, by_activity = _slope(_means(pooled), _means(raw)), _slope(pooled, raw)
-        variance = _variance(_means(raw), slope, pooled, plan.shrink)
+        slope, by_activity = _slope(means_of(pooled), means_of(raw)), _slope(pooled, raw)
+        variance = _variance(means_of(raw), slope, means_of(pooled), plan.shrink)
         if plan.disjoint:
-            slope, by_activity = slope * _of_all(_means(pooled)), by_activity * _of_all(pooled)
+            slope, by_activity = slope * _of_all(means_of(pooled)), by_activity * _of_all(pooled)
         every = np.repeat(shares.mean(axis=1, keepdims=True), len(whole), axis=1)
         every[:, both] = shares
-        means = slope * centred(np.array(_means(pooled)))
+        means = slope * centred(np.array(means_of(pooled)))
         return cls(
             shares=every,
             slope=slope,
@@ -152,17 +166,17 @@ class _Repeat:
             variance=variance,
             noise_maps=(means[:, 0] - means[:, 1]) / np.sqrt(plan.shrink),
             agreement=float((means[:, 0] * means[:, 1]).mean() * 2 / plan.shrink),
-            reliability=of_all(agreement(_means(pooled))) if plan.disjoint else np.nan,
+            reliability=of_all(agreement(means_of(pooled))) if plan.disjoint else np.nan,
         )
 
     @classmethod
-    def _unproven(cls, maps: TrialMaps, pooling: Pooling) -> _Repeat:
+    def _unproven(cls, maps: TrialMaps, pooling: Pooling, weights: np.ndarray) -> _Repeat:
         score, raw = maps.score[0], maps.raw[0]
         shares = pooling.learn([], len(score))
         pooled = pooling.apply(score, shares)
         slopes = [
             UNPROVEN * _slope([(one, one)], [(other, other)])
-            for one, other in ((pooled.mean(axis=0), raw.mean(axis=0)), (pooled, raw))
+            for one, other in ((mean_over(pooled, weights, 0), mean_over(raw, weights, 0)), (pooled, raw))
         ]
         return cls(shares, *slopes, 1.0, np.empty((0, raw.shape[1])), 0.0, np.nan)
 
@@ -197,7 +211,7 @@ def _variance(
     of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) / shrink
     of_noise = np.mean([np.var(a - b) for a, b in raw]) / shrink
     signal = np.mean([(centred(a) * centred(b)).mean() for a, b in raw])
-    kept = slope**2 * np.mean([np.var(half.mean(axis=0)) for pair in pooled for half in pair])
+    kept = slope**2 * np.mean([np.var(half) for pair in pooled for half in pair])
     return float(of_level + (max(signal - kept, 0.0) + of_noise) / 2)
 
 
@@ -229,5 +243,7 @@ def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) 
     return mean.max() - mean <= furthest + 1e-9
 
 
-def _means(pairs: list[tuple[np.ndarray, np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
-    return [(a.mean(axis=0), b.mean(axis=0)) for a, b in pairs]
+def _means_over(
+    pairs: list[tuple[np.ndarray, np.ndarray]], weights: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    return [(mean_over(a, weights, 0), mean_over(b, weights, 0)) for a, b in pairs]

@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import rankdata
 
+from .weights import mean_over
+
 FEWEST_CLIPS = 5
 """Of fewer clips the bootstrap draws hardly anything but the same ones: its interval says nothing then."""
 
@@ -87,6 +89,7 @@ def score_patches(
     level: float,
     seed: int,
     block: int | None = None,
+    activity_weights: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, Bootstrap]:
     """F1 and confusion of every patch, and how sure they are; some patches at a time.
 
@@ -107,6 +110,8 @@ def score_patches(
     block : int
         Patches at a time, as many as `COUNT_BYTES` hold by default. Counts are whole numbers, so it
         changes no bit.
+    activity_weights : ndarray, shape (n_activities,), optional
+        What each activity counts in the macro F1; all alike by default.
 
     Returns
     -------
@@ -127,7 +132,8 @@ def score_patches(
             confusion.append(counts.confusion())
             yield counts
 
-    bootstrap = _bootstrap(counted(), weights, level)
+    share = np.ones(n_activities) if activity_weights is None else activity_weights
+    bootstrap = _bootstrap(counted(), weights, level, share)
     return np.concatenate(f1), np.concatenate(confusion), bootstrap
 
 
@@ -225,14 +231,16 @@ def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Genera
     return weights
 
 
-def _bootstrap(blocks: Iterable[ClipCounts], weights: np.ndarray, level: float) -> Bootstrap:
+def _bootstrap(
+    blocks: Iterable[ClipCounts], weights: np.ndarray, level: float, share: np.ndarray
+) -> Bootstrap:
     """Intervals from resamples' weights, over blocks of patches."""
     tail = [(1 - level) / 2, (1 + level) / 2]
     f1_bounds, means = [], []
     for counts in blocks:
         scores = f1_scores(counts, weights)
         f1_bounds.append(np.quantile(scores, tail, axis=0).astype(np.float32))
-        means.append(scores.mean(axis=2))
+        means.append(mean_over(scores, share))
     means = np.concatenate(means, axis=1)
     ranks = rankdata(-means, axis=1, method="min")
     f1_low, f1_high = np.concatenate(f1_bounds, axis=1)

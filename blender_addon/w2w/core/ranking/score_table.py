@@ -10,6 +10,7 @@ import numpy as np
 
 from .f1 import resampled_f1
 from .utility import UtilityMap
+from .weights import mean_over
 
 RESAMPLES = 1000
 
@@ -48,7 +49,7 @@ def score_table(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> list[ScoreRow]:
-    """Rows of activities group by group, each group followed by its mean, then the mean over all.
+    """Rows of activities group by group, each group followed by its mean, then the mean over all that count.
 
     Parameters
     ----------
@@ -74,7 +75,8 @@ def score_table(
 
     def row(group: str, activity: str, columns: list[int]) -> ScoreRow:
         tested = np.isin(utility.truth, columns)
-        score, spread = f1[:, columns].mean(axis=1), samples[:, :, columns].mean(axis=2)
+        weights = utility.weights[columns]
+        score, spread = mean_over(f1[:, columns], weights), mean_over(samples[:, :, columns], weights)
         tail = [(1 - utility.level) / 2, (1 + utility.level) / 2]
         low, high = np.quantile(spread, tail, axis=0)
         behind = np.quantile(spread - spread[:, [int(score.argmax())]], tail[1], axis=0)
@@ -86,7 +88,7 @@ def score_table(
     for group in names:
         members = [column for column, name in enumerate(group_of) if name == group]
         rows += [row(group, utility.activities[column], [column]) for column in members]
-        if len(members) > 1 and len(names) > 1:
+        if len(members) > 1 and len(names) > 1 and utility.counts[members].any():
             rows.append(row(group, "", members))
     rows.append(row("", "", list(range(n_activities))))
     return rows

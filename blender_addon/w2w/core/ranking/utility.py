@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -25,6 +25,7 @@ from .inputs import PatchBlocks, SomeWindows, as_blocks
 from .planned import Planned, planned
 from .pooling import Pooling
 from .trial_sums import TASK_PATCHES, Spread, Tried, try_patches
+from .weights import alike, counted_columns, mean_over, weights_of
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
@@ -74,6 +75,8 @@ class UtilityMap:
         What was trained and how it was split.
     left_out : dict of str to str
         Activities not tested, each with the reason.
+    weights : ndarray, shape (A,), optional
+        What each activity counts in every mean over activities, 0 for background; all alike by default.
     """
 
     activities: tuple[str, ...]
@@ -101,6 +104,21 @@ class UtilityMap:
     classifier: str
     protocol: str
     left_out: dict[str, str]
+    weights: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if self.weights is None:
+            object.__setattr__(self, "weights", np.ones(len(self.activities)))
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Which activities count, shape (A,), bool: background does not."""
+        return self.weights > 0
+
+    @property
+    def counted_f1(self) -> np.ndarray:
+        """F1 to choose sets by, one column an activity that counts; the mean over columns is `mean`."""
+        return counted_columns(self.f1, self.weights)
 
     def same_as(self, patch: int) -> np.ndarray:
         """Patches whose macro F1 cannot be told from that of `patch`.
@@ -137,6 +155,8 @@ class UtilityMap:
         arrays = {field.name: getattr(self, field.name) for field in fields(self)}
         arrays["activities"] = np.array(self.activities, dtype=np.str_)
         arrays["left_out"] = np.array(json.dumps(self.left_out, ensure_ascii=False))
+        if alike(self.weights):
+            del arrays["weights"]
         write_npz(path, arrays, compress=True)
 
     @classmethod
@@ -148,10 +168,8 @@ class UtilityMap:
         ValueError
             If the file is not a utility map.
         """
-        names = [field.name for field in fields(cls)]
-        content = load_arrays(
-            path, [name for name in names if name not in LATER], "is not a utility map", LATER
-        )
+        names = [field.name for field in fields(cls) if field.name not in (*LATER, "weights")]
+        content = load_arrays(path, names, "is not a utility map", (*LATER, "weights"))
         if missing := [name for name in LATER if name not in content]:
             raise ValueError(
                 f"{path} is a ranking by an earlier version of W2W, without {', '.join(missing)}: "
@@ -183,6 +201,7 @@ def utility_map(
     pooling: Pooling | None = None,
     halvings: int = HALVINGS,
     spread: Spread | None = None,
+    counts: Mapping[str, float] | None = None,
 ) -> UtilityMap:
     """Train and test a classifier at every patch, never on the same clip.
 
@@ -223,6 +242,8 @@ def utility_map(
         Ways in which the clips are halved for them; 0 where they are not looked at.
     spread : callable, optional
         Has some patches at a time tried elsewhere, such as on a cluster, where the classifier can.
+    counts : mapping of str to float, optional
+        What activities count in the means, 1 by default; those of 0 are trained against only.
 
     Returns
     -------
@@ -231,12 +252,13 @@ def utility_map(
     Raises
     ------
     ValueError
-        If fewer than two activities can be tested; the message says why.
+        If fewer than two activities can be tested, or none of them counts; the message says why.
     """
     clip = np.asarray(clip)
     model = _model(classifier, seed, work)
     scored = hasattr(model, "score_splits")
     trial = planned(activity, clip, subject, is_test, activities, folds, seed, halvings * scored)
+    weights = weights_of(trial.activities, counts)
     source = SomeWindows(as_blocks(inputs), trial.used)
     if scored:
         predictions, maps = _try_all(model, source, trial, progress, spread)
@@ -247,17 +269,17 @@ def utility_map(
     truth = trial.labels[trial.is_test].astype(np.int16)
     n_activities = len(trial.activities)
     f1, confusion, boot = score_patches(
-        truth, predictions, clip[tested], n_activities, resamples, level, seed
+        truth, predictions, clip[tested], n_activities, resamples, level, seed, activity_weights=weights
     )
     if not scored:
         maps = TrialMaps(f1.T[None], f1.T[None])
-    expected = expect(maps, trial.plan, pooling or Pooling.none(len(f1)), level, seed)
+    expected = expect(maps, trial.plan, pooling or Pooling.none(len(f1)), level, seed, weights)
     return UtilityMap(
         activities=trial.activities,
         f1=f1,
         f1_low=boot.f1_low,
         f1_high=boot.f1_high,
-        mean=f1.mean(axis=1),
+        mean=mean_over(f1, weights),
         mean_low=boot.mean_low,
         mean_high=boot.mean_high,
         rank_low=boot.rank_low,
@@ -278,6 +300,7 @@ def utility_map(
         classifier=model.name,
         protocol=trial.protocol,
         left_out=trial.left_out,
+        weights=weights,
     )
 
 

@@ -178,13 +178,13 @@ def advise(
     ValueError
         If the constraints cannot be met.
     """
-    terms = (constraints or Constraints()).terms(patches)
-    subset = greedy_subset(utility.f1, target, max_places, **terms)
+    terms, f1 = (constraints or Constraints()).terms(patches), utility.counted_f1
+    subset = greedy_subset(f1, target, max_places, **terms)
     try:
-        exact = exact_subset(utility.f1, target, max_places, **terms, time_limit_s=SOLVER_S)
+        exact = exact_subset(f1, target, max_places, **terms, time_limit_s=SOLVER_S)
     except TimeoutError:
         exact = None
-    gain = np.where(terms["allowed"], marginal_gain(utility.f1, subset.order), -1.0)
+    gain = np.where(terms["allowed"], marginal_gain(f1, subset.order), -1.0)
     gain[list(subset.order)] = -1.0
     clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
     return Advice(

@@ -12,6 +12,7 @@ from ..patches.segments import great_part, segment
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.reliability import WANTED, clips_needed, of_halves
 from ..ranking.utility import UtilityMap
+from ..ranking.weights import alike
 
 CANNOT_RANK = (
     "These clips cannot rank placements: disjoint halves of them do not agree more than by chance, "
@@ -77,6 +78,29 @@ def score_text(best: int, utility: UtilityMap) -> str:
     interval = mean_caution(utility) or f"95 % interval {short(low)} to {short(high)}"
     others = "other people" if utility.by_subject else "other clips"
     return f"expected mean F1 {short(utility.expected_mean[best])} on {others} ({interval})"
+
+
+def mean_title(utility: UtilityMap) -> str:
+    """What the map of the mean is called."""
+    return "All activities (mean)" if alike(utility.weights) else "Activities that count (mean)"
+
+
+def mean_sentence(utility: UtilityMap) -> str:
+    """What the mean over activities is, where not all count alike; empty where they do."""
+    if alike(utility.weights):
+        return ""
+    listed = list(zip(utility.activities, utility.weights.tolist(), strict=True))
+    background = [name for name, weight in listed if not weight]
+    counted = [(name, weight) for name, weight in listed if weight]
+    if len({weight for _, weight in counted}) == 1:
+        names = [name for name, _ in counted]
+        text = f"The mean is over {len(names)} of {len(listed)} activities ({', '.join(names)})"
+    else:
+        weighed = ", ".join(f"{name} {weight:g}" for name, weight in counted)
+        text = f"The mean over {len(counted)} activities is weighted ({weighed})"
+    if not background:
+        return text
+    return f"{text}; background, trained against and not counted: {', '.join(background)}"
 
 
 def reliability_sentence(utility: UtilityMap) -> str:

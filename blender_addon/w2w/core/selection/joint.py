@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..ranking.weights import mean_over
 from .promise import Promise, promise
 from .set_tests import SetTests, Tests
 from .subsets import ROUNDING
@@ -137,6 +138,8 @@ class JointSet:
         Expected F1 that no activity may fall short of; 0 for none.
     reached : bool
     cost : float
+    weights : ndarray, shape (A,)
+        What each activity counts.
     every_pair : bool
         Whether the first two are the best of all pairs.
     """
@@ -148,7 +151,13 @@ class JointSet:
     every_activity: float
     reached: bool
     cost: float
+    weights: np.ndarray
     every_pair: bool = False
+
+    @property
+    def raw_mean(self) -> np.ndarray:
+        """Macro F1 of the first patch, the first two, and so on, on the clips that chose them."""
+        return mean_over(self.promise.raw, self.weights)
 
     def sentence(self) -> str:
         """Say in words what the set would reach on other clips."""
@@ -159,7 +168,7 @@ class JointSet:
             f"(95 % interval {made.low[-1]:.2f} to {made.high[-1]:.2f}; target {self.target:g}"
         )
         if self.every_activity:
-            worst = int(made.f1[-1].argmin())
+            worst = int(np.where(self.weights > 0, made.f1[-1], np.inf).argmin())
             text += (
                 f", {self.every_activity:g} for every activity, of which {self.activities[worst]} has the "
                 f"lowest, {made.f1[-1, worst]:.3f}"
@@ -220,7 +229,9 @@ def _choose(
         order = grow(tests.whole, terms, size, expected[0], worst, start=order)
         made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
         least = max(fewest(order, terms.required), fewest_by_way)
-        good = (made.mean >= target - ROUNDING) & (made.f1.min(axis=1) >= every_activity - ROUNDING)
+        good = (made.mean >= target - ROUNDING) & (
+            made.f1[:, tests.weights > 0].min(axis=1) >= every_activity - ROUNDING
+        )
         good[: least - 1] = False
         if good.any() or (len(order) > least and made.mean[-1] <= made.mean[-2]):
             break
@@ -234,5 +245,6 @@ def _choose(
         every_activity,
         bool(good.any()),
         float(terms.cost[list(order)].sum()),
+        tests.weights,
         every_pair,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from ..ranking.expected import UNPROVEN
 from ..ranking.reliability import agreement
+from ..ranking.weights import known_mean, mean_over
 
 if TYPE_CHECKING:
     from .set_tests import SetTests, Tests
@@ -95,7 +97,7 @@ def promise(
         more = _better_chosen(tests)
         gains = [
             _gain(choose(here, terms, size), there, level_of[there])
-            * _left(level_of[tests.whole], level_of[there])[:, None]
+            * _left(level_of[tests.whole], level_of[there], tests.weights)[:, None]
             * more
             for pair in tests.pairs
             for here, there in (pair, pair[::-1])
@@ -103,12 +105,13 @@ def promise(
     shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
     believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
     f1 = level_of[tests.whole] + believed * np.nansum(gains, axis=0) / shown
-    mean = np.maximum.accumulate(np.clip([alone[0], *f1[1:].mean(axis=1)], 0, 1))
-    f1 = np.maximum.accumulate(np.clip(f1 + (mean - f1.mean(axis=1))[:, None], 0, 1))
-    apart = [_mean(level_of[one]) - _mean(level_of[other]) for one, other in tests.pairs]
+    mean = np.maximum.accumulate(np.clip([alone[0], *mean_over(f1[1:], tests.weights)], 0, 1))
+    f1 = np.maximum.accumulate(np.clip(f1 + (mean - mean_over(f1, tests.weights))[:, None], 0, 1))
+    mean_of = partial(known_mean, weights=tests.weights)
+    apart = [mean_of(level_of[one]) - mean_of(level_of[other]) for one, other in tests.pairs]
     if gains:
         variance = np.mean(np.square(apart), axis=0) / tests.plan.shrink
-        variance = variance + np.var([_mean(one) for one in gains], axis=0) / 2
+        variance = variance + np.var([mean_of(one) for one in gains], axis=0) / 2
     else:
         variance = np.ones(size)
     reach = norm.ppf((1 + level) / 2) * np.sqrt(variance)
@@ -124,9 +127,10 @@ def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
     return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
 
 
-def _left(level: np.ndarray, level_there: np.ndarray) -> np.ndarray:
+def _left(level: np.ndarray, level_there: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """How much of a gain is left at another level: F1 moves by p (1 - p) with its logit; never more."""
-    whole, there = (_mean(one) * (1 - _mean(one)) for one in (level, level_there))
+    means = (known_mean(one, weights) for one in (level, level_there))
+    whole, there = (mean * (1 - mean) for mean in means)
     return np.minimum(np.maximum(whole, 0) / np.maximum(there, 1e-6), 1.0)
 
 
@@ -164,7 +168,3 @@ def _level(tests: Tests, terms: Terms, size: int, seed: int) -> np.ndarray:
         level = np.mean([tests.f1_of_first(order) for order in random_sets(terms, size, seed)], axis=0)
         tests.level = terms, level
     return level[:size]
-
-
-def _mean(f1: np.ndarray) -> np.ndarray:
-    return np.nanmean(f1, axis=-1)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -17,6 +17,7 @@ from ..ranking.joint_scores import JointScores
 from ..ranking.map_scores import class_auc, class_auc_at_most, rank_score, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
+from ..ranking.weights import counted_columns, mean_over, weights_of
 from .terms import Terms
 
 MOST_WINDOWS = 1000
@@ -39,17 +40,19 @@ class Tests:
     labels : ndarray of int, shape (V,)
         Of the windows tested.
     trial : Trial
-    n_activities : int
+    weights : ndarray, shape (A,)
+        What each activity counts.
     pooling : Pooling
     """
 
     def __init__(
-        self, scores: JointScores, labels: np.ndarray, trial: Trial, n_activities: int, pooling: Pooling
+        self, scores: JointScores, labels: np.ndarray, trial: Trial, weights: np.ndarray, pooling: Pooling
     ) -> None:
         self._scores, self._labels, self._trial = scores, labels, trial
-        self._n_activities, self._pooling = n_activities, pooling
+        self._n_activities, self._pooling = len(weights), pooling
+        self.weights = weights
         self.grown: tuple[Terms | None, tuple[bool, bool], tuple[int, ...]] = (None, (False, False), ())
-        self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, n_activities)))
+        self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, len(weights))))
 
     @cached_property
     def alone(self) -> tuple[np.ndarray, np.ndarray]:
@@ -65,14 +68,19 @@ class Tests:
 
     @property
     def map(self) -> np.ndarray:
-        """F1 of each patch alone, shape (N, A), of the activities that can be tested."""
-        return self.alone[1][self._trial.testable].T
+        """F1 of each patch alone to choose sets by, of the activities that count and can be tested."""
+        return counted_columns(self.alone[1][self._trial.testable].T, self._shown_weights)
 
     @cached_property
     def single(self) -> np.ndarray:
         """What each patch alone is compared by, pooled over the skin, shape (N,)."""
         shown = self.alone[0][self._trial.testable]
-        return self._pooling.apply(shown, self._pooling.learn([], len(shown))).mean(axis=0)
+        pooled = self._pooling.apply(shown, self._pooling.learn([], len(shown)))
+        return mean_over(pooled, self._shown_weights, 0)
+
+    @property
+    def _shown_weights(self) -> np.ndarray:
+        return self.weights[self._trial.testable]
 
     def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
         """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
@@ -90,7 +98,8 @@ class Tests:
 
     def _areas(self, scores: np.ndarray, worst: bool, areas: Areas = class_auc) -> np.ndarray:
         found = areas(scores, self._labels, self._trial.weight)[..., self._trial.testable]
-        return found.min(axis=-1) if worst else found.mean(axis=-1)
+        weights = self._shown_weights
+        return found[..., weights > 0].min(axis=-1) if worst else mean_over(found, weights)
 
     def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
@@ -114,6 +123,8 @@ class SetTests:
     plan : Plan
     activities : tuple of str
     seed : int
+    weights : ndarray, shape (A,)
+        What each activity counts.
     """
 
     whole: Tests
@@ -121,6 +132,7 @@ class SetTests:
     plan: Plan
     activities: tuple[str, ...]
     seed: int
+    weights: np.ndarray
 
     @classmethod
     def of(
@@ -135,6 +147,7 @@ class SetTests:
         folds: int = 5,
         seed: int = 0,
         workers: int = 2,
+        counts: Mapping[str, float] | None = None,
     ) -> SetTests:
         """Prepare the tests of a library, for features as `Ridge` takes them.
 
@@ -145,6 +158,7 @@ class SetTests:
         subject = None if subject is None else np.asarray(subject)[rows]
         labels = (activity[rows], clip[rows], subject, is_test[rows])
         work = planned(*labels, activities, folds, seed, SET_HALVINGS)
+        weights = weights_of(work.activities, counts)
         source = SomeWindows(as_blocks(inputs), rows[work.used])
         model = Ridge(workers=workers)
         ridge = float(np.median(model.choose_alphas(source, work.labels, work.fold, work.is_test)))
@@ -152,11 +166,14 @@ class SetTests:
 
         def tests(trial: Trial) -> Tests:
             scores = JointScores(features, work.labels, _trainings(work, trial), ridge, workers)
-            return Tests(scores, work.labels[scores.windows], trial, len(work.activities), pooling)
+            return Tests(scores, work.labels[scores.windows], trial, weights, pooling)
 
-        made = {trial: tests(trial) for trial in work.plan.trials}
-        pairs = tuple((made[a], made[b]) for a, b in work.plan.pairs)
-        return cls(made[work.plan.whole], pairs, work.plan, work.activities, seed)
+        halves = [(a, b) for a, b in work.plan.pairs if (a.testable & b.testable & (weights > 0)).any()]
+        whole = work.plan.whole
+        trials = dict.fromkeys([whole, *(one for pair in halves for one in pair)])
+        made = {trial: tests(trial) for trial in trials}
+        pairs = tuple((made[a], made[b]) for a, b in halves)
+        return cls(made[whole], pairs, work.plan, work.activities, seed, weights)
 
 
 def _trainings(work: Planned, trial: Trial) -> list[Training]:
