@@ -120,6 +120,8 @@ def test_less_is_gained_where_less_is_left(whole, half, promised_f1):
 
     one, other = Judged(half, half + 0.04), Judged(half, half + 0.04)
     plan = SimpleNamespace(disjoint=True, shrink=4.0)
-    found = SimpleNamespace(whole=Judged(whole, 1.0), pairs=((one, other),), plan=plan, seed=0)
+    found = SimpleNamespace(
+        whole=Judged(whole, 1.0), pairs=((one, other),), plan=plan, seed=0, weights=np.ones(4)
+    )
     made = promise(found, free, [0, 4], lambda *_: [0, 4], (0.3, 0.2, 0.4))
     assert made.mean[1] == pytest.approx(promised_f1)
