@@ -30,7 +30,8 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
     ),
     "tests/headless/reports": (
-        "advice_text comparison console_tables own_table page pictures redraw report_data signal_figure"
+        "advice_text comparison console_tables own_table page pictures redraw report_data signal_figure "
+        "trend_table"
     ),
     "tests/headless/runs": (
         "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"

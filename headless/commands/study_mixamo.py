@@ -14,17 +14,19 @@ from rich.table import Table
 
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.motion.activity_groups import FEWEST_MOTIONS, PER_GROUP, choose_activities
+from w2w.core.motion.activity_groups import FEWEST_MOTIONS, PAPER_GROUPS, PER_GROUP, choose_activities
 from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
 from w2w.core.patches.naming import PLACEMENTS, placement_patches
 from w2w.core.ranking.comparison import PatchDifference, compare_patches
 from w2w.core.ranking.score_table import score_table
+from w2w.core.ranking.trends import check_claims, read_claims
 from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
 
 from ..console import USAGE
 from ..reports.console_tables import show_scores, wide_console, write_scores
+from ..reports.placement_study import CLAIMS, write_placement_study
 from ..runs.own_files import ForeignFileError
 from ..runs.study import RunPlan
 from ..study_options import StudyOptions, with_study_options
@@ -52,15 +54,24 @@ def mixamo(
     ] = "",
     per_group: Annotated[int, typer.Option(min=1, help="Activities of each group.")] = PER_GROUP,
     side: Annotated[str, typer.Option(help="Side of the placements on both sides: left or right.")] = "left",
+    claims: Annotated[
+        Path,
+        typer.Option(
+            help="csv with columns claim, group, regions, against: sentences about parts of the body to be "
+            "held against the ranking.  [default: the paper's about unusual placements]",
+            show_default=False,
+        ),
+    ] = CLAIMS,
     *,
     asked: StudyOptions,
 ) -> None:
     """The paper's main study on your own library: six groups of four activities at 11 placements.
 
     Prints F1 by activity and by group at the 8 common and 3 unusual placements (`tables.csv`), and
-    compares each unusual one with each common one (`unusual_places.csv`), besides all that `w2w run`
-    writes; it takes every option of `w2w run`. The activities of a group are those with the most
-    motions, or those of --activities.
+    compares each unusual one with each common one (`unusual_places.csv`), holds claims against the
+    ranking (`trends.csv`) and draws the paper's figure 4 (`activities_by_placement.png`, in `study.md`),
+    besides all that `w2w run` writes; it takes every option of `w2w run`. The activities of a group are
+    those with the most motions, or those of --activities.
 
     Exit codes: as `w2w run`.
     """
@@ -77,7 +88,8 @@ def mixamo(
         group_of = {name: group for name, group in group_of.items() if same_label(name) not in without}
         named = named_activities(activities, found, group_of)
         chosen = choose_activities(found, named.group_of, named.per_group or per_group)
-        bodies = ready_for(asked, out)
+        said, bodies = read_claims(claims), ready_for(asked, out)
+        check_claims(said, PAPER_GROUPS, bodies[0][1])
         taken = only(found, chosen, config.background)
         plan = RunPlan(taken, config, asked.engine(), asked.pictures, asked.report)
     except (ValueError, OSError, ForeignFileError) as error:
@@ -91,7 +103,9 @@ def mixamo(
     studies = execute_bodies(plan, bodies, out, asked.strict, monitor)
     group_of = {name: group for group, names in chosen.items() for name in names}
     for _, study in studies:
-        show_placements(StudyResults.load(study.results.out), group_of, side, console)
+        results = StudyResults.load(study.results.out)
+        show_placements(results, group_of, side, console)
+        write_placement_study(results, group_of, side, said, named.missing, console)
     monitor.log("finished", exit_code=0)
 
 
