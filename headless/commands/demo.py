@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
@@ -25,7 +26,7 @@ from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError
 from ..runs.study import RunPlan
 from ..runs.workers import Engine
-from .demo_library import ACTIVITIES, LABELS, write_demo_library
+from .demo_library import LABELS, Take, demo_takes, write_takes
 from .execute import ended, execute
 
 TARGET = 0.99
@@ -57,24 +58,32 @@ def rehabilitation_study(
         With the exit code, when there is no result.
     """
     library, monitor = out / "library", RunMonitor(console)
-    _write_library_once(library, clips, config.seed, monitor)
+    write_library_once(library, demo_takes, clips, config.seed, monitor)
     clips_found = read_library(library, library / LABELS)
     show_labels(clips_found, console)
     plan = RunPlan(clips_found, config, engine, pictures)
     return execute(plan, Body.bundled(), out / "results", monitor)
 
 
-def _write_library_once(library: Path, clips: int, seed: int, monitor: RunMonitor) -> None:
-    """Write the demo library, unless an earlier run of the same code and seed finished it."""
+def write_library_once(
+    library: Path, takes_of: Callable[[int], list[Take]], clips: int, seed: int, monitor: RunMonitor
+) -> None:
+    """Write a library, unless an earlier run of the same code and seed finished it.
+
+    Raises
+    ------
+    typer.Exit
+        With the exit code, where a file that W2W did not write stands in the way.
+    """
     made_by = {"clips": clips, "seed": seed, "code_sha256": code_sha256(), "bpy": versions().get("bpy", "")}
     stamp = library / "made_by.json"
     with suppress(OSError, ValueError):
         if json.loads(stamp.read_text(encoding="utf-8")) == made_by:
             return
     stamp.unlink(missing_ok=True)
-    with monitor.bar("writing the demo library", clips * len(ACTIVITIES)) as advance:
+    with monitor.bar("writing the library", len(takes_of(clips))) as advance:
         try:
-            write_demo_library(library, clips_per_activity=clips, seed=seed, progress=advance)
+            write_takes(library, takes_of, clips, seed, advance)
         except ForeignFileError as error:
             raise ended(str(error), USAGE, monitor) from error
     write_json(stamp, made_by)

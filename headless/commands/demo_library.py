@@ -6,7 +6,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 from rich.console import Console
@@ -14,7 +14,8 @@ from rich.console import Console
 from w2w.core.clip_files import WORK
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.rehab.clips import EXERCISES, generate_clip
+from w2w.core.rehab.clips import EXERCISES, RATE, generate_clip
+from w2w.core.rehab.executions import WELL
 
 from ..console import USAGE
 from ..needs_blender import needs_blender
@@ -25,6 +26,21 @@ ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
 """Activities of the library, each a folder of it."""
 
 LABELS = "labels.csv"
+
+
+class Take(NamedTuple):
+    """A clip to be made, and the file it goes into."""
+
+    file: str
+    activity: str
+    number: int
+    execution: str = WELL
+    ages: tuple[float, float] | None = None
+
+
+def demo_takes(clips: int) -> list[Take]:
+    """Every exercise, done well by so many people."""
+    return [Take(_file(activity, n), activity, n) for activity in ACTIVITIES for n in range(clips)]
 
 
 def write_demo_library(
@@ -61,24 +77,49 @@ def write_demo_library(
     ForeignFileError
         If a file that W2W did not write has one of these names.
     """
+    if clips_per_activity < 1:
+        raise ValueError(f"a library needs at least one clip an activity, not {clips_per_activity}")
+    return write_takes(Path(folder), demo_takes, clips_per_activity, seed, progress)
+
+
+def write_takes(
+    folder: Path,
+    takes_of: Callable[[int], list[Take]],
+    clips: int,
+    seed: int,
+    progress: Callable[[int], None] | None = None,
+) -> list[Path]:
+    """Write a library of generated clips and its labels.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it does not exist.
+    takes_of : callable
+        Gives the takes of so many clips.
+    clips, seed : int
+    progress : callable, optional
+        Called with 1 after every clip.
+
+    Raises
+    ------
+    ForeignFileError
+        If a file that W2W did not write has one of the names.
+    """
     with needs_blender():
         from w2w.scene.mixamo_export import write_mixamo_fbx
 
-    if clips_per_activity < 1:
-        raise ValueError(f"a library needs at least one clip an activity, not {clips_per_activity}")
-    folder = Path(folder)
-    _claim(folder, clips_per_activity)
+    _claim(folder, takes_of, clips)
     rows, paths = [], []
-    for activity in ACTIVITIES:
-        (folder / activity).mkdir(parents=True, exist_ok=True)
-        for number in range(clips_per_activity):
-            clip = generate_clip(activity, number, seed)
-            file = _file(activity, number)
-            write_mixamo_fbx(clip, folder / file)
-            rows.append((file, activity, clip.subject))
-            paths.append(folder / file)
-            if progress is not None:
-                progress(1)
+    for take in takes_of(clips):
+        clip = generate_clip(take.activity, take.number, seed, RATE, take.execution, take.ages)
+        path = folder / take.file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_mixamo_fbx(clip, path)
+        rows.append((take.file, take.activity, clip.subject))
+        paths.append(path)
+        if progress is not None:
+            progress(1)
     _write_labels(folder / LABELS, rows)
     return paths
 
@@ -106,17 +147,16 @@ def _file(activity: str, number: int) -> str:
     return f"{activity}/{activity.replace('_', ' ').title()} ({number + 1}).fbx"
 
 
-def _claim(folder: Path, clips: int) -> None:
+def _claim(folder: Path, takes_of: Callable[[int], list[Take]], clips: int) -> None:
     """Take the library's names, all of which are ours where its labels list nothing but them."""
     (folder / WORK).mkdir(parents=True, exist_ok=True)
-    names = [_file(activity, number) for activity in ACTIVITIES for number in range(clips)]
+    names = [take.file for take in takes_of(clips)]
     try:
         with (folder / LABELS).open(newline="", encoding="utf-8") as stream:
             listed = {row["file"] for row in csv.DictReader(stream)}
     except (OSError, ValueError, KeyError, csv.Error):
         listed = set()
-    most = range(max(clips, len(listed)))
-    ours = {_file(activity, number) for activity in ACTIVITIES for number in most}
+    ours = {take.file for take in takes_of(max(clips, len(listed)))}
     claim(folder, () if listed and listed <= ours else (*names, LABELS))
 
 

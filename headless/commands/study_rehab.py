@@ -1,39 +1,61 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`w2w study rehab`: the paper's use case, four rehabilitation activities, and its figure."""
+"""`w2w study rehab`: the paper's use case, four rehabilitation exercises, done well and badly."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
+from w2w.core.body.body import Body
 from w2w.core.colours import patch_colours, score_range
+from w2w.core.motion.library import Library, read_library
+from w2w.core.rehab.background import BACKGROUND
+from w2w.core.rehab.executions import FAULTS, WELL
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset, best_single
 from w2w.core.study import StudyConfig
 
+from ..console import USAGE
 from ..needs_blender import needs_blender
-from ..reports.console_tables import wide_console
+from ..options import EveryActivity
+from ..reports.console_tables import show_labels, wide_console
 from ..reports.draw import draw_alone
 from ..reports.pictures import MAX_LISTED
 from ..reports.report_data import title
+from ..runs.monitor import RunMonitor
+from ..runs.study import RunPlan
 from ..runs.workers import Engine
-from .demo import rehabilitation_study
+from ..signal_options import Sensor, sensor_settings
+from .demo import write_library_once
+from .demo_library import LABELS, Take
+from .execute import execute
 
 FIGURE = "figure.png"
+
+AGES = (22.0, 85.0)
+"""Years between which people's ages are drawn."""
 
 
 def rehab(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the library and the results.")] = Path(
         "rehab_study"
     ),
-    clips: Annotated[int, typer.Option(min=2, help="Clips an activity.")] = 12,
+    clips: Annotated[
+        int, typer.Option(min=2, help="People; each does every exercise well and badly, and what is between.")
+    ] = 12,
     target: Annotated[
         float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
     ] = 0.90,
+    every_activity: EveryActivity = 0.9,
+    sensor: Sensor = "watch",
+    quality: Annotated[
+        bool, typer.Option(help="Ask the second question, too: which exercise was done well, which badly.")
+    ] = True,
     patches: Annotated[int, typer.Option(min=2, max=6890, help="Places on the body.")] = 512,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the library and of the study.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
@@ -42,20 +64,74 @@ def rehab(
 ) -> None:
     """The paper's use case on W2W's own library: sit to stand, stairs, arm raise, one-leg stand.
 
-    Finds the map of each activity, the mean map, the best single place and the smallest set that
-    reaches the target, and draws them as the paper's figure: `OUT/results/figure.png`.
+    People of several builds and ages do each exercise well and once with a fault (compensating trunk,
+    half range, slow, shaky, one-sided); standing, sitting, reaching and walking are background. One person at
+    a time is left out. Finds the map of each exercise, the mean map, the best single place and the smallest
+    set that reaches the target for the mean and for every exercise: `OUT/results`, drawn as the paper's
+    figure in `figure.png`. `OUT/quality` answers the second question: done well or badly.
 
     Exit codes: as `w2w run`.
     """
     console = wide_console()
-    config = StudyConfig(patches=patches, target=target, seed=seed)
-    study = rehabilitation_study(out, clips, config, Engine(workers), pictures, console)
+    try:
+        config = StudyConfig(
+            patches=patches,
+            target=target,
+            every_activity=every_activity,
+            **sensor_settings(sensor),
+            by_subject=True,
+            background=tuple(BACKGROUND),
+            seed=seed,
+        )
+    except (ValueError, OSError) as error:
+        console.print(str(error), style="red", markup=False)
+        raise typer.Exit(USAGE) from error
+    library, monitor = out / "library", RunMonitor(console)
+    write_library_once(library, rehab_takes, clips, seed, monitor)
+    found = read_library(library, library / LABELS)
+    show_labels(found, console)
+    plan = RunPlan(found, config, Engine(workers), pictures)
+    study = execute(plan, Body.bundled(), out / "results", monitor)
     with console.status("Drawing the figure"):
-        failed = draw_alone(draw_figure, study.results.out, study.advice.subset)
+        failed = draw_alone(draw_figure, study.results.out, study.advice.subset) if pictures else ""
     if failed:
         console.print(f"No figure: {failed}.", style="red", markup=False)
-    else:
+    elif pictures:
         console.print(f"Figure:   {study.results.out / FIGURE}")
+    if quality:
+        console.print("\n[bold]Done well or badly?[/bold]")
+        asked = replace(plan, library=by_quality(found, clips), config=replace(config, background=()))
+        execute(asked, Body.bundled(), out / "quality", monitor)
+
+
+def rehab_takes(clips: int) -> list[Take]:
+    """Every exercise, done well and badly by so many people, the faults in turn, and the background."""
+    takes = []
+    for number in range(clips):
+        for activity, faults in FAULTS.items():
+            fault = faults[number % len(faults)]
+            takes += [
+                Take(_file(activity, WELL, number), activity, number, WELL, AGES),
+                Take(_file(activity, fault, number), activity, number, fault, AGES),
+            ]
+        takes += [Take(_file(name, "", number), name, number, WELL, AGES) for name in BACKGROUND]
+    return takes
+
+
+def by_quality(library: Library, clips: int) -> Library:
+    """The exercises of a library, each as two activities: done well, and done badly."""
+    done = {
+        take.file: f"{take.activity} {WELL if take.execution == WELL else 'badly'}"
+        for take in rehab_takes(clips)
+        if take.activity in FAULTS
+    }
+    kept = [clip for clip in library.clips if clip.file in done]
+    return replace(library, clips=tuple(replace(clip, activity=done[clip.file]) for clip in kept))
+
+
+def _file(activity: str, execution: str, number: int) -> str:
+    words = " ".join(f"{activity} {execution}".replace("_", " ").split())
+    return f"{activity}/{words.title()} ({number + 1}).fbx"
 
 
 def draw_figure(out: Path, subset: Subset) -> None:

@@ -4,6 +4,7 @@
 import csv
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 import typer
@@ -12,7 +13,11 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 from headless.commands.study_mixamo import show_placements
+from headless.commands.study_rehab import by_quality, rehab_takes
+from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.naming import PLACEMENTS
+from w2w.core.rehab.background import BACKGROUND
+from w2w.core.rehab.executions import FAULTS, WELL
 from w2w.core.results_folder import StudyResults
 
 CLIPS = {
@@ -146,3 +151,39 @@ def test_labels_without_groups_are_refused(tmp_path):
     )  # fmt: skip
     assert done.exit_code == 2
     assert "columns 'activity' and 'group'" in " ".join(done.output.split())
+
+
+def test_everybody_does_every_exercise_well_and_badly_and_what_is_between():
+    takes = rehab_takes(10)
+    assert len({take.file for take in takes}) == len(takes) == 10 * (2 * len(FAULTS) + len(BACKGROUND))
+    for activity, faults in FAULTS.items():
+        done = [take.execution for take in takes if take.activity == activity]
+        assert done.count(WELL) == 10
+        assert set(done) == {WELL, *faults}
+    clips = tuple(Clip(Path(take.file), take.file, take.file, take.activity) for take in takes)
+    asked = by_quality(Library(Path(), clips, "labels"), 10)
+    assert set(asked.activities) == {f"{name} {how}" for name in FAULTS for how in (WELL, "badly")}
+    assert set(asked.activities.values()) == {10}
+    by_file = {take.file: take for take in takes}
+    for clip in asked.clips:
+        assert clip.activity.endswith(WELL) == (by_file[clip.file].execution == WELL)
+
+
+@pytest.mark.slow
+def test_the_rehabilitation_study_asks_both_questions(tmp_path):
+    out = tmp_path / "rehab"
+    options = ["--clips", "3", "--patches", "16", "--no-pictures", "--workers", "1"]
+    done = CliRunner().invoke(APP, ["study", "rehab", "--out", str(out), *options])
+    assert done.exit_code == 0, done.output
+    which, how = (json.loads((out / name / "summary.json").read_text()) for name in ("results", "quality"))
+    assert {name for name, weight in which["mean"]["weights"].items() if not weight} == set(BACKGROUND)
+    assert which["worn_together"]["every_activity"] == 0.9
+    assert set(which["worn_together"]["f1"]) == {*FAULTS, *BACKGROUND}
+    assert "leave-one-subject-out" in which["protocol"]
+    assert which["sensor"] == "watch"
+    assert set(how["activities"]) == {f"{name} {way}" for name in FAULTS for way in (WELL, "badly")}
+    assert set(how["mean"]["weights"].values()) == {1}
+    with (out / "library" / "labels.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 3 * (2 * len(FAULTS) + len(BACKGROUND))
+    assert {row["subject"] for row in rows} == {"S01", "S02", "S03"}

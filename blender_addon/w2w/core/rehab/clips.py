@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Four rehabilitation exercises from parameters: the motions of the demo library."""
+"""Four rehabilitation exercises from parameters, done well or badly, and what people do between them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arm_raise import arm_raise_band
+from .background import BACKGROUND
+from .executions import FAULTS, WELL, aged, restyled, spoil
 from .one_leg import one_leg_stand
 from .pose import PosePlan, pose
 from .session import Session, Style, draw_style
@@ -35,7 +37,7 @@ class RehabClip:
     Parameters
     ----------
     activity : str
-        One of `EXERCISES`.
+        One of `EXERCISES` or `BACKGROUND`.
     number : int
         Which clip of the activity, from 0; the same number is the same person in every activity.
     figure : Figure
@@ -46,6 +48,8 @@ class RehabClip:
         World position of the hips, metres.
     rate : float
         Frames per second.
+    execution : str
+        "well", or what is wrong: one of `FAULTS`.
     """
 
     activity: str
@@ -55,6 +59,7 @@ class RehabClip:
     rotations: np.ndarray
     hips: np.ndarray
     rate: float = RATE
+    execution: str = WELL
 
     @property
     def n_frames(self) -> int:
@@ -71,13 +76,20 @@ class RehabClip:
         return forward_kinematics(self.figure.rest(), self.rotations, self.hips)[1]
 
 
-def generate_clip(activity: str, number: int, seed: int = 0, rate: float = RATE) -> RehabClip:
+def generate_clip(
+    activity: str,
+    number: int,
+    seed: int = 0,
+    rate: float = RATE,
+    execution: str = WELL,
+    ages: tuple[float, float] | None = None,
+) -> RehabClip:
     """Make one clip.
 
     Parameters
     ----------
     activity : str
-        One of `EXERCISES`.
+        One of `EXERCISES` or `BACKGROUND`.
     number : int
         Which clip, from 0. Person and manner follow from it and the seed alone, so a clip
         does not depend on how many others are made.
@@ -85,6 +97,10 @@ def generate_clip(activity: str, number: int, seed: int = 0, rate: float = RATE)
         Not negative.
     rate : float
         Frames per second.
+    execution : str
+        "well", or one of the exercise's `FAULTS`.
+    ages : tuple of float, optional
+        Years between which the person's age is drawn; by default nobody has one.
 
     Returns
     -------
@@ -95,18 +111,28 @@ def generate_clip(activity: str, number: int, seed: int = 0, rate: float = RATE)
     ValueError
         If there is no such activity, or a number is out of range.
     """
-    if activity not in EXERCISES:
-        raise ValueError(f"there is no exercise {activity!r}; there are {', '.join(EXERCISES)}")
+    every = {**EXERCISES, **BACKGROUND}
+    if activity not in every:
+        raise ValueError(f"there is no exercise {activity!r}; there are {', '.join(every)}")
+    ways = (WELL, *FAULTS.get(activity, ()))
+    if execution not in ways:
+        raise ValueError(f"{activity} cannot be done {execution!r}; there are {', '.join(ways)}")
     if number < 0 or seed < 0:
         raise ValueError(f"clip number and seed must not be negative, not {number} and {seed}")
     if not rate > 0:
         raise ValueError(f"the frame rate must be positive, not {rate}")
     figure = draw_figure(np.random.default_rng([seed, number]))
-    rng = np.random.default_rng([seed, number, 1 + list(EXERCISES).index(activity)])
-    style = draw_style(rng)
+    again = [] if execution == WELL else [ways.index(execution)]
+    rng = np.random.default_rng([seed, number, 1 + list(every).index(activity), *again])
+    style = restyled(draw_style(rng), execution, rng)
+    if ages is not None:
+        style = aged(style, np.random.default_rng([seed, number, 0]).uniform(*ages))
     time = np.arange(round(style.duration * rate) + 1) / rate
-    rotations, hips = pose(figure, EXERCISES[activity](Session(figure, style, time, rng)))
-    return RehabClip(activity, number, figure, style, rotations, hips, rate)
+    session = Session(figure, style, time, rng)
+    plan = every[activity](session)
+    spoil(session, plan, activity, execution)
+    rotations, hips = pose(figure, plan)
+    return RehabClip(activity, number, figure, style, rotations, hips, rate, execution)
 
 
 def generate_library(clips_per_activity: int, seed: int = 0) -> Iterator[RehabClip]:

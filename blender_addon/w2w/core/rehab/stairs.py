@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stair climbing: foot over foot, or both feet on every tread."""
+"""Stair climbing, foot over foot or both feet on every tread; and the same on the level."""
 
 from __future__ import annotations
 
@@ -16,6 +16,42 @@ from .style import ARM_FORWARD, SLACK, elbow_pole, hang, stand_quietly
 
 RISE, RUN = 0.17, 0.28
 """Height and depth of a step, metres."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """What is walked on, and how people go there.
+
+    Parameters
+    ----------
+    rise, run : float
+        Height and depth of a step, metres.
+    step_s : float
+        Seconds a step takes, foot over foot.
+    over : float
+        Share of people who go foot over foot; the others bring both feet to every step.
+    clearance, sink : tuple of float
+        How far a foot is lifted over the edge, and how far the pelvis sinks: least and most, metres.
+    heel, lean, gaze : tuple of float
+        Heel rise, lean of the trunk and downward look: least and most, degrees.
+    """
+
+    rise: float = RISE
+    run: float = RUN
+    step_s: float = 0.90
+    over: float = 0.75
+    clearance: tuple[float, float] = (0.045, 0.075)
+    sink: tuple[float, float] = (0.010, 0.025)
+    heel: tuple[float, float] = (26.0, 38.0)
+    lean: tuple[float, float] = (8.0, 17.0)
+    gaze: tuple[float, float] = (2.0, 16.0)
+
+
+UPSTAIRS = Way()
+LEVEL = Way(0.0, 0.29, 0.60, 1.0, (0.02, 0.035), (0.015, 0.03), (24.0, 34.0), (0.0, 5.0), (0.0, 8.0))
+
+ONE_SIDED = 0.5
+"""Asymmetry beyond which one leg always leads."""
 
 _SWING = 0.80
 """Share of a step's time its foot is in the air; the rest of it both feet stand."""
@@ -65,10 +101,6 @@ class _Step:
 def stair_climbing(session: Session) -> PosePlan:
     """Walk up a flight of stairs, from standing before it to standing on it.
 
-    The pelvis rises while the foot that has just landed takes the weight, the trunk leans
-    forward, the arms swing against the legs (kinematics as in Riener et al. 2002,
-    doi:10.1016/S0966-6362(01)00009-X).
-
     Parameters
     ----------
     session : Session
@@ -77,30 +109,51 @@ def stair_climbing(session: Session) -> PosePlan:
     -------
     PosePlan
     """
+    return walk(session, UPSTAIRS)
+
+
+def walk(session: Session, way: Way) -> PosePlan:
+    """Walk from standing to standing.
+
+    The pelvis rises while the foot that has just landed takes the weight, the trunk leans
+    forward, the arms swing against the legs (kinematics as in Riener et al. 2002,
+    doi:10.1016/S0966-6362(01)00009-X).
+
+    Parameters
+    ----------
+    session : Session
+    way : Way
+
+    Returns
+    -------
+    PosePlan
+    """
     plan = stand_quietly(session)
-    steps = _footfalls(session)
+    steps = _footfalls(session, way)
     first, last = steps[0], steps[-1]
     climbing = pulse(session.time, first.leaves - 0.3, steps[1].leaves, last.lands - 0.2, last.lands + 0.45)
     for step in steps:
-        _move_foot(session, plan, step, push_off=0.5 if step is first else 1.0)
-    _move_pelvis(session, plan, steps)
+        _move_foot(session, plan, step, way, push_off=0.5 if step is first else 1.0)
+    _move_pelvis(session, plan, steps, way)
     _shift_weight(session, plan, steps)
     _swing_arms(session, plan, steps, climbing)
-    lean = session.degrees_between(8.0, 17.0) * session.style.amplitude
+    lean = session.degrees_between(*way.lean) * session.style.amplitude
     plan.chest_turn[:, 0] += lean * climbing
     plan.pelvis_turn[:, 0] += 0.4 * lean * climbing
-    plan.pelvis[:, 2] -= (SLACK + session.between(0.010, 0.025)) * climbing
+    plan.pelvis[:, 2] -= (SLACK + session.between(*way.sink)) * climbing
     # people watch where they step
-    plan.head_turn[:, 0] += session.degrees_between(2.0, 16.0) * climbing
+    plan.head_turn[:, 0] += session.degrees_between(*way.gaze) * climbing
     return plan
 
 
-def _footfalls(session: Session) -> list[_Step]:
+def _footfalls(session: Session, way: Way) -> list[_Step]:
     style, rng = session.style, session.rng
     # the weight shifts before the first foot leaves, the arms come to rest after the last has landed
     start, end = style.active[0] + 0.25, style.active[1] - 0.25
-    foot_over_foot = rng.random() < 0.75
-    count = max(4, round((end - start) * style.tempo / (0.90 if foot_over_foot else 1.05)))
+    foot_over_foot = rng.random() < way.over and abs(style.asymmetry) < ONE_SIDED
+    count = max(
+        4, round((end - start) * style.tempo / (way.step_s * (1.0 if foot_over_foot else 1.05 / 0.90)))
+    )
     if not foot_over_foot:
         count += count % 2
     spans = np.exp(0.06 * np.clip(rng.standard_normal(count), -2.2, 2.2))
@@ -115,23 +168,23 @@ def _footfalls(session: Session) -> list[_Step]:
     return steps
 
 
-def _move_foot(session: Session, plan: PosePlan, step: _Step, push_off: float) -> None:
+def _move_foot(session: Session, plan: PosePlan, step: _Step, way: Way, push_off: float) -> None:
     """Heel off, swing up and over the edge, down on the tread with the forefoot leading a little."""
     phase = (session.time - step.leaves) / step.span
     treads = step.to_tread - step.from_tread
-    clearance = session.between(0.045, 0.075) * session.style.amplitude
+    clearance = session.between(*way.clearance) * session.style.amplitude
     ball = plan.balls[step.side]
-    ball[:, 2] += (treads * RISE + clearance) * stroke(phase, 0.0, 0.66) - clearance * stroke(
+    ball[:, 2] += (treads * way.rise + clearance) * stroke(phase, 0.0, 0.66) - clearance * stroke(
         phase, 0.62, 1.0
     )
-    ball[:, 1] -= treads * RUN * stroke(phase, 0.26, 1.0)
-    heel = push_off * session.degrees_between(26.0, 38.0) * pulse(phase, -0.40, 0.24, 0.24, 0.78)
+    ball[:, 1] -= treads * way.run * stroke(phase, 0.26, 1.0)
+    heel = push_off * session.degrees_between(*way.heel) * pulse(phase, -0.40, 0.24, 0.24, 0.78)
     heel -= np.radians(3.5) * pulse(phase, 0.5, 0.75, 0.75, 1.0)
     plan.heel_rise[step.side] += heel
     plan.toe_dip[step.side] += 0.6 * heel * pulse(phase, 0.0, 0.45, 0.8, 1.0)
 
 
-def _move_pelvis(session: Session, plan: PosePlan, steps: list[_Step]) -> None:
+def _move_pelvis(session: Session, plan: PosePlan, steps: list[_Step], way: Way) -> None:
     """Forward evenly, upward in waves as each foot that has landed takes the weight."""
     first, last = steps[0], steps[-1]
     treads, knots, ahead = [0, 0], [first.leaves - 0.30], [0.0]
@@ -139,12 +192,12 @@ def _move_pelvis(session: Session, plan: PosePlan, steps: list[_Step]) -> None:
         risen = step.to_tread - max(treads)
         treads[step.side] = step.to_tread
         knots.append(step.lands)
-        ahead.append((min(treads) + 0.32 * (max(treads) - min(treads))) * RUN)
+        ahead.append((min(treads) + 0.32 * (max(treads) - min(treads))) * way.run)
         if risen:
             start, end = step.lands - 0.06 * step.span, step.lands + 1.2 * step.span
-            plan.pelvis[:, 2] += RISE * stroke(session.time, start, end)
+            plan.pelvis[:, 2] += way.rise * stroke(session.time, start, end)
     knots.append(last.lands + 0.35)
-    ahead.append(last.to_tread * RUN)
+    ahead.append(last.to_tread * way.run)
     forward = glide(session.time, np.array(knots), np.array(ahead), 0.13)
     plan.pelvis[:, 1] -= forward
     plan.grounded[:, 1] -= forward
