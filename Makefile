@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 
-.PHONY: demo test test-slow lint setup extension extension-all test-blender-5 test-window test-peers test-report
+.PHONY: demo test test-slow docs-check lint setup extension extension-all test-blender-5 test-window test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -21,6 +21,10 @@ test: setup lint
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup
 	.venv/bin/python -m pytest -n 3 --dist worksteal -m slow --ignore=tests/gui tests
+
+# The quick commands that numbers in README and docs come from; fails where a document says something else.
+docs-check: setup
+	.venv/bin/python tools/docs_check.py
 
 lint: setup
 	.venv/bin/ruff check .
