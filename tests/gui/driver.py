@@ -152,7 +152,7 @@ class Driver:
         """
         region = self.region("UI")
         seen = []
-        for share in (0.3, 0.7, 0.835):
+        for share in (0.3, 0.7, 0.835, 0.5):
             for y in range(region.y + region.height - 10, region.y, -ROW):
                 x = region.x + int(share * region.width)
                 yield from self.move(x, y)
