@@ -42,7 +42,7 @@ def world(noise, seed, disjoint=True):
     whole = Measured(truth, 0.0, rng)
     whole.single = (halves[0].single + halves[1].single) / 2
     plan = SimpleNamespace(disjoint=disjoint, shrink=4.0)
-    tests = SimpleNamespace(whole=whole, pairs=(halves,), plan=plan, seed=seed)
+    tests = SimpleNamespace(whole=whole, pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1))
     terms = Terms.checked(whole.single[:, None], K, None, (), None)
     order = best_first(whole, terms, K)
     made = promise(tests, terms, order, best_first, (0.0, 0.0, 1.0))
@@ -67,7 +67,7 @@ def test_where_nothing_repeats_nothing_is_gained():
         rng = np.random.default_rng(seed)
         halves = tuple(Measured(np.full(N, 0.5), 0.05, rng) for _ in range(2))
         plan = SimpleNamespace(disjoint=True, shrink=4.0)
-        tests = SimpleNamespace(whole=halves[0], pairs=(halves,), plan=plan, seed=seed)
+        tests = SimpleNamespace(whole=halves[0], pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1))
         terms = Terms.checked(halves[0].single[:, None], K, None, (), None)
         order = best_first(halves[0], terms, K)
         found.append(promise(tests, terms, order, best_first, (0.5, 0.0, 1.0)).mean[1:])
