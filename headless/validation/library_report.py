@@ -70,7 +70,9 @@ def verdict(found: LibraryFindings) -> str:
     rho = _mean(found.repeats.mean)
     if np.isnan(rho):
         return "Performers cannot be halved: how far the map repeats is not known."
-    text = f"Maps of disjoint halves of the performers agree at rho {rho:.2f} (mean over activities)"
+    text = (
+        f"Maps of disjoint halves of the performers agree at rho {_spread(found.repeats.mean)} for the mean"
+    )
     if rho >= WANTED:
         return f"{text}: enough clips and performers to read the map patch by patch."
     times = clips_needed(rho)
@@ -113,17 +115,18 @@ def _sizes(found: LibraryFindings) -> list[str]:
 def _whole(found: LibraryFindings) -> list[str]:
     lines = [
         "| clips compared | activities | F1 of the best patch | mean over patches | F1 that one "
-        "half's choice gives the other | rho of halves, mean | rho of halves, by activity |",
-        "|---|---|---|---|---|---|---|",
+        "half's choice gives the other | rho of halves, mean | by F1 unsmoothed | rho of halves, by "
+        "activity |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for name, ranked, again in (
         ("within each source", found.within, found.repeats),
         ("all sources at once", found.at_once, found.repeats_at_once),
     ):
         mean = ranked.f1.mean(axis=1)
-        cells = [mean.max(), mean.mean(), _mean(again.f1), _mean(again.mean), again.mean_by_activity]
-        numbers = " | ".join(_two(float(cell)) for cell in cells)
-        lines.append(f"| {name} | {len(ranked.activities)} | {numbers} |")
+        before = " | ".join(_two(float(cell)) for cell in (mean.max(), mean.mean(), _mean(again.f1)))
+        after = f"{_two(_mean(again.raw))} | {_two(again.mean_by_activity)}"
+        lines.append(f"| {name} | {len(ranked.activities)} | {before} | {_spread(again.mean)} | {after} |")
     if found.across is not None:
         mean = found.across.mean
         lines += [
@@ -170,6 +173,8 @@ def _content(found: LibraryFindings, rows: list[dict[str, Any]]) -> dict[str, An
     return {
         "activities": [{key: _plain(value) for key, value in row.items()} for row in rows],
         "rho_of_halves": _plain(_mean(found.repeats.mean)),
+        "rho_of_halves_by_halving": [_plain(float(rho)) for rho in found.repeats.mean],
+        "rho_of_halves_by_raw_f1": _plain(_mean(found.repeats.raw)),
         "rho_of_halves_by_activity": _plain(found.repeats.mean_by_activity),
         "rho_of_halves_all_at_once": _plain(_mean(found.repeats_at_once.mean)),
         "sentence": verdict(found),
@@ -190,6 +195,12 @@ def _content(found: LibraryFindings, rows: list[dict[str, Any]]) -> dict[str, An
 def _mean(values: np.ndarray) -> float:
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else float("nan")
+
+
+def _spread(values: np.ndarray) -> str:
+    """Mean, and from which to which halving."""
+    known = values[np.isfinite(values)]
+    return f"{known.mean():.2f} ({known.min():.2f} to {known.max():.2f})" if len(known) else ""
 
 
 def _two(value: float) -> str:

@@ -92,9 +92,9 @@ class SourcedMap:
     parts: dict[str, UtilityMap]
     left_out: dict[str, str]
 
-    def of(self, activities: Sequence[str]) -> np.ndarray:
-        """Expected F1 of some activities, shape (N, len(activities))."""
-        return self.expected[:, [self.activities.index(name) for name in activities]]
+    def of(self, activities: Sequence[str], kind: str = "expected") -> np.ndarray:
+        """Expected F1, or F1 ("f1"), of some activities, shape (N, len(activities))."""
+        return getattr(self, kind)[:, [self.activities.index(name) for name in activities]]
 
     def sources_of(self, activity: str) -> list[str]:
         """The sources in which an activity was compared with others."""
@@ -111,12 +111,15 @@ class Repeats:
         Spearman's rho of the mean over activities.
     by_activity : dict of str to ndarray, shape (H,)
         NaN where a half could not test the activity.
+    raw : ndarray, shape (H,)
+        Spearman's rho of macro F1, neither pooled over the skin nor shrunk.
     f1 : ndarray, shape (H,)
         Macro F1 of a half, at its best patch, as the other half's best patch delivers it.
     """
 
     mean: np.ndarray
     by_activity: dict[str, np.ndarray]
+    raw: np.ndarray
     f1: np.ndarray
 
     @property
@@ -195,7 +198,7 @@ def repeats(
     pairs = np.char.add(np.char.add(windows.source, "\n"), windows.activity)
     labels = np.unique(pairs, return_inverse=True)[1].ravel()
     names = sorted(set(windows.activity.tolist()))
-    mean, f1 = np.full(halvings, np.nan), np.full(halvings, np.nan)
+    mean, raw, f1 = (np.full(halvings, np.nan) for _ in range(3))
     by_activity = {name: np.full(halvings, np.nan) for name in names}
     for number, side in enumerate(deal_halves(labels, windows.performer, seed, halvings)):
         halves = [windows.part(side), windows.part(~side)]
@@ -212,9 +215,10 @@ def repeats(
         for name, rho in zip(shared, _agreement(*(found.T for found in maps)), strict=True):
             by_activity[name][number] = rho
         mean[number] = _agreement(*(found.mean(axis=1)[None] for found in maps))[0]
+        raw[number] = _agreement(*(found.of(shared, "f1").mean(axis=1)[None] for found in (one, other)))[0]
         best = [int(found.expected.mean(axis=1).argmax()) for found in (one, other)]
         f1[number] = np.mean([other.f1[best[0]].mean(), one.f1[best[1]].mean()])
-    return Repeats(mean, by_activity, f1)
+    return Repeats(mean, by_activity, raw, f1)
 
 
 def _agreement(first: np.ndarray, second: np.ndarray) -> np.ndarray:
