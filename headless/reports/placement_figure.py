@@ -29,7 +29,7 @@ HEADINGS = 1.15
 
 BLOCK_HEAD, BLOCK_GAP = 0.3, 0.14
 TITLE, FOOT = 0.75, 0.5
-DARK = 0.55
+DARK = 0.45
 """Lightness of a cell below which its figure is white."""
 
 
