@@ -98,12 +98,12 @@ def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> 
         attribute.data.foreach_get("color_srgb", values)
         return values.reshape(-1, 4)[:, :3]
 
-    step = 1.1 / 255
-    np.testing.assert_allclose(shown(), patch_colours(patches, utility.expected_mean), atol=step)
+    step, span = 1.1 / 255, utility.colour_span
+    np.testing.assert_allclose(shown(), patch_colours(patches, utility.expected_mean, span=span), atol=step)
     body.w2w.scores = "ON_THESE"
     assert body.data.color_attributes.active_color.name == "F1 on these clips"
     assert len(body.data.color_attributes) == 4
-    np.testing.assert_allclose(shown(), patch_colours(patches, utility.mean), atol=step)
+    np.testing.assert_allclose(shown(), patch_colours(patches, utility.mean, span=span), atol=step)
 
 
 def test_the_panel_warns_where_sources_and_activities_coincide(library: Path) -> None:

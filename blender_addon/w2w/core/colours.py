@@ -17,6 +17,10 @@ COLOUR_MAP = "viridis"
 NEUTRAL_GREY = (0.76, 0.76, 0.76)
 """sRGB colour of a place without a score."""
 
+DIFFERENCE_MAP = "vik"
+"""Of differences: blue below none, brown above, pale at none; safe for colour-blind eyes (Crameri 2018,
+doi:10.5281/zenodo.1243862)."""
+
 LEAST_SPAN = 0.1
 """F1 that the colours of a map span at least: scores that hardly differ shall not look far apart."""
 
@@ -118,6 +122,12 @@ def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) 
     if low >= 0 and high <= 1:
         end = min(max(end, 0.0), 1.0 - span)
     return end, end + span
+
+
+def difference_range(scores: np.ndarray) -> tuple[float, float]:
+    """Differences of scores at the two ends of their colours: as far from none on both sides."""
+    reach = max(float(np.nanmax(np.abs(scores), initial=0.0)), LEAST_SPAN / 2)
+    return -reach, reach
 
 
 def span_note(scores: np.ndarray | Sequence[float], low: float, high: float) -> str:

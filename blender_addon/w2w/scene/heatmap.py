@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ..core.colours import COLOUR_MAP, LEAST_SPAN, patch_colours
+from ..core.colours import COLOUR_MAP, DIFFERENCE_MAP, LEAST_SPAN, difference_range, patch_colours
 from ..core.patches.patches import PatchSet
 
 MEAN = "Expected F1"
@@ -18,6 +18,9 @@ ON_THESE_CLIPS = "F1 on these clips"
 
 EARLIER = ("Mean F1", "F1: ")
 """What the mean and the activities were called by earlier versions; theirs are replaced, too."""
+DIFFERENCE = "Difference of F1"
+"""The heatmap of a difference of two others."""
+
 MAX_NAME_BYTES = 63
 """Longer names of attributes are cut by Blender at different lengths in different versions."""
 
@@ -85,6 +88,13 @@ def add_heatmaps(
     return names
 
 
+def add_difference(mesh: bpy.types.Object, patches: PatchSet, scores: np.ndarray) -> None:
+    """Paint the difference of two heatmaps, beside those that `add_heatmaps` left, in colours of its own."""
+    paint_colours(
+        mesh.data, DIFFERENCE, patch_colours(patches, scores, *difference_range(scores), DIFFERENCE_MAP)
+    )
+
+
 def show_heatmap(mesh: bpy.types.Object, name: str) -> None:
     """Make a colour attribute the one that the viewport, materials and renders show.
 
@@ -103,10 +113,11 @@ def show_heatmap(mesh: bpy.types.Object, name: str) -> None:
 
 
 def heatmap_names(mesh: bpy.types.Object) -> list[str]:
-    """Names of a mesh's heatmaps, the mean first."""
+    """Names of a mesh's heatmaps, the mean first, a difference last."""
     names = mesh.data.color_attributes.keys()
     means, prefixes = zip((MEAN, PREFIX), (ON_THESE_CLIPS, f"{ON_THESE_CLIPS}: "), EARLIER, strict=True)
-    return [name for name in names if name in means] + [name for name in names if name.startswith(prefixes)]
+    maps = [name for name in names if name in means] + [name for name in names if name.startswith(prefixes)]
+    return maps + [name for name in names if name == DIFFERENCE]
 
 
 def remove_heatmaps(mesh: bpy.types.Object) -> None:

@@ -22,7 +22,7 @@ from ..core.results_folder import StudyResults, choose_to_wear, sensors_together
 from ..core.selection.advice import Advice, advise
 from ..core.selection.joint import JointSet
 from ..core.study import StudyConfig
-from . import jobs, results, signal_cache
+from . import jobs, results, scores, signal_cache
 from .baking import as_labelled, body_as_run, ranked_clips, ranking_source
 from .jobs import Step, Steps, in_thread
 from .on_body import on_body
@@ -107,7 +107,7 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     if missing:
         raise ValueError(missing)
     patches, utility, config = patches_of(mesh), utility_of(mesh.w2w), config_of(mesh.w2w)
-    left_out, finished, pooling = results.left_out(mesh.w2w), None, None
+    left_out, finished, pooling = scores.left_out(mesh.w2w), None, None
     if together or left_out:
         finished, pooling = yield from _gather_steps(mesh, config, left_out)
         utility = finished.utility

@@ -18,13 +18,15 @@ from ..core.imu.recording import ImuRecording
 from ..core.motion.library import unique_names
 from ..core.selection.advice import SAME_OPINION, redundancy_clusters
 from ..scene.heatmap import MEAN, ON_THESE_CLIPS
-from . import jobs, results, signal_cache
+from . import jobs, signal_cache
 from .baking import body_as_run, ranked_clips
 from .headless_door import run_headless
 from .jobs import Step, Steps, in_thread
+from .legend import legend
 from .on_body import on_body
 from .overlay import picks
 from .save_results import save_steps
+from .scores import EXPECTED, colour_range, minus_index, shown_scores, view_index
 from .state import current_body, patches_of, utility_of
 from .step2_motions import can_change
 
@@ -178,15 +180,19 @@ class W2W_MT_export(bpy.types.Menu):
 def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Draw the heatmap that is shown, in a thread."""
     study, utility, patches = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh)
-    scores = results.shown_scores(study, utility)
-    index = results.view_index(study)
+    scores = shown_scores(study, utility)
+    index = view_index(study)
     title = "All activities (mean)" if index == 0 else _title(utility.activities[index - 1])
     best = int(scores.argmax())
     subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
     subtitle += f"Best patch: {patches.names[best]} ({scores[best]:.2f})"
-    label = MEAN if study.scores == results.EXPECTED else ON_THESE_CLIPS
-    ends = results.colour_range(study, scores, utility) if study.fix_range else (None, None)
+    label = MEAN if study.scores == EXPECTED else ON_THESE_CLIPS
+    ends = colour_range(study, scores, utility) if study.fix_range else (None, None)
     body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
+    if minus_index(study) >= 0:
+        shown = legend(study, utility)
+        title, label, ends, colours = shown.name, shown.title, (shown.low, shown.high), (shown.colour_map,)
+        subtitle = f"Farthest above: {patches.names[best]} ({scores[best]:+.2f})"
 
     def draw(_told: object) -> None:
         from ..drawing import draw_heatmap  # matplotlib is slow to import

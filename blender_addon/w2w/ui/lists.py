@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 
 from .baking import UNBAKED
-from .results import activity_scores
+from .scores import activity_scores
 from .state import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
 
 ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}

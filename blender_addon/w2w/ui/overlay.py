@@ -15,16 +15,10 @@ from ..scene.patches import PATCH
 from . import signal_cache
 from .advice import leading
 from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
+from .legend import legend
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
-from .results import (
-    EXPECTED,
-    activity_scores,
-    colour_range,
-    patch_lines,
-    range_note,
-    shown_scores,
-    view_index,
-)
+from .results import patch_lines
+from .scores import activity_scores, colour_range
 from .state import current_body, patches_of, playing_clip, utility_of
 from .surface import Surface
 
@@ -113,13 +107,9 @@ def _free_part(context: bpy.types.Context) -> Free:
 
 def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     """Draw title, colours and numbers at the right, over the bottom."""
-    study, utility = body.w2w, utility_of(body.w2w)
-    scores = shown_scores(study, utility)
-    low, high = colour_range(study, scores, utility)
-    note = range_note(study, scores, utility)
-    index = view_index(study)
-    name = "Mean of activities" if index == 0 else study.activities[index - 1].name
-    name = clipped(name, BAR_BOX * scale, 12 * scale)
+    shown = legend(body.w2w, utility_of(body.w2w))
+    low, high, note = shown.low, shown.high, shown.note
+    name = clipped(shown.name, BAR_BOX * scale, 12 * scale)
     widest = max(width_of(name, 12 * scale), width_of(note, 10 * scale), BAR_TITLE * scale)
     box = widest + 24 * scale
     width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
@@ -127,14 +117,14 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     foot = 16 * scale if note else 0.0
     bottom += foot
     rectangle(left - 12 * scale, bottom - 16 * scale - foot, box, height + 62 * scale + foot, BACKGROUND)
-    bar_of_colours(left, bottom, width, height, colour_table(study.colour_map, 64))
+    bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
     for tick in np.linspace(0, 1, BAR_TICKS):
         y = bottom + tick * height
         rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
-        text(left + width + 8 * scale, y - 4 * scale, f"{low + tick * (high - low):.2f}", 11 * scale, PALE)
-    title = "Expected F1" if study.scores == EXPECTED else "F1 on these clips"
+        number = format(low + tick * (high - low), shown.number)
+        text(left + width + 8 * scale, y - 4 * scale, number, 11 * scale, PALE)
     text(left, bottom + height + 28 * scale, name, 12 * scale, PALE)
-    text(left, bottom + height + 14 * scale, title, 10 * scale, GREY)
+    text(left, bottom + height + 14 * scale, shown.title, 10 * scale, GREY)
     text(left, bottom - 20 * scale, note, 10 * scale, GREY)
 
 

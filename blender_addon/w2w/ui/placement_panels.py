@@ -14,7 +14,7 @@ from .choosing import TITLE, missing_for_choice
 from .overlay import picks
 from .own_placements import spot_name
 from .result_panels import ResultPanel, can_change_now, draw_rows
-from .results import left_out
+from .scores import left_out
 from .state import COST, current_body, patches_of
 from .text import draw_outcome, draw_text
 from .wishes import is_understood

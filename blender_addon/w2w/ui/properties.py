@@ -23,7 +23,7 @@ from ..scene.patches import EMPTY_SIZE
 from . import on_character, placement_properties, shape, updates
 from .on_character import OwnCharacter
 from .placement_properties import Placement
-from .results import EXPECTED, MEAN_VIEW, ON_THESE
+from .scores import EXPECTED, MEAN_VIEW, NOTHING, ON_THESE
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
@@ -49,7 +49,8 @@ CLASSIFIER_NAMES = {
 }
 
 _view_items: list[tuple[str, str, str, int]] = []
-"""Blender keeps no reference to the strings of a dynamic enum: this does."""
+_minus_items: list[tuple[str, str, str, int]] = []
+"""Blender keeps no reference to the strings of a dynamic enum: these do."""
 
 
 def sensor_items() -> list[tuple[str, str, str]]:
@@ -74,6 +75,15 @@ def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, s
     for number, activity in enumerate(self.activities, start=1):
         _view_items.append((f"A{number}", activity.name, f"F1 for telling '{activity.name}' apart", number))
     return _view_items
+
+
+def _minuses(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    views = [
+        (key, name, f"Show how far F1 is above that for '{name}'", number + 1)
+        for key, name, _, number in _views(self, _context)
+    ]
+    _minus_items[:] = [(NOTHING, "Nothing", "Show the heatmap itself", 0), *views]
+    return _minus_items
 
 
 def _is_body(_self: W2W_PG_scene, item: bpy.types.Object) -> bool:
@@ -249,6 +259,12 @@ class W2W_PG_study(Placement, OwnCharacter, bpy.types.PropertyGroup):
         description="What the colours of the body show",
         items=_views,
         update=updates.show_view,
+    )
+    minus: EnumProperty(
+        name="Minus",
+        description="Show the difference to another heatmap: where this one's F1 is higher, and where lower",
+        items=_minuses,
+        update=updates.repaint,
     )
     scores: EnumProperty(
         name="Scores",

@@ -8,6 +8,7 @@ import bpy
 from ..core.selection.headline import short
 from . import jobs
 from .results import findings
+from .scores import minus_index
 from .state import current_body, patches_of, utility_of
 from .text import draw_text
 
@@ -82,7 +83,10 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
             "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
         )
         layout.use_property_split = True
+        layout.prop(study, "minus")
         layout.prop(study, "scores")
+        if minus_index(study) >= 0:  # a difference has colours of its own
+            return
         layout.prop(study, "colour_map")
         layout.prop(study, "fix_range")
         if study.fix_range:

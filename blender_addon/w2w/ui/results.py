@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..core.colours import score_range, span_note
+from ..core.colours import score_range
 from ..core.findings.sources import Shown, source_caution, system_of
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
@@ -25,20 +25,27 @@ from ..scene import heatmap
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from . import advice, on_character
+from .scores import (
+    EXPECTED,
+    MEAN_VIEW,
+    NOTHING,
+    activity_scores,
+    colour_range,
+    expected_mean,
+    mean_scores,
+    minus_index,
+    shown_scores,
+    ticked,
+    view_index,
+)
 from .state import config_of, patches_of, usable, utility_of, without_updates
 
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
 """Radius of a chosen place's sphere, in lengths of a patch's axes."""
 
-EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
-"""Values of the study's `scores`."""
-
 _waiting: set[str] = set()
 """Bodies to paint when they leave Edit Mode."""
-
-MEAN_VIEW = "MEAN"
-"""Value of the study's `view` that shows the mean."""
 
 
 def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
@@ -56,7 +63,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
             activity = study.activities.add()
             activity.name = name
             activity.use = ticked.get(name, True)
-        study.view = MEAN_VIEW
+        study.view, study.minus = MEAN_VIEW, NOTHING
     if not body.data.materials:
         body.data.materials.append(heatmap.heatmap_material())
     paint(body)
@@ -86,37 +93,6 @@ def _source_caution(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
         [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in clips]
     )
     return f"{text[:1].upper()}{text[1:]}." if text else ""
-
-
-def ticked(study: bpy.types.PropertyGroup) -> np.ndarray:
-    """Which activities count, shape (A,), bool; all where none is ticked."""
-    used = np.array([activity.use for activity in study.activities], dtype=bool)
-    return used if used.any() else np.ones(len(used), dtype=bool)
-
-
-def left_out(study: bpy.types.PropertyGroup) -> list[str]:
-    """Names of the activities that do not count; none where none is ticked."""
-    return [
-        activity.name for activity, counts in zip(study.activities, ticked(study), strict=True) if not counts
-    ]
-
-
-def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
-    """Expected F1 over the activities that count, shape (N,)."""
-    counting = ticked(study)
-    return utility.expected_mean if counting.all() else utility.expected_f1[:, counting].mean(axis=1)
-
-
-def activity_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
-    """Scores of the heatmaps of the activities, shape (N, A): expected, or on these clips."""
-    return utility.expected_f1 if study.scores == EXPECTED else utility.f1
-
-
-def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
-    """Scores of the heatmap of the mean over the activities that count, shape (N,)."""
-    if study.scores == EXPECTED:
-        return expected_mean(study, utility)
-    return utility.f1[:, ticked(study)].mean(axis=1)
 
 
 def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
@@ -156,32 +132,6 @@ def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int)
     )
 
 
-def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
-    """Scores of the heatmap that is shown, shape (N,)."""
-    index = view_index(study)
-    return mean_scores(study, utility) if index == 0 else activity_scores(study, utility)[:, index - 1]
-
-
-def view_index(study: bpy.types.PropertyGroup) -> int:
-    """Number of the heatmap that is shown: 0 is the mean, then the activities."""
-    index = 0 if study.view in ("", MEAN_VIEW) else int(study.view[1:])
-    return index if index <= len(study.activities) else 0
-
-
-def colour_range(
-    study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap
-) -> tuple[float, float]:
-    """F1 at the two ends of the colours."""
-    if study.fix_range:
-        return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
-    return score_range(scores, utility.colour_span)
-
-
-def range_note(study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap) -> str:
-    """What the colour bar says where its colours span more than the scores; else empty."""
-    return "" if study.fix_range else span_note(scores, *colour_range(study, scores, utility))
-
-
 def fit_range(body: bpy.types.Object) -> None:
     """Let one fixed colour range span the scores of all activities."""
     study, utility = body.w2w, utility_of(body.w2w)
@@ -214,6 +164,8 @@ def paint(body: bpy.types.Object) -> None:
         heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
         utility.colour_span,
     )
+    if minus_index(study) >= 0:
+        heatmap.add_difference(body, patches, shown_scores(study, utility))
     on_character.paint(body)
     show(body)
 
@@ -229,9 +181,12 @@ def paint_waiting() -> None:
 def show(body: bpy.types.Object) -> None:
     """Show the heatmap that the study's view names."""
     names = heatmap.heatmap_names(body)
-    if names:
-        heatmap.show_heatmap(body, names[min(view_index(body.w2w), len(names) - 1)])
-        on_character.show(body)
+    if not names:
+        return
+    less = minus_index(body.w2w) >= 0 and heatmap.DIFFERENCE in names
+    name = heatmap.DIFFERENCE if less else names[min(view_index(body.w2w), len(names) - 1)]
+    heatmap.show_heatmap(body, name)
+    on_character.show(body)
 
 
 def list_regions(body: bpy.types.Object) -> None:

@@ -8,7 +8,7 @@ import bpy
 from ..scene.body import armature_of
 from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
-from . import jobs, own_placements, results
+from . import jobs, own_placements, results, scores
 from .jobs import redraw
 from .state import is_silent, without_updates
 from .step5_ranking import pick
@@ -83,8 +83,11 @@ def show_view(study: Group, context: Context) -> None:
     if is_silent():
         return
     with without_updates():
-        study.activity_index = results.view_index(study) - 1
-    results.show(study.id_data)
+        study.activity_index = scores.view_index(study) - 1
+    if scores.minus_index(study) >= 0:
+        results.paint(study.id_data)
+    else:
+        results.show(study.id_data)
     redraw(context)
 
 

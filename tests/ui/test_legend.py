@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The difference of two heatmaps: on the body, in its legend and in the picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, colour_table, difference_range
+from w2w.scene import heatmap
+from w2w.ui.legend import legend
+from w2w.ui.scores import shown_scores
+from w2w.ui.state import patches_of, utility_of
+
+from .made_study import make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def test_one_activity_minus_another_is_painted_about_none(library: Path) -> None:
+    body = make_study(library)
+    study, utility = body.w2w, utility_of(body.w2w)
+    count = len(body.data.color_attributes)
+    study.view, study.minus = "A1", "A3"
+    difference = utility.expected_f1[:, 0] - utility.expected_f1[:, 2]
+    np.testing.assert_array_equal(shown_scores(study, utility), difference)
+    shown = legend(study, utility)
+    first, third = utility.activities[0], utility.activities[2]
+    assert (shown.name, shown.title) == (f"{first} minus {third}", "Difference of F1")
+    assert shown.high == -shown.low == max(np.abs(difference).max(), LEAST_SPAN / 2)
+    assert body.data.color_attributes.active_color.name == heatmap.DIFFERENCE
+    assert len(body.data.color_attributes) == count + 1
+    patch = int(difference.argmax())
+    vertex = int(patches_of(body).vertices[patch])
+    table = colour_table(DIFFERENCE_MAP)
+    row = round((difference[patch] - shown.low) / (shown.high - shown.low) * (len(table) - 1))
+    colour = body.data.color_attributes.active_color.data[vertex].color_srgb
+    np.testing.assert_allclose(colour[:3], table[row], atol=0.02)
+
+
+def test_the_difference_follows_what_is_shown_and_ticked_and_goes(library: Path) -> None:
+    body = make_study(library)
+    study, utility = body.w2w, utility_of(body.w2w)
+    study.minus = "MEAN"
+    assert not shown_scores(study, utility).any()
+    assert (legend(study, utility).low, legend(study, utility).high) == (-LEAST_SPAN / 2, LEAST_SPAN / 2)
+    study.view = "A2"
+    expected = utility.expected_f1[:, 1] - utility.expected_mean
+    np.testing.assert_allclose(shown_scores(study, utility), expected)
+    study.minus = "NOTHING"
+    assert heatmap.DIFFERENCE not in body.data.color_attributes
+    assert body.data.color_attributes.active_color.name == f"Expected F1: {utility.activities[1]}"
+    assert legend(study, utility).title == "Expected F1"
+    study.minus = "A1"
+    bpy.ops.w2w.remove_patches()
+    assert len(body.data.color_attributes) == 0
+
+
+def test_its_picture_is_saved(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    body.w2w.view, body.w2w.minus = "A1", "A2"
+    assert bpy.ops.w2w.export_map(filepath=str(tmp_path / "map.png")) == {"FINISHED"}
+    difference = (tmp_path / "map.png").read_bytes()
+    body.w2w.minus = "NOTHING"
+    bpy.ops.w2w.export_map(filepath=str(tmp_path / "other.png"))
+    assert difference != (tmp_path / "other.png").read_bytes()
+
+
+def test_differences_reach_as_far_to_both_sides() -> None:
+    assert difference_range(np.array([-0.3, 0.1, np.nan])) == (-0.3, 0.3)
+    assert difference_range(np.zeros(4)) == (-LEAST_SPAN / 2, LEAST_SPAN / 2)
