@@ -20,7 +20,7 @@ test: setup lint
 
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup
-	.venv/bin/python -m pytest -n 3 --dist worksteal -m slow --ignore=tests/gui tests
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m slow --durations 12 --ignore=tests/gui tests
 
 # The quick commands that numbers in README and docs come from; fails where a document says something else.
 docs-check: setup
@@ -54,7 +54,7 @@ extension-all: setup
 test-window: extension
 	tools/real_blender.sh
 	rm -f .cache/gui/report.json
-	.venv/bin/python -m pytest tests/gui
+	.venv/bin/python -m pytest --durations 12 tests/gui
 	test -s .cache/gui/report.json
 
 # The report in headless Chromium; fails where it cannot run.

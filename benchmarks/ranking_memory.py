@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Peak memory of ranking places, by the number of clips: it shall not grow with the library.
+"""Peak memory of ranking patches, by the number of clips: it shall not grow with the library.
 
-    python -m benchmarks.ranking_memory [--clips 589 5000] [--places 64] [--windows 5]
+    python -m benchmarks.ranking_memory [--clips 589 5000] [--patches 64] [--windows 5]
 
 Each size is ranked in a process of its own from feature files as `w2w run` leaves them (random features with
 a trace of the activity; hard links to as many files as fit in 100 MB). Printed are the features' size, the
-process's peak resident memory and its processor time. More places mean more blocks, not larger ones.
+process's peak resident memory and its processor time. More patches mean more blocks, not larger ones.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def main() -> None:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--clips", type=int, nargs="+", default=[589, 5000])
-    parser.add_argument("--places", type=int, default=64)
+    parser.add_argument("--patches", type=int, default=64)
     parser.add_argument("--windows", type=int, default=5)
     parser.add_argument("--rank", type=Path, help=argparse.SUPPRESS)
     choice = parser.parse_args()
@@ -45,7 +45,7 @@ def main() -> None:
     print("  clips   features MB   peak MB   processor s")
     for n_clips in choice.clips:
         with tempfile.TemporaryDirectory() as place:
-            size = _write_features(Path(place), n_clips, choice.windows, choice.places)
+            size = _write_features(Path(place), n_clips, choice.windows, choice.patches)
             command = [
                 sys.executable, "-m", "benchmarks.ranking_memory",
                 "--rank", place, "--clips", str(n_clips), "--windows", str(choice.windows),
@@ -56,9 +56,9 @@ def main() -> None:
         )
 
 
-def _write_features(place: Path, n_clips: int, windows: int, places: int) -> int:
+def _write_features(place: Path, n_clips: int, windows: int, patches: int) -> int:
     rng = np.random.default_rng(0)
-    shape = (windows, places, len(feature_names(100, 50.0)))
+    shape = (windows, patches, len(feature_names(100, 50.0)))
     size = 4 * int(np.prod(shape))
     distinct = max(ACTIVITIES, DISTINCT_BYTES // size // ACTIVITIES * ACTIVITIES)
     trace = rng.normal(size=(ACTIVITIES, shape[2]))

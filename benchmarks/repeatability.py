@@ -100,12 +100,16 @@ def halves_of_clips(library: Library, number: int) -> np.ndarray:
     return half
 
 
+def styles(library: Library) -> np.ndarray:
+    """The style of each window that Bandai-Namco's file names tell, for who it is."""
+    return np.array([Path(file).stem.split("_")[-2] for file in library.files])
+
+
 def halves_of_styles(library: Library, number: int) -> np.ndarray:
-    """Half of the styles that Bandai-Namco's file names tell."""
-    style = np.array([Path(file).stem.split("_")[-2] for file in library.files])
-    names = np.unique(style)
+    """Half of the styles."""
+    names = np.unique(library.labels.subject)
     np.random.default_rng(number).shuffle(names)
-    return np.isin(style, names[: len(names) // 2])
+    return np.isin(library.labels.subject, names[: len(names) // 2])
 
 
 def halves_of_performers(library: Library, number: int) -> np.ndarray:
@@ -117,11 +121,12 @@ def halves_of_performers(library: Library, number: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Case:
-    """A library, how it is made, and how it is halved."""
+    """A library, how it is made, how it is halved, and who its subjects are where no csv says so."""
 
     make: Callable[[Path], list[str]]
     halve: Callable[[Library, int], np.ndarray]
     by_subject: bool = False
+    subjects: Callable[[Library], np.ndarray] | None = None
 
 
 def demo(clips: int) -> Callable[[Path], list[str]]:
@@ -145,7 +150,7 @@ CASES = {
     "demo12": Case(demo(12), halves_of_clips),
     "demo24": Case(demo(24), halves_of_clips),
     "hdm05": Case(unpack("hdm05", "--labels", "{folder}/labels.csv"), halves_of_performers, by_subject=True),
-    "bandai": Case(unpack("bandai_namco"), halves_of_styles),
+    "bandai": Case(unpack("bandai_namco"), halves_of_styles, by_subject=True, subjects=styles),
 }
 
 
@@ -170,7 +175,11 @@ def prepared(name: str, scratch: Path, workers: int, n_patches: int) -> Library:
             str(workers),
             *options,
         )
-    return Library.open(out, n_patches)
+    library = Library.open(out, n_patches)
+    subjects = CASES[name].subjects
+    if subjects is None:
+        return library
+    return replace(library, labels=replace(library.labels, subject=subjects(library)))
 
 
 def judged(
