@@ -12,7 +12,7 @@ import pytest
 from w2w.scene.character import POINT
 from w2w.scene.heatmap import heatmap_names
 from w2w.scene.takes import import_file
-from w2w.ui import advice
+from w2w.ui import advice, upkeep
 from w2w.ui.state import current_body, patches_of
 
 from .made_study import make_study
@@ -61,6 +61,21 @@ def test_a_finished_study_is_shown_on_it_and_follows_what_is_chosen(library: Pat
     bpy.ops.w2w.forget_character()
     assert POINT not in mesh.data.attributes
     assert body.w2w.character is None
+
+
+def test_sensors_on_it_go_with_the_body_and_only_then(library: Path, shared_data: Path) -> None:
+    body = make_study(library)
+    bring(shared_data / CHARACTER)
+    bpy.ops.w2w.use_character()
+    name, balls = body.w2w.marks.name, {item.name for item in body.w2w.marks.objects}
+    assert upkeep.take_along() is None
+    assert balls <= {item.name for item in bpy.data.objects}
+    with bpy.context.temp_override(selected_objects=[body]):
+        bpy.ops.object.delete()
+    assert upkeep.take_along() is None
+    assert not balls & {item.name for item in bpy.data.objects}
+    assert name not in bpy.data.collections
+    assert any(item.type == "ARMATURE" for item in bpy.data.objects)
 
 
 def test_meshes_can_be_left_out(library: Path, shared_data: Path) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import bpy
 
+from ..scene.character import MARK
 from ..scene.patches import PATCH
 from . import jobs, results
 from .on_body import is_there
@@ -36,10 +37,10 @@ def updated(scene: bpy.types.Scene, *_: object) -> None:
 
 
 def take_along() -> float | None:
-    """Remove the patches of bodies that are in no scene any more, and the collections of those alone."""
+    """Remove what bodies in no scene any more leave: patches, sensors on characters, their collections."""
     if jobs.running is not None:
         return BUSY
-    lost = set(_lost_empties())
+    lost = {*_lost_empties(), *_lost_marks()}
     homes = {collection for item in lost for collection in item.users_collection}
     emptied = [home for home in homes if not home.children and lost.issuperset(home.objects)]
     bpy.data.batch_remove([*lost, *emptied])
@@ -63,6 +64,16 @@ def _lost_empties() -> Iterator[bpy.types.Object]:
             lost[key] = check()
         if lost[key]:
             yield item
+
+
+def _lost_marks() -> Iterator[bpy.types.Object]:
+    """Sensors on characters whose body is in no scene; people may keep them among other things."""
+    studies = [item for item in bpy.data.objects if item.type == "MESH" and is_there(item)]
+    shown = {item.w2w.marks for item in studies if item.w2w.marks is not None}
+    for home in bpy.data.collections:
+        ours = home.library is None and home not in shown and all(MARK in item for item in home.objects)
+        if ours:
+            yield from home.objects
 
 
 HANDLERS = (
