@@ -193,7 +193,7 @@ def test_another_choice_goes_into_a_folder_of_its_own(study, redrawn):
     assert record.advice["worn_together"] == choice["worn_together"]
     assert record.parameters == config["parameters"]
     marked = [item["patch"] for item in bpy.data.collections["Chosen patches"].objects]
-    assert marked == [place["patch"] for place in choice["subset"]["places"]]
+    assert marked == [place["patch"] for place in choice["worn_together"]["places"]]
 
 
 def test_a_choice_replaces_the_runs_where_that_is_asked_for(redrawn, tmp_path):
