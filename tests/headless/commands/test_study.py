@@ -179,7 +179,7 @@ def test_the_rehabilitation_study_asks_both_questions(tmp_path):
     assert {name for name, weight in which["mean"]["weights"].items() if not weight} == set(BACKGROUND)
     assert which["worn_together"]["every_activity"] == 0.9
     assert set(which["worn_together"]["f1"]) == {*FAULTS, *BACKGROUND}
-    assert "leave-one-subject-out" in which["protocol"]
+    assert "leave one of 3 subjects out" in which["protocol"]
     assert which["sensor"] == "watch"
     assert set(how["activities"]) == {f"{name} {way}" for name in FAULTS for way in (WELL, "badly")}
     assert set(how["mean"]["weights"].values()) == {1}
