@@ -66,6 +66,7 @@ def test_the_promise_is_what_another_library_of_the_kind_gives():
         made = promise(here, terms(2), order, grow, (0.3, 0.2, 0.4))
         differences.append(made.mean[1] - there.whole.f1_of_first(order)[1].mean())
         assert made.raw.shape == (2, 4)
+        np.testing.assert_allclose(made.f1.mean(axis=1), made.mean, atol=0.01)
     assert abs(np.mean(differences)) < 0.05
 
 

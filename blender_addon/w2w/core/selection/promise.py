@@ -106,7 +106,7 @@ def promise(
     believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
     f1 = level_of[tests.whole] + believed * np.nansum(gains, axis=0) / shown
     mean = np.maximum.accumulate(np.clip([alone[0], *mean_over(f1[1:], tests.weights)], 0, 1))
-    f1 = np.maximum.accumulate(np.clip(f1 + (mean - mean_over(f1, tests.weights))[:, None], 0, 1))
+    f1 = np.clip(f1 + (mean - mean_over(f1, tests.weights))[:, None], 0, 1)
     mean_of = partial(known_mean, weights=tests.weights)
     apart = [mean_of(level_of[one]) - mean_of(level_of[other]) for one, other in tests.pairs]
     if gains:
