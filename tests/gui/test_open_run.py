@@ -7,16 +7,14 @@ Needs what `test_window.py` needs; skips where one is missing.
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from ..made_run import make_run
-from .test_window import PROJECT, SANDBOX, TIMEOUT_S
+from .sandbox import PROJECT, inside, newest_zip, run_in_window
 
 OUT = PROJECT / ".cache" / "gui_run"
 N_PATCHES = 512
@@ -28,10 +26,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def results(shared_data: Path) -> Path:
     """The results folder of a run with as many patches as people take."""
-    if not (SANDBOX / ".ready").exists():
-        pytest.skip("no real Blender here: run tools/real_blender.sh first")
-    if not sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip")):
-        pytest.skip("no extension here: run 'make extension' first")
+    newest_zip()  # skips before the run where the window cannot be tried
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
     return make_run(shared_data, OUT, N_PATCHES)
@@ -40,30 +35,7 @@ def results(shared_data: Path) -> Path:
 @pytest.fixture(scope="module")
 def report(results: Path) -> dict[str, Any]:
     """What the window showed."""
-    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
-    variables = {
-        "W2W_ZIP": f"/project/dist/{zips[-1].name}",
-        "W2W_RUN": f"/project/{results.relative_to(PROJECT)}",
-        "W2W_OUT": f"/project/{OUT.relative_to(PROJECT)}",
-    }
-    blender = [
-        "blender", "--factory-startup", "--enable-event-simulate",
-        "--window-geometry", "0", "0", "1600", "1000", "--python", "/project/tests/gui/open_run.py",
-    ]  # fmt: skip
-    done = subprocess.run(
-        [
-            PROJECT / "tools" / "real_blender.sh", "run", *(f"{k}={v}" for k, v in variables.items()),
-            "xvfb-run", "-a", "-s", "-screen 0 1600x1000x24", *blender,
-        ],
-        env={**os.environ, "W2W_BLENDER_SANDBOX": str(SANDBOX)},
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT_S,
-        check=False,
-    )  # fmt: skip
-    (OUT / "blender.log").write_text(done.stdout + done.stderr)
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    return json.loads((OUT / "report.json").read_text())
+    return run_in_window("open_run.py", OUT, {"W2W_RUN": inside(results)})
 
 
 @pytest.mark.parametrize("way", ["enabled_late", "opened", "dropped"])

@@ -22,8 +22,8 @@ import numpy as np
 import psutil
 import pytest
 
-PROJECT = Path(__file__).resolve().parents[2]
-SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
+from .sandbox import PROJECT, inside, newest_zip
+
 PLACE = PROJECT / ".cache" / "gui" / f"program{os.environ.get('PYTEST_XDIST_WORKER', '')}"
 """A folder that the sandbox sees; one of its own for each process that runs tests."""
 
@@ -44,11 +44,6 @@ TIMEOUT_S = 1800
 """A busy machine is slow; the longest takes a minute on an idle one."""
 
 pytestmark = pytest.mark.slow
-
-
-def inside(path: Path) -> str:
-    """How the sandbox sees a path of the project."""
-    return f"/project/{path.relative_to(PROJECT)}"
 
 
 def blender(*arguments: str, resources: str = "installed") -> list[str]:
@@ -76,11 +71,7 @@ def hashes(out: Path) -> dict[str, str]:
 @pytest.fixture(scope="module")
 def library(shared_data: Path) -> Path:
     """Four real clips and two bad files; the extension is installed from its zip beside it."""
-    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
-    if not (SANDBOX / ".ready").exists():
-        pytest.skip("no real Blender here: run tools/real_blender.sh first")
-    if not zips:
-        pytest.skip("no extension here: run 'make extension' first")
+    extension = newest_zip()
     shutil.rmtree(PLACE, ignore_errors=True)
     for folder in ("installed", "bare", "library/walking", "library/running"):
         (PLACE / folder).mkdir(parents=True)
@@ -90,7 +81,7 @@ def library(shared_data: Path) -> Path:
     whole = (PLACE / "library" / "walking" / "good 2.fbx").read_bytes()
     (PLACE / "library" / "walking" / "cut.fbx").write_bytes(whole[: len(whole) // 2])
     install = ["--command", "extension", "install-file", "--repo", "user_default", "--enable"]
-    installed = done(blender(*install, inside(zips[-1])))
+    installed = done(blender(*install, inside(extension)))
     assert installed.returncode == 0, installed.stdout + installed.stderr
     return PLACE / "library"
 

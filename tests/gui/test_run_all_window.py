@@ -6,16 +6,13 @@ Needs what `test_window.py` needs; skips where one is missing.
 
 from __future__ import annotations
 
-import json
-import os
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from .test_window import PROJECT, SANDBOX, TIMEOUT_S
+from .sandbox import PROJECT, inside, newest_zip, run_in_window
 
 OUT = PROJECT / ".cache" / "gui_run_all"
 ACTIVITIES = ("bow", "run", "walk-left")
@@ -27,40 +24,13 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def report(shared_data: Path) -> dict[str, Any]:
     """What the window showed."""
-    if not (SANDBOX / ".ready").exists():
-        pytest.skip("no real Blender here: run tools/real_blender.sh first")
-    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
-    if not zips:
-        pytest.skip("no extension here: run 'make extension' first")
+    newest_zip()  # skips before files are copied where the window cannot be tried
     shutil.rmtree(OUT, ignore_errors=True)
     for activity in ACTIVITIES:
         (OUT / "clips" / activity).mkdir(parents=True)
         for file in sorted((shared_data / "bvh/bandai_namco").glob(f"dataset-1_{activity}_*.bvh")):
             shutil.copy(file, OUT / "clips" / activity)
-    inside = f"/project/{OUT.relative_to(PROJECT)}"
-    variables = {
-        "W2W_ZIP": f"/project/dist/{zips[-1].name}",
-        "W2W_CLIPS": f"{inside}/clips",
-        "W2W_OUT": inside,
-    }
-    blender = [
-        "blender", "--factory-startup", "--enable-event-simulate",
-        "--window-geometry", "0", "0", "1600", "1000", "--python", "/project/tests/gui/run_all.py",
-    ]  # fmt: skip
-    done = subprocess.run(
-        [
-            PROJECT / "tools" / "real_blender.sh", "run", *(f"{k}={v}" for k, v in variables.items()),
-            "xvfb-run", "-a", "-s", "-screen 0 1600x1000x24", *blender,
-        ],
-        env={**os.environ, "W2W_BLENDER_SANDBOX": str(SANDBOX)},
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT_S,
-        check=False,
-    )  # fmt: skip
-    (OUT / "blender.log").write_text(done.stdout + done.stderr)
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    return json.loads((OUT / "report.json").read_text())
+    return run_in_window("run_all.py", OUT, {"W2W_CLIPS": inside(OUT / "clips")})
 
 
 def test_esc_keeps_the_clips_that_are_baked_and_the_next_press_does_the_rest(report: dict[str, Any]) -> None:

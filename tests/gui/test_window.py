@@ -7,19 +7,14 @@ and the real clips; skips where one is missing. Pictures of every step go to .ca
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-PROJECT = Path(__file__).resolve().parents[2]
-SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
+from .sandbox import PROJECT, run_in_window
+
 OUT = PROJECT / ".cache" / "gui"
-TIMEOUT_S = 2400
-"""A window drawn in software on a busy machine is slow; an idle one takes under four minutes."""
 
 STEPS = (
     "0_empty",
@@ -41,38 +36,8 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def report(shared_data: Path) -> dict[str, Any]:
     """What the click-through found."""
-    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
-    if not (SANDBOX / ".ready").exists():
-        pytest.skip("no real Blender here: run tools/real_blender.sh first")
-    if not zips:
-        pytest.skip("no extension here: run 'make extension' first")
-    for left in (OUT / "report.json", OUT / "pictures" / "failed.png"):
-        left.unlink(missing_ok=True)
-    OUT.mkdir(parents=True, exist_ok=True)
-    variables = {
-        "W2W_ZIP": f"/project/dist/{zips[-1].name}",
-        "W2W_DATA": "/shared",
-        "W2W_OUT": "/project/.cache/gui",
-        "OMP_NUM_THREADS": "2",
-    }
-    blender = [
-        "blender", "--factory-startup", "--enable-event-simulate",
-        "--window-geometry", "0", "0", "1600", "1000", "--python", "/project/tests/gui/click_through.py",
-    ]  # fmt: skip
-    done = subprocess.run(
-        [
-            PROJECT / "tools" / "real_blender.sh", "run", *(f"{k}={v}" for k, v in variables.items()),
-            "xvfb-run", "-a", "-s", "-screen 0 1600x1000x24", *blender,
-        ],
-        env={**os.environ, "W2W_BLENDER_SHARE": str(shared_data.resolve())},
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT_S,
-        check=False,
-    )  # fmt: skip
-    (OUT / "blender.log").write_text(done.stdout + done.stderr)
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    return json.loads((OUT / "report.json").read_text())
+    variables = {"W2W_DATA": "/shared", "OMP_NUM_THREADS": "2"}
+    return run_in_window("click_through.py", OUT, variables, shared_data)
 
 
 def test_body_comes_and_goes_with_one_undo(report: dict[str, Any]) -> None:

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The real Blender that `tools/real_blender.sh` sets up: the zip for it, and scripts run in its window."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PROJECT = Path(__file__).resolve().parents[2]
+SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
+TIMEOUT_S = 2400
+"""A window drawn in software on a busy machine is slow; an idle one takes under four minutes."""
+
+
+def inside(path: Path) -> str:
+    """How the sandbox sees a path of the project."""
+    return f"/project/{path.relative_to(PROJECT)}"
+
+
+def newest_zip() -> Path:
+    """The extension's zip that was built last; skips the test where it or the real Blender is missing."""
+    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
+    if not (SANDBOX / ".ready").exists():
+        pytest.skip("no real Blender here: run tools/real_blender.sh first")
+    if not zips:
+        pytest.skip("no extension here: run 'make extension' first")
+    return zips[-1]
+
+
+def run_in_window(
+    script: str, out: Path, variables: Mapping[str, str] | None = None, shared: Path | None = None
+) -> dict[str, Any]:
+    """Run a script of this folder in Blender's window under Xvfb.
+
+    Parameters
+    ----------
+    script : str
+        Name of the file; it finds the zip in W2W_ZIP and writes report.json into the folder W2W_OUT.
+    out : Path
+        That folder, in the project; Blender's log goes there too.
+    variables : mapping of str to str, optional
+        Further environment of the script.
+    shared : Path, optional
+        A folder that the script sees as /shared.
+
+    Returns
+    -------
+    dict
+        The script's report.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    for left in (out / "report.json", out / "pictures" / "failed.png"):
+        left.unlink(missing_ok=True)
+    given = {"W2W_ZIP": inside(newest_zip()), "W2W_OUT": inside(out), **(variables or {})}
+    blender = [
+        "blender", "--factory-startup", "--enable-event-simulate",
+        "--window-geometry", "0", "0", "1600", "1000", "--python", f"/project/tests/gui/{script}",
+    ]  # fmt: skip
+    folders = {"W2W_BLENDER_SANDBOX": str(SANDBOX)}
+    if shared is not None:
+        folders["W2W_BLENDER_SHARE"] = str(shared.resolve())
+    done = subprocess.run(
+        [
+            PROJECT / "tools" / "real_blender.sh", "run", *(f"{k}={v}" for k, v in given.items()),
+            "xvfb-run", "-a", "-s", "-screen 0 1600x1000x24", *blender,
+        ],
+        env={**os.environ, **folders},
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )  # fmt: skip
+    (out / "blender.log").write_text(done.stdout + done.stderr)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    return json.loads((out / "report.json").read_text())
