@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The door for Python: motions in, signals and a ranking of patches out, in a handful of calls."""
+"""The door for Python: motions become signals, and signals a ranking of patches."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,15 +18,8 @@ from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
 from .core.imu.synthesis import Synthesis
 from .core.imu.virtual import record_motion
-from .core.keypoints.facts import PoseFacts
-from .core.keypoints.pose_files import NO_FACTS
-from .core.motion.bone_maps import BoneMap
 from .core.motion.duplicates import motion_signature
-from .core.motion.joint_files import is_joint_file
-from .core.motion.library import activity_of, read_library
-from .core.motion.motion import SMPL_SUFFIXES, Motion
-from .core.motion.skinning import on_the_ground
-from .core.motion.source import UnusableMotion
+from .core.motion.motion import Motion
 from .core.patches.patches import PatchSet
 from .core.ranking.features import window_features
 from .core.ranking.pooling import Pooling
@@ -36,34 +28,8 @@ from .core.ranking.weights import check_counting
 from .core.ranking.windows import TooShortError, WindowSpec, cut_windows
 from .core.results_folder import StudyResults
 from .core.study import StudyConfig
+from .loading import Motions
 from .ranking import Ranking
-
-
-@dataclass(frozen=True, eq=False)
-class Motions(Sequence[Motion]):
-    """Motions on one body.
-
-    Parameters
-    ----------
-    motions : tuple of Motion
-    body : Body
-        The body that they move.
-    skipped : tuple of (str, str)
-        Files that could not be used, each with the reason.
-    motion_keys : tuple of str
-        As in a labels file: equal keys mark one recorded motion; empty where unknown.
-    """
-
-    motions: tuple[Motion, ...]
-    body: Body
-    skipped: tuple[tuple[str, str], ...] = ()
-    motion_keys: tuple[str, ...] = ()
-
-    def __getitem__(self, index: int) -> Motion:
-        return self.motions[index]
-
-    def __len__(self) -> int:
-        return len(self.motions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,127 +54,6 @@ class Signals(Sequence[ImuRecording]):
 
     def __len__(self) -> int:
         return len(self.recordings)
-
-
-def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
-    """Read a body: W2W's own npz, or an SMPL model or mesh as `w2w run --bodies` takes.
-
-    Parameters
-    ----------
-    path : str or Path
-    betas : sequence of float, optional
-        Shape of an SMPL model.
-
-    Raises
-    ------
-    ValueError
-        If it is no body that W2W can use; the message says why.
-    ModuleNotFoundError
-        If reading it needs Blender's Python module, which is missing.
-    """
-    path = Path(path)
-    if path.suffix.lower() == ".npz" and betas is None:
-        try:
-            return Body.load(path)
-        except ValueError:
-            pass  # an SMPL model is an npz too
-    with _needs_blender(path.name):
-        from .scene.adopt import adopt_file
-    return adopt_file(str(path), None if betas is None else np.asarray(betas, dtype=np.float64))
-
-
-def load(
-    path: str | Path,
-    body: Body | None = None,
-    labels: str | Path | None = None,
-    bone_maps: Sequence[BoneMap] = (),
-    pose: PoseFacts = NO_FACTS,
-) -> Motions:
-    """Read motion files and retarget them to a body.
-
-    FBX, BVH and glTF are read through Blender's Python module (`bpy`), all else without it.
-
-    Parameters
-    ----------
-    path : str or Path
-        A folder of motion files, searched with its subfolders, or one file.
-    body : Body, optional
-        W2W's own by default.
-    labels : str or Path, optional
-        A csv with the columns ``file,activity[,subject[,motion_key]]``. By default the labels come from
-        the names of the subfolders, else from the file names, as with `w2w run`. One npz that
-        `Motion.save` wrote keeps the labels that it holds.
-    bone_maps : sequence of BoneMap
-        Your own, tried before the bundled ones.
-    pose : PoseFacts
-        Rate, unit, up axis and joint set of joint positions, where the files do not say them.
-
-    Returns
-    -------
-    Motions
-        A sequence of `Motion`; ``skipped`` lists the files that cannot be used and why.
-
-    Raises
-    ------
-    ValueError
-        If no file can be used; the message says why.
-    """
-    body = body or Body.bundled()
-    path = Path(path)
-    if path.is_file():
-        motion = _read(path, body, bone_maps, pose)
-        if not motion.activity:
-            motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
-        return Motions((motion,), body, (), ("",))
-    library = read_library(path, labels)
-    found, keys, skipped = [], [], list(library.skipped)
-    for clip in library.clips:
-        try:
-            motion = _read(clip.path, body, bone_maps, pose)
-        except ValueError as error:
-            skipped.append((clip.file, str(error)))
-            continue
-        found.append(motion.labelled(clip.activity, clip.subject, clip.name))
-        keys.append(clip.motion_key)
-    if not found:
-        file, reason = skipped[0]
-        raise ValueError(f"no motion in {path} can be used; {file}: {reason}")
-    return Motions(tuple(found), body, tuple(skipped), tuple(keys))
-
-
-def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Motion:
-    """One file on the body.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be used, or needs a module that is missing.
-    """
-    if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-        return on_the_ground(body, Motion.load(path))  # which keeps W2W's labels
-    from .scene.load import carry, read_motion
-    from .scene.output import quiet_output
-
-    try:
-        with _needs_blender(path.name), quiet_output():
-            source = read_motion(path, pose)
-        return carry(source, body, bone_maps).motion
-    except UnusableMotion as error:
-        raise ValueError(str(error)) from error
-
-
-@contextmanager
-def _needs_blender(file: str) -> Iterator[None]:
-    """Say in a sentence where an import fails for want of Blender's module."""
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        if error.name not in ("bpy", "mathutils"):
-            raise
-        raise ValueError(
-            f"{file} is read through Blender's Python module, which is missing: in W2W's folder, with "
-            "Python 3.11, run pip install '.[blender]'"
-        ) from error
 
 
 def synthesize(
