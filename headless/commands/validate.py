@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -200,9 +200,8 @@ def mig_har(
 
     Exit codes: 0 written, 2 wrong use (and why).
     """
-    console = wide_console()
-    with _sentences(console):
-        if sensors is None:
+    if sensors is None:
+        with _sentences(wide_console()):
             out.mkdir(parents=True, exist_ok=True)
             empty = out / "sensors.csv"
             if not empty.exists():
@@ -211,9 +210,7 @@ def mig_har(
                 f"Where the sensors sit is published as pictures alone. {empty} lists them all: give those "
                 "you want a region or a vertex there, and pass it with --sensors"
             )
-        with RunMonitor(console).step("reading, simulating and ranking"):
-            report = run_mighar(path, sensors, libraries, out, seed, console.print)
-        console.print(report, markup=False)
+    _compare(run_mighar, path, sensors, libraries, out, seed)
 
 
 @VALIDATE.command()
@@ -236,11 +233,16 @@ def gait(
         console.print(write_gait(out, found), markup=False)
 
 
-def _by_protocol(name: str, path: Path, libraries: list[Path], out: Path, seed: int) -> None:
+def _by_protocol(name: str, *given: Any) -> None:
+    _compare(lambda *told: run_data_set(name, *told)[1], *given)
+
+
+def _compare(run: Callable[..., str], *given: Any) -> None:
+    """Run a comparison, which is told how to say what it leaves out, and print its report."""
     console = wide_console()
     with _sentences(console):
         with RunMonitor(console).step("reading, simulating and ranking"):
-            _, report = run_data_set(name, path, libraries, out, seed, console.print)
+            report = run(*given, console.print)
         console.print(report, markup=False)
 
 

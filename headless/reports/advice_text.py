@@ -24,6 +24,7 @@ from w2w.core.selection.headline import (
     reliability_sentence,
 )
 from w2w.core.selection.joint import JointSet
+from w2w.core.wording import capital
 
 NOT_PROMISED = (
     "What the set by the paper's algorithm 2 would reach on other clips is not known: that takes the "
@@ -51,7 +52,7 @@ def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, conso
 def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
     """Print the sensors to wear together, and what they would reach on other clips."""
     made = worn.promise
-    console.print(f"[bold]{_capital(worn.sentence())}.[/bold]")
+    console.print(f"[bold]{capital(worn.sentence())}.[/bold]")
     table = Table(title="Worn together, sensor by sensor", title_justify="left")
     for heading in ("", "patch", "expected F1", "95 % interval", "on these clips"):
         table.add_column(heading, justify="left" if heading == "patch" else "right", overflow="fold")
@@ -84,7 +85,7 @@ def show_advice(
     console.print(_set_table(advice, utility, patches, together))
     joint = joint_of(advice, together)
     if joint is not None:
-        console.print(f"{_capital(joint['sentence'])}.")
+        console.print(f"{capital(joint['sentence'])}.")
     else:
         console.print("The sensors were not tested together.")
     console.print(f"By the best-of proxy: {subset.proxy_sentence()}; {advice.gap_sentence()}.")
@@ -129,10 +130,6 @@ def _set_table(
     if len(order) > AT_MOST:
         table.add_row("", f"and {len(order) - AT_MOST} more")
     return table
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _tested(tested: UtilityMap, caution: str) -> list[str]:

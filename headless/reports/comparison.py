@@ -9,9 +9,9 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from w2w.core.files import write_json
+from w2w.core.files import json_number, write_json
 from w2w.core.findings.finished_study import Study
-from w2w.core.findings.summary import DIGITS, place
+from w2w.core.findings.summary import place
 from w2w.core.ranking.agreement import rank_agreement
 
 from ..runs.own_files import json_content, refuse
@@ -68,11 +68,7 @@ def _agreement(first: Study, second: Study) -> dict[str, Any]:
         for name in shared
     }
     return {
-        "spearman_mean": _number(mean.spearman),
-        "interval": [_number(mean.low), _number(mean.high)],
-        "spearman_by_activity": {name: _number(value) for name, value in by_activity.items()},
+        "spearman_mean": json_number(mean.spearman),
+        "interval": [json_number(mean.low), json_number(mean.high)],
+        "spearman_by_activity": {name: json_number(value) for name, value in by_activity.items()},
     }
-
-
-def _number(value: float) -> float | None:
-    return round(float(value), DIGITS) if value == value else None

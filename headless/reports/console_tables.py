@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_text
+from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
@@ -138,7 +138,6 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-DIGITS = 6
 WIDTH = 140
 """Columns of a screen that is no terminal."""
 

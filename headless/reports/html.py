@@ -29,6 +29,7 @@ from w2w.core.selection.headline import (
     score_text,
     where_to_wear,
 )
+from w2w.core.wording import capital
 
 from ..console import USAGE, left_out_sentences
 from ..runs.own_files import ForeignFileError, claim, note
@@ -108,7 +109,7 @@ def page(
     worn = summary.get("worn_together")
     chosen = [place["patch"] for place in (worn or summary["subset"])["places"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
-    environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": _capital}
+    environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
     subset, together = summary["subset"], summary["together"]
     return environment.get_template("page.html").render(
@@ -175,10 +176,6 @@ def _notes(summary: dict[str, Any]) -> list[str]:
     notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
     return notes + ([f"{windows}."] if windows else [])
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _mistakes(utility: UtilityMap, place: int) -> list[dict[str, Any]]:

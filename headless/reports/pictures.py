@@ -13,6 +13,7 @@ from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import mean_title
 from w2w.core.selection.subsets import Subset, best_single
+from w2w.core.wording import capital
 
 from ..needs_blender import needs_blender
 from ..runs.picture_names import HEATMAPS, MEAN, SUBSET, picture_names
@@ -94,7 +95,7 @@ def marked(study: StudyResults, subset: Subset) -> Marked:
     if worn is not None:
         order = [place["patch"] for place in worn["places"]]
         scores = [place["expected_f1_so_far"] for place in worn["places"]]
-        sentence = f"{worn['sentence'][:1].upper()}{worn['sentence'][1:]}"
+        sentence = capital(worn["sentence"])
         return Marked(order, scores, EXPECTED, worn["target"], worn["reached"], sentence)
     scores, label = list(subset.mean_max_after_each), "Best-of F1 on these clips"
     if made is not None:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from w2w.core.colours import score_colours
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.score_table import ScoreRow
+from w2w.core.wording import capital
 
 from .page import DPI, FAINT, FONT, INK, MARGIN, axes_at, fit, save, write
 
@@ -110,5 +111,4 @@ def _block(
 
 
 def _words(name: str) -> str:
-    words = name.replace("_", " ")
-    return words[:1].upper() + words[1:]
+    return capital(name.replace("_", " "))

@@ -16,6 +16,7 @@ from w2w.core.findings.counts import few_clips
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import mean_caution, mean_title
+from w2w.core.wording import capital
 
 COLOURS = 256
 
@@ -106,8 +107,7 @@ def as_script_json(content: Any) -> str:
 
 def title(activity: str) -> str:
     """An activity's label as people write it."""
-    words = activity.replace("_", " ").strip()
-    return words[:1].upper() + words[1:]
+    return capital(activity.replace("_", " ").strip())
 
 
 def _steps(f1: np.ndarray) -> np.ndarray:

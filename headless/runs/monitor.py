@@ -28,6 +28,7 @@ from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
 from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.library import Library
+from w2w.core.wording import capital
 
 # What an event is called, and its facts, is a promise: docs/engineer.md lists them.
 
@@ -163,7 +164,7 @@ class RunMonitor:
     ) -> Iterator[Callable[[int], None]]:
         """Show a step, by its name where it has no title, and at its end how long it took."""
         self.announce(name)
-        title, start = title or name[:1].upper() + name[1:], time.perf_counter()
+        title, start = title or capital(name), time.perf_counter()
         with Progress(*columns, console=self.console, transient=True) as display:
             task = display.add_task(title, total=total)
             yield lambda steps: display.advance(task, steps)

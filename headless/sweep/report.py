@@ -13,14 +13,13 @@ from rich.console import Console
 from rich.table import Table
 
 from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_text
+from w2w.core.files import DIGITS, write_text
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.agreement import Shift, other_clips
 from w2w.core.ranking.utility import UtilityMap
 
 from .cases import Case
 
-DIGITS = 6
 TOP = 3
 """Regions named as the best of a case."""
 

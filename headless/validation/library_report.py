@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_json, write_text
+from w2w.core.files import json_number, write_json, write_text
 from w2w.core.ranking.reliability import WANTED, clips_needed
 
 from .library import ENOUGH, LibraryFindings
@@ -209,6 +209,4 @@ def _two(value: float) -> str:
 
 def _plain(value: Any) -> Any:
     """Numbers as on file: rounded, and null where not known."""
-    if not isinstance(value, float):
-        return value
-    return None if np.isnan(value) else round(value, 6)
+    return json_number(value) if isinstance(value, float) else value

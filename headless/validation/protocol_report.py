@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from w2w.core.files import write_json, write_text
+from w2w.core.files import json_number, write_json, write_text
 from w2w.core.validation.by_source import replaced_sides
 from w2w.core.validation.protocol import Bar, Protocol
 
@@ -147,10 +147,7 @@ def interval(value: float, low: float, high: float) -> str:
 
 def _content(found: Found) -> dict[str, Any]:
     return {
-        "bars": [
-            {**bar._asdict(), "found": round(bar.found, 6) if bar.found == bar.found else None}
-            for bar in found.bars
-        ],
+        "bars": [{**bar._asdict(), "found": json_number(bar.found)} for bar in found.bars],
         "source_tests": [
             {"activity": test.activity, "sources": list(test.sources), "f1": test.f1.round(6).tolist()}
             for test in found.source_tests

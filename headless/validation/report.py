@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 
 from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_json, write_text
+from w2w.core.files import DIGITS, json_number, write_json, write_text
 from w2w.core.ranking.agreement import Agreement
 from w2w.core.study import plain
 from w2w.core.validation.regret import Regret
 from w2w.core.validation.site_scores import SiteScores
 from w2w.core.validation.sites import Estimate, SiteValidation
-
-DIGITS = 6
 
 
 def write_validation(
@@ -137,13 +135,13 @@ def _content(
         "sentence": found.sentence(),
         "notes": list(notes),
         "sites": dict(zip(found.sites, places, strict=True)),
-        "rho_mean": _number(found.mean_rho),
-        "rho_mean_interval": [_number(found.mean_low), _number(found.mean_high)],
-        "rho_mean_p": _number(found.mean_p),
+        "rho_mean": json_number(found.mean_rho),
+        "rho_mean_interval": [json_number(found.mean_low), json_number(found.mean_high)],
+        "rho_mean_p": json_number(found.mean_p),
         "rho_between_halves_of_the_real_side": _estimate(found.ceiling),
         "rho_of_mean_f1_between_halves_of_the_real_side": _estimate(found.overall_ceiling),
         "r_over_cells": _estimate(found.cells),
-        "r_over_cells_at_most": _number(found.cells_ceiling),
+        "r_over_cells_at_most": json_number(found.cells_ceiling),
         "regret": _regret(found.regret),
         "regret_by_activity": _regret(found.regret_by_activity),
         "by_activity": {name: _agreement(value) for name, value in found.by_activity.items()},
@@ -153,22 +151,18 @@ def _content(
 
 def _agreement(agreement: Agreement) -> dict[str, Any]:
     return {
-        name: _number(value) if isinstance(value, float) else value
+        name: json_number(value) if isinstance(value, float) else value
         for name, value in plain(agreement).items()
     }
 
 
-def _number(value: float) -> float | None:
-    return round(float(value), DIGITS) if value == value else None
-
-
 def _estimate(found: Estimate) -> dict[str, Any]:
-    return {"value": _number(found.value), "interval": [_number(found.low), _number(found.high)]}
+    return {"value": json_number(found.value), "interval": [json_number(found.low), json_number(found.high)]}
 
 
 def _regret(found: Regret) -> dict[str, Any]:
     return {
-        "lost": _number(found.lost),
-        "interval": [_number(found.low), _number(found.high)],
-        "at_random": _number(found.at_random),
+        "lost": json_number(found.lost),
+        "interval": [json_number(found.low), json_number(found.high)],
+        "at_random": json_number(found.at_random),
     }

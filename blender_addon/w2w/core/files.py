@@ -34,6 +34,9 @@ DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt")
 UNFINISHED = ".w2w.part"
 """How the name of a half-written file ends; nobody else's does."""
 
+DIGITS = 6
+"""Decimals of scores on file."""
+
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
@@ -86,6 +89,11 @@ def write_json(path: str | Path, content: Any) -> None:
     """Write indented UTF-8 JSON atomically; refuses NaN and infinities."""
     text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
     write_text(path, text + "\n")
+
+
+def json_number(value: float) -> float | None:
+    """A score as JSON has it: rounded, and null where it is not known."""
+    return None if np.isnan(value) else round(float(value), DIGITS)
 
 
 def write_text(path: str | Path, text: str) -> None:

@@ -22,6 +22,7 @@ from ..core.results_folder import StudyResults, choose_to_wear, sensors_together
 from ..core.selection.advice import Advice, advise
 from ..core.selection.joint import JointSet
 from ..core.study import StudyConfig
+from ..core.wording import capital
 from . import jobs, results, scores, signal_cache
 from .baking import as_labelled, body_as_run, ranked_clips, ranking_source
 from .jobs import Step, Steps, in_thread
@@ -125,7 +126,7 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     content = advice_content(advice, utility, patches, tested, worn)
     results.advise(mesh, content)
     sentence = (content["worn_together"] or content["subset"])["sentence"]
-    text = sentence[0].upper() + sentence[1:]
+    text = capital(sentence)
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
 

@@ -90,6 +90,15 @@ class Cancelled(Exception):  # noqa: N818 - no error
     """Raised inside a thread's work to end it early."""
 
 
+def can_start(cls: type, context: bpy.types.Context) -> bool:
+    """Whether an operator may work: bones can be made only from object mode, and one job runs at a time."""
+    if running is not None:
+        cls.poll_message_set("Wait until the running job has finished, or cancel it with Esc")
+        return False
+    cls.poll_message_set("Go back to object mode first")
+    return context.mode == "OBJECT"
+
+
 def start(
     operator: bpy.types.Operator,
     context: bpy.types.Context,

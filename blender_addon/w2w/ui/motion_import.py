@@ -12,6 +12,7 @@ import bpy
 from ..core.file_names import shown
 from ..core.motion.import_plan import ImportPlan, plan_files, plan_folder, same_files
 from ..core.motion.source import UnusableMotion, reason_of
+from ..core.wording import free_name
 from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
 from ..scene.load import Carried, Source, carry, read_motion
@@ -186,7 +187,4 @@ def _add_failed(mesh: bpy.types.Object, file: Path, name: str, reason: str) -> N
 
 def _free_name(mesh: bpy.types.Object, name: str) -> str:
     """A name that no clip of the list has: clips of one name would count as one motion."""
-    taken, free, copy = set(mesh.w2w.clips.keys()), name, 1
-    while free in taken:
-        free, copy = f"{name} {copy:03d}", copy + 1
-    return free
+    return free_name(name, set(mesh.w2w.clips.keys()), "{} {:03d}", 1)

@@ -23,6 +23,7 @@ from ..core.patches.own_placements import (
     placement_vertices,
     read_placements,
 )
+from ..core.wording import plain_words
 from ..scene.body import body_of
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
@@ -138,7 +139,7 @@ def take_over(study: Group) -> None:
     if not given or patches is None:
         return
     known = [name.lower() for name in patches.names]
-    found = [" ".join(name.lower().split()) for name, _ in given]
+    found = [plain_words(name) for name, _ in given]
     numbers = [known.index(name) for name in found if name in known]
     placed = [(patches.names[number], int(patches.vertices[number])) for number in numbers]
     study.parameters = json.dumps(parameters)

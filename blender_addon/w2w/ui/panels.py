@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..core.wording import capital
 from ..scene.source_beside import source_collections
 from . import jobs
 from .baking import UNBAKED
@@ -167,7 +168,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
             return
         clip = study.clips[study.clip_index]
         if clip.problem:
-            draw_text(layout, context, clip.problem[0].upper() + clip.problem[1:], icon="ERROR")
+            draw_text(layout, context, capital(clip.problem), icon="ERROR")
             return
         column = layout.column(align=True)
         column.prop(clip, "subject")

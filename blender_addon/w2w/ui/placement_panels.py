@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..core.wording import capital
 from . import jobs
 from .advice import advice_of
 from .choosing import TITLE, missing_for_choice
@@ -171,7 +172,7 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
+    return capital(text) if text.endswith(".") else f"{capital(text)}."
 
 
 CLASSES = (W2W_PT_placement, W2W_PT_places)

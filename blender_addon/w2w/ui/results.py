@@ -21,6 +21,7 @@ from ..core.selection.headline import (
     reliability_sentence,
 )
 from ..core.selection.subsets import best_single, greedy_subset
+from ..core.wording import capital
 from ..scene import heatmap
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
@@ -92,7 +93,7 @@ def _source_caution(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
     text = source_caution(
         [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in clips]
     )
-    return f"{text[:1].upper()}{text[1:]}." if text else ""
+    return f"{capital(text)}." if text else ""
 
 
 def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
@@ -217,7 +218,7 @@ def choose(body: bpy.types.Object) -> None:
         terms = config.constraints.terms(patches)
         subset = greedy_subset(utility.f1[:, ticked(study)], config.target, config.max_places, **terms)
     except ValueError as error:
-        study.verdict = str(error)[0].upper() + str(error)[1:]
+        study.verdict = capital(error)
         mark_chosen(body)
         return
     for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True):

@@ -8,6 +8,7 @@ from bpy.props import BoolProperty, FloatProperty
 
 from ..core.body.body import Body
 from ..core.body.shapes import RANGES, shaped
+from ..core.wording import capital
 from ..scene.reshape import reshape_body
 from . import jobs
 from .state import is_silent, usable, without_updates
@@ -95,7 +96,7 @@ def apply_shape(mesh: bpy.types.Object) -> None:
     try:
         reshape_body(mesh, shaped_body(study.shape), [clip.action for clip in usable(study)])
     except ValueError as error:
-        jobs.message = jobs.Message(str(error)[0].upper() + str(error)[1:], True)
+        jobs.message = jobs.Message(capital(error), True)
     else:
         jobs.dismiss_error()
 

@@ -18,6 +18,7 @@ from ..core.ranking.utility import CLASSIFIERS, UtilityMap
 from ..core.ranking.windows import WindowSpec
 from ..core.selection.constraints import Constraints
 from ..core.study import StudyConfig
+from ..core.wording import capital
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
 
@@ -277,4 +278,4 @@ def classifier_problem(study: bpy.types.PropertyGroup) -> str:
     """Why the chosen classifier cannot work here; empty where it can."""
     unavailable = getattr(CLASSIFIERS[study.classifier], "unavailable", None)
     text = unavailable() if unavailable is not None else ""
-    return f"{text[0].upper()}{text[1:]}; the preferences tell where it is looked for" if text else ""
+    return f"{capital(text)}; the preferences tell where it is looked for" if text else ""

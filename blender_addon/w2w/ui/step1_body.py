@@ -88,11 +88,7 @@ class W2W_OT_load_body(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Bones can be made only from object mode, and one job runs at a time."""
-        if jobs.running is not None:
-            cls.poll_message_set("Wait until the running job has finished, or cancel it with Esc")
-            return False
-        cls.poll_message_set("Go back to object mode first")
-        return context.mode == "OBJECT"
+        return jobs.can_start(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Ask for the file."""

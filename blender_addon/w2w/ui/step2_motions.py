@@ -29,11 +29,7 @@ def can_change(cls: type, context: Context) -> bool:
     if current_body(context) is None:
         cls.poll_message_set("Add a body first (step 1)")
         return False
-    if jobs.running is not None:
-        cls.poll_message_set("Wait until the running job has finished, or cancel it with Esc")
-        return False
-    cls.poll_message_set("Go back to object mode first")
-    return context.mode == "OBJECT"
+    return jobs.can_start(cls, context)
 
 
 class W2W_OT_import_motions(bpy.types.Operator):

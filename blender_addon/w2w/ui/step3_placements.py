@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 from bpy.props import IntProperty, StringProperty
 
+from ..core.wording import capital, free_name
 from . import jobs, own_placements
 from .overlay import picks
 from .state import current_body, patches_of, without_updates
@@ -47,7 +48,7 @@ class W2W_OT_add_placement(bpy.types.Operator):
         """Ask for its name."""
         body = current_body(context)
         region = patches_of(body).regions[picks(context, body)[-1]]
-        self.name = _free_name(f"my {region}", own_placements.listed(body.w2w))
+        self.name = free_name(f"my {region}", {name.lower() for name in own_placements.listed(body.w2w)})
         return context.window_manager.invoke_props_dialog(self)
 
     def execute(self, context: Context) -> set[str]:
@@ -59,7 +60,7 @@ class W2W_OT_add_placement(bpy.types.Operator):
         try:
             own_placements.add(body, self.name, vertex)
         except ValueError as error:
-            return jobs.show_error(self, _sentence(error))
+            return jobs.show_error(self, capital(error))
         jobs.dismiss_error()
         return {"FINISHED"}
 
@@ -90,7 +91,7 @@ class W2W_OT_load_placements(bpy.types.Operator):
         try:
             count = own_placements.load(current_body(context), path)
         except (ValueError, OSError) as error:
-            return jobs.show_error(self, _sentence(error))
+            return jobs.show_error(self, capital(error))
         text = f"Read {count} placement{'s' * (count != 1)} from {path.name}. {LATER}"
         jobs.message = jobs.Message(text, False)
         self.report({"INFO"}, text)
@@ -128,20 +129,6 @@ def spot(context: Context, body: bpy.types.Object) -> int:
     if 0 <= clicked < len(patches.labels) and patches.labels[clicked] == patch:
         return clicked
     return int(patches.vertices[patch])
-
-
-def _free_name(name: str, taken: dict[str, int]) -> str:
-    names = {other.lower() for other in taken}
-    free, number = name, 1
-    while free in names:
-        number += 1
-        free = f"{name} {number}"
-    return free
-
-
-def _sentence(error: Exception) -> str:
-    text = str(error)
-    return f"{text[:1].upper()}{text[1:]}"
 
 
 CLASSES = (W2W_OT_add_placement, W2W_OT_load_placements, W2W_OT_remove_placement)

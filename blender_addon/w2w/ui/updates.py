@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..core.wording import capital
 from ..scene.body import armature_of
 from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
@@ -118,7 +119,7 @@ def rename_placement(own: Group, context: Context) -> None:
     except ValueError as error:
         with without_updates():
             own.title = own.name
-        jobs.message = jobs.Message(f"{str(error)[0].upper()}{str(error)[1:]}", True)
+        jobs.message = jobs.Message(capital(error), True)
     else:
         jobs.dismiss_error()
     jobs.redraw(context)

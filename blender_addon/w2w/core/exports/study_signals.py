@@ -24,6 +24,7 @@ from ..patches.own_placements import patches_at
 from ..patches.patches import PatchSet
 from ..results_folder import StudyResults
 from ..study import StudyConfig, record
+from ..wording import plain_words
 
 ALL = "all"
 
@@ -98,7 +99,7 @@ def placed(study: StudyResults, names: list[str]) -> PatchSet:
     sites = {site.name.lower(): site for site in SENSOR_SITES}
     where = {}
     for name in names:
-        plain = " ".join(name.lower().split())
+        plain = plain_words(name)
         if plain.isdigit():
             where[f"vertex {int(plain)}"] = int(plain)
         elif plain in sites:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..files import DIGITS
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
@@ -24,9 +25,6 @@ from ..selection.promise import Promise
 from ..selection.subsets import Subset
 from .counts import interval_caution
 from .joint import joint_content
-
-DIGITS = 6
-"""Decimals of an F1 on file."""
 
 
 def advice_content(

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..files import DIGITS
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
-from .advice_content import DIGITS, place_content
+from ..wording import plain_words
+from .advice_content import place_content
 from .finished_study import Study
 
 
@@ -37,7 +39,7 @@ def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> 
         wearing the sensor there costs against the best patch; `as_good` says whether they can be told apart.
     """
     known = [name.lower() for name in patches.names]
-    own = [known.index(" ".join(name.lower().split())) for name in names]
+    own = [known.index(plain_words(name)) for name in names]
     sampled = np.setdiff1d(np.arange(len(patches)), own)
     expected = utility.expected_mean
     return [

@@ -13,13 +13,13 @@ import numpy as np
 
 from ..clip_files import WORK
 from ..csv_tables import csv_text
-from ..files import file_sha256, write_json, write_text
+from ..files import DIGITS, file_sha256, write_json, write_text
 from ..motion.library import Library
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.windows import WindowSpec
 from ..results_folder import UTILITY
-from .advice_content import DIGITS, advice_content, place_content
+from .advice_content import advice_content, place_content
 from .best_regions import best_regions
 from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study

@@ -17,6 +17,7 @@ import numpy as np
 from ..body.body import Body
 from ..body.landmarks import SENSOR_SITES
 from ..body.regions import regions_of
+from ..wording import plain_words
 from .patches import PatchSet
 from .products import PRODUCTS
 
@@ -92,7 +93,7 @@ def resolve(name: str, body: Body, patches: PatchSet) -> int:
     ValueError
         If nothing is called that; the message names what comes closest.
     """
-    wanted = " ".join(name.lower().split())
+    wanted = plain_words(name)
     own = {patch.lower(): index for index, patch in enumerate(patches.names)}
     sites = {site.name.lower(): site for site in SENSOR_SITES}
     places = _places()
@@ -273,7 +274,7 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
     ValueError
         If nothing on a body is called that.
     """
-    words = " ".join(wish.lower().split())
+    words = plain_words(wish)
     known = [name.lower() for name in names]
     if words in known:
         return np.array([known.index(words)])

@@ -35,6 +35,9 @@ LATER = (
 )  # fmt: skip
 """What rankings by earlier versions lack."""
 
+OPTIONAL = (*LATER, "weights")
+"""What may be missing on file; `weights` where all activities count alike."""
+
 
 @dataclass(frozen=True, eq=False)
 class UtilityMap:
@@ -168,8 +171,8 @@ class UtilityMap:
         ValueError
             If the file is not a utility map.
         """
-        names = [field.name for field in fields(cls) if field.name not in (*LATER, "weights")]
-        content = load_arrays(path, names, "is not a utility map", (*LATER, "weights"))
+        names = [field.name for field in fields(cls) if field.name not in OPTIONAL]
+        content = load_arrays(path, names, "is not a utility map", OPTIONAL)
         if missing := [name for name in LATER if name not in content]:
             raise ValueError(
                 f"{path} is a ranking by an earlier version of W2W, without {', '.join(missing)}: "

@@ -13,6 +13,7 @@ from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.reliability import WANTED, clips_needed, of_halves
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import alike
+from ..wording import capital
 
 CANNOT_RANK = (
     "These clips cannot rank placements: disjoint halves of them do not agree more than by chance, "
@@ -69,7 +70,7 @@ def where_to_wear(
         where = f"{place} (all {len(group)} patches are as good)"
     else:
         where = f"{_parts(best, group, patches)} ({len(group)} patches are as good)"
-    return f"{where[0].upper()}{where[1:]}"
+    return capital(where)
 
 
 def score_text(best: int, utility: UtilityMap) -> str:
