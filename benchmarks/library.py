@@ -35,7 +35,7 @@ from .watched_run import Seen, cluster, run_arguments, watched
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 SIGNALS = "Motions to signals"
-STEPS = ("Placing patches on the body", SIGNALS, "Ranking places", "Testing the sensors together")
+STEPS = ("Placing patches on the body", SIGNALS, "Ranking patches", "Testing the sensors together")
 
 
 def main() -> None:

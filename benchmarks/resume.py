@@ -48,8 +48,8 @@ CLIPS = {
 }
 BAKING = "turning motions to signals"
 AFTERWARDS = (
-    "ranking places",
-    "choosing places",
+    "ranking patches",
+    "choosing patches",
     "choosing sensors to wear together",
     "testing the sensors together",
     "writing results",

@@ -21,14 +21,14 @@ BLUE, ORANGE, GREY = "#1f4e9e", "#d9730d", "#b9c0cc"
 
 
 def draw_ranking(utility: UtilityMap) -> None:
-    """All places by mean F1 with their intervals; those that cannot be told from the best one stand out."""
+    """All patches by mean F1 with their intervals; those that cannot be told from the best one stand out."""
     order = np.argsort(-utility.mean, kind="stable")
     same = utility.same_as(int(order[0]))[order]
     rank = np.arange(1, len(order) + 1)
     figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")
     for chosen, colour, label in (
-        (same, ORANGE, f"cannot be told from the best: {same.sum()} places"),
-        (~same, GREY, f"worse than the best: {(~same).sum()} places"),
+        (same, ORANGE, f"cannot be told from the best: {same.sum()} patches"),
+        (~same, GREY, f"worse than the best: {(~same).sum()} patches"),
     ):
         axes.vlines(
             rank[chosen],
@@ -39,7 +39,7 @@ def draw_ranking(utility: UtilityMap) -> None:
             label=label,
         )
     axes.plot(rank, utility.mean[order], color=BLUE, linewidth=1.8, label="mean F1")
-    axes.set_xlabel("place, by rank")
+    axes.set_xlabel("patch, by rank")
     axes.set_ylabel(f"mean F1, {utility.level:.0%} interval")
     axes.set_xlim(0, len(order) + 1)
     axes.spines[["top", "right"]].set_visible(False)
@@ -48,17 +48,17 @@ def draw_ranking(utility: UtilityMap) -> None:
 
 
 def draw_confusion(utility: UtilityMap) -> None:
-    """What the best and the worst place take activities for."""
-    places = (("best", int(utility.mean.argmax())), ("worst", int(utility.mean.argmin())))
+    """What the best and the worst patch take activities for."""
+    chosen = (("best", int(utility.mean.argmax())), ("worst", int(utility.mean.argmin())))
     figure, grid = plt.subplots(1, 2, figsize=(8, 3.7), sharey=True, layout="constrained")
     names = [name.replace("_", " ") for name in utility.activities]
-    for axes, (title, place) in zip(grid, places, strict=True):
-        counts = utility.confusion[place]
+    for axes, (title, patch) in zip(grid, chosen, strict=True):
+        counts = utility.confusion[patch]
         axes.imshow(counts / counts.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1)
         for (row, column), count in np.ndenumerate(counts):
             dark = count > 0.6 * counts[row].sum()
             axes.text(column, row, count, ha="center", va="center", color="white" if dark else "black")
-        axes.set_title(f"{title} place: mean F1 {utility.mean[place]:.2f}")
+        axes.set_title(f"{title} patch: mean F1 {utility.mean[patch]:.2f}")
         axes.set_xticks(range(len(names)), names, rotation=25, ha="right")
         axes.set_yticks(range(len(names)), names)
         axes.set_xlabel("named")

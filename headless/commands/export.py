@@ -122,7 +122,7 @@ def _writer(study: StudyResults, tool: str, places: str, sensor: str) -> Callabl
 
 
 def _listed(names: tuple[str, ...]) -> str:
-    return ", ".join(names) if len(names) <= 6 else f"{len(names)} places"
+    return ", ".join(names) if len(names) <= 6 else f"{len(names)} sensors"
 
 
 def _refuse_foreign(target: Path) -> None:

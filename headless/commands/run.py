@@ -47,7 +47,7 @@ def run(
     *,
     asked: StudyOptions,
 ) -> None:
-    """Find the best places for a sensor from a folder of motion files.
+    """Find where on the body to wear a sensor, from a folder of motion files.
 
     OUT then holds `report.html`, `summary.json`, `utility.csv`, `heatmaps/*.png`, `study.blend`,
     `motions/*.npz`, `signals/*.npz` and `config.json`. Run the same command again to resume a run that

@@ -182,8 +182,8 @@ def show_groups(chosen: Mapping[str, tuple[str, ...]], per_group: int, console: 
 
 def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str, console: Console) -> None:
     """Print and write both tables and the comparison of unusual placements with common ones."""
-    places = placement_patches(study.body(), study.patches, side)
-    columns, patches = list(places), list(places.values())
+    patch_of = placement_patches(study.body(), study.patches, side)
+    columns, patches = list(patch_of), list(patch_of.values())
     rows = score_table(study.utility, patches, group_of)
     show_scores(rows, columns, f"F1 at the 11 placements, {side} side", console)
     write_scores(study.out / "tables.csv", rows, columns, patches, study.utility)
@@ -195,7 +195,7 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
     }
     compared = {
         group: compare_patches(
-            study.utility, [places[name] for name in unusual], [places[name] for name in common], names
+            study.utility, [patch_of[name] for name in unusual], [patch_of[name] for name in common], names
         )
         for group, names in {**members, "": list(study.utility.activities)}.items()
         if names
@@ -229,7 +229,7 @@ def _show_comparison(
     console.print(table)
     console.print(
         "In brackets the difference of mean F1. 'Better' and 'worse': the 95 % interval of the difference, "
-        "by a bootstrap over clips that both places share, does not hold 0; of 24 such comparisons about "
+        "by a bootstrap over clips that both placements share, does not hold 0; of 24 such comparisons about "
         "one comes out so by chance.",
         style="dim",
     )

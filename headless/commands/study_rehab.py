@@ -56,7 +56,7 @@ def rehab(
     quality: Annotated[
         bool, typer.Option(help="Ask the second question, too: which exercise was done well, which badly.")
     ] = True,
-    patches: Annotated[int, typer.Option(min=2, max=6890, help="Places on the body.")] = 512,
+    patches: Annotated[int, typer.Option(min=2, max=6890, help="Patches on the body.")] = 512,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the library and of the study.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
     or 1,
@@ -66,7 +66,7 @@ def rehab(
 
     People of several builds and ages do each exercise well and once with a fault (compensating trunk,
     half range, slow, shaky, one-sided); standing, sitting, reaching and walking are background. One person at
-    a time is left out. Finds the map of each exercise, the mean map, the best single place and the smallest
+    a time is left out. Finds the map of each exercise, the mean map, the best single patch and the smallest
     set that reaches the target for the mean and for every exercise: `OUT/results`, drawn as the paper's
     figure in `figure.png`. `OUT/quality` answers the second question: done well or badly.
 
@@ -159,14 +159,14 @@ def draw_figure(out: Path, subset: Subset) -> None:
         mean = drawn(utility.expected_mean, "Expected mean F1", best_single(utility))
         corners = body.vertices[patches.triangles[order]]
         normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
-        places = renderer.locate(corners.mean(axis=1), normals)
+        markers = renderer.locate(corners.mean(axis=1), normals)
     count = f"{len(subset.order)} sensor{'' if len(subset.order) == 1 else 's'}"
     panel_figure(
         out / FIGURE,
         activities,
         mean,
         Map(mean.views, count, subset.sentence()),
-        places,
+        markers,
         [patches.names[patch] for patch in order],
         subset.mean_max_after_each[: len(order)],
         scale,

@@ -37,7 +37,7 @@ def sweep(
         typer.Option("--out", "-o", help="Output folder.  [default: RESULTS/sweep]", show_default=False),
     ] = None,
     places: Annotated[
-        int, typer.Option(min=8, help="Places compared, spread evenly; at most those of the run.")
+        int, typer.Option(min=8, help="Patches compared, spread evenly; at most those of the run.")
     ] = 128,
     copies: Annotated[int, typer.Option(min=1, help="Copies a clip, for 'augment'.")] = 4,
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()

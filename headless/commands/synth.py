@@ -14,7 +14,7 @@ from w2w.core.body.body import Body
 from w2w.core.file_names import shown
 from w2w.core.imu.formats import FORMATS, write_csv, write_recording
 from w2w.core.imu.presets import DEFAULT_SENSOR
-from w2w.core.imu.virtual import at_places
+from w2w.core.imu.virtual import at_patches
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.naming import resolve
@@ -78,7 +78,7 @@ def synth(
     name = shown(clip.name)
     try:
         _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
-        recording = record(body, at_places(patches, [chosen]), motion, config)
+        recording = record(body, at_patches(patches, [chosen]), motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
         else:
@@ -86,12 +86,12 @@ def synth(
     except (UnusableMotion, ValueError, OSError) as error:
         console.print(f"[red]No signal of {escape(name)}: {escape(str(error))}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
-    place = patches.names[chosen]
-    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {config.sensor} at the {place}"
+    worn_at = patches.names[chosen]
+    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {config.sensor} at the {worn_at}"
     console.print(f"{signal}: {escape(shown(out))}")
     if plot is not None:
         from ..reports.signal_figure import signal_figure  # matplotlib is slow to import
 
         subtitle = f"{config.sensor}, {recording.rate:g} Hz"
-        signal_figure(plot, recording, title=f"{shown(clip.stem)}: {place}", subtitle=subtitle)
+        signal_figure(plot, recording, title=f"{shown(clip.stem)}: {worn_at}", subtitle=subtitle)
         console.print(f"Picture: {escape(shown(plot))}")

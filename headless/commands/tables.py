@@ -47,13 +47,13 @@ def tables(
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
-    places = placement_patches(study.body(), study.patches, side)
-    rows = score_table(study.utility, list(places.values()), group_of)
-    show_placements(study.utility, places, f"The 11 placements, {side} side, all activities", console)
-    show_scores(rows, list(places), f"F1 at the 11 placements, {side} side", console)
+    placements = placement_patches(study.body(), study.patches, side)
+    rows = score_table(study.utility, list(placements.values()), group_of)
+    show_placements(study.utility, placements, f"The 11 placements, {side} side, all activities", console)
+    show_scores(rows, list(placements), f"F1 at the 11 placements, {side} side", console)
     show_left_out(study.utility.left_out, console)
     path = out or results / "tables.csv"
-    write_scores(path, rows, list(places), list(places.values()), study.utility)
+    write_scores(path, rows, list(placements), list(placements.values()), study.utility)
     console.print(f"{study.utility.protocol}, {study.utility.classifier}. Table: {path}")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`w2w validate`: does the simulated map rank places as the real sensors of a public data set do?"""
+"""`w2w validate`: does the simulated map rank sites as the real sensors of a public data set do?"""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ..validation.utd import compare_utd, write_utd
 VALIDATE = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
-    help="Test on your own copy of a public data set whether simulated sensors rank places as real ones do.",
+    help="Test on your own copy of a public data set whether simulated sensors rank sites as real ones do.",
 )
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for report.md, tables and pictures.")]

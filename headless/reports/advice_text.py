@@ -91,8 +91,8 @@ def show_advice(
     console.print(f"By the best-of proxy: {subset.proxy_sentence()}; {advice.gap_sentence()}.")
     if advice.exact is not None and advice.exact.promise not in (None, subset.promise):
         console.print(f"The exact optimum: {advice.exact.expected_sentence()}.")
-    if advice.next_place >= 0:
-        more = patches.names[advice.next_place]
+    if advice.next_patch >= 0:
+        more = patches.names[advice.next_patch]
         console.print(f"By the proxy, one more sensor ({more}) would add {advice.next_gain:.3f}.")
     console.print(
         "'Expected F1', 'on these clips': one classifier on all sensors up to that line, on other clips by "
@@ -118,7 +118,7 @@ def _set_table(
     for heading in [*headings, "best-of proxy"]:
         table.add_column(heading, justify="right")
     table.add_column("would do as well", overflow="fold")
-    for number, (place, score) in enumerate(zip(order[:AT_MOST], subset.mean_max_after_each, strict=False)):
+    for number, (patch, score) in enumerate(zip(order[:AT_MOST], subset.mean_max_after_each, strict=False)):
         cells = []
         if made is not None:
             cells += [f"{made.mean[number]:.3f}", interval_text(made.low[number], made.high[number], "")]
@@ -126,7 +126,7 @@ def _set_table(
             tested = _tested(together[number], caution) if number < len(together) else ["", ""]
             cells += tested if made is None else tested[:1]
         same = _regions(advice.alternatives[number], patches)
-        table.add_row(str(number + 1), patches.names[place], *cells, f"{score:.3f}", same)
+        table.add_row(str(number + 1), patches.names[patch], *cells, f"{score:.3f}", same)
     if len(order) > AT_MOST:
         table.add_row("", f"and {len(order) - AT_MOST} more")
     return table
@@ -136,10 +136,10 @@ def _tested(tested: UtilityMap, caution: str) -> list[str]:
     return [f"{tested.mean[0]:.3f}", interval_text(tested.mean_low[0], tested.mean_high[0], caution)]
 
 
-def _regions(places: np.ndarray, patches: PatchSet) -> str:
-    """Regions of places with how many there are of each, the commonest first."""
-    if not len(places):
+def _regions(chosen: np.ndarray, patches: PatchSet) -> str:
+    """Regions of patches with how many there are of each, the commonest first."""
+    if not len(chosen):
         return "none"
-    counts = Counter(patches.regions[place] for place in places.tolist()).most_common()
+    counts = Counter(patches.regions[patch] for patch in chosen.tolist()).most_common()
     shown = ", ".join(f"{region} ({count})" for region, count in counts[:4])
     return shown + (f" and {len(counts) - 4} regions more" if len(counts) > 4 else "")

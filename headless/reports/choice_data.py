@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from w2w.core.patches.naming import ALL, MIDDLE, PARTS, PLACEMENTS, SIDES, find_places
+from w2w.core.patches.naming import ALL, MIDDLE, PARTS, PLACEMENTS, SIDES, find_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.subsets import ROUNDING, TIE
@@ -52,9 +52,9 @@ def words_of(patches: PatchSet) -> dict[str, list[int]]:
     found = {}
     for word in dict.fromkeys(words):
         try:
-            places = find_places(patches.regions, patches.names, word)
+            meant = find_patches(patches.regions, patches.names, word)
         except ValueError:  # one side of what has no sides
             continue
-        if len(places):
-            found[word] = np.unique(places).tolist()
+        if len(meant):
+            found[word] = np.unique(meant).tolist()
     return found

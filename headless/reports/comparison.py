@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from w2w.core.files import json_number, write_json
+from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.finished_study import Study
-from w2w.core.findings.summary import place
 from w2w.core.ranking.agreement import rank_agreement
 
 from ..runs.own_files import json_content, refuse
@@ -44,7 +44,9 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
             name: {
                 "body": study.body.name,
                 "height_m": round(study.body.height, 3),
-                "best_single_patch": place(study, study.advice.best),
+                "best_single_patch": patch_content(
+                    study.advice.best, study.results.utility, study.results.patches
+                ),
                 "subset": [study.results.patches.names[patch] for patch in study.advice.subset.order],
             }
             for name, study in studies
@@ -59,7 +61,7 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
 
 
 def _agreement(first: Study, second: Study) -> dict[str, Any]:
-    """Spearman's rho of two maps over the same places, of the mean and by activity."""
+    """Spearman's rho of two maps over the same patches, of the mean and by activity."""
     a, b = first.results.utility, second.results.utility
     mean = rank_agreement(a.mean, b.mean, a.mean_samples, b.mean_samples)
     shared = [name for name in a.activities if name in b.activities]

@@ -101,7 +101,7 @@ def _show_regions(results: StudyResults, console: Console) -> None:
     for row in best_regions(utility, results.patches):
         interval = interval_text(row["low"], row["high"], mean_caution(utility))
         equal = "yes" if row["as_good"] else "no"
-        table.add_row(row["place"], f"{row['expected']:.3f}", interval, equal, f"{row['f1']:.3f}")
+        table.add_row(row["name"], f"{row['expected']:.3f}", interval, equal, f"{row['f1']:.3f}")
     console.print(table)
 
 
@@ -148,7 +148,7 @@ def wide_console() -> Console:
     return console if console.is_terminal else Console(highlight=False, width=WIDTH)
 
 
-def show_placements(utility: UtilityMap, places: Mapping[str, int], title: str, console: Console) -> None:
+def show_placements(utility: UtilityMap, placements: Mapping[str, int], title: str, console: Console) -> None:
     """Print placements by the F1 expected of each, the best first."""
     table = Table(title=title, title_justify="left")
     table.add_column("placement")
@@ -156,7 +156,7 @@ def show_placements(utility: UtilityMap, places: Mapping[str, int], title: str, 
         table.add_column(heading, justify="right")
     if not utility.can_rank:
         console.print(f"{CANNOT_RANK}.", style="bold yellow")
-    for name, patch in sorted(places.items(), key=lambda item: -utility.expected_mean[item[1]]):
+    for name, patch in sorted(placements.items(), key=lambda item: -utility.expected_mean[item[1]]):
         low, high = utility.expected_low[patch], utility.expected_high[patch]
         table.add_row(
             name,
@@ -187,10 +187,10 @@ def write_scores(
     path: Path,
     rows: Sequence[ScoreRow],
     columns: Sequence[str],
-    places: Sequence[int],
+    patches: Sequence[int],
     utility: UtilityMap | None = None,
 ) -> None:
-    """Write one line a cell: group, activity, place, patch, F1, its interval, motions and windows.
+    """Write one line a cell: group, activity, placement, patch, F1, its interval, motions and windows.
 
     With a map, the last lines, "expected mean", are what other clips would show; of them
     `same_as_best` means the best patch of all.
@@ -200,16 +200,16 @@ def write_scores(
     ]
     for row in rows:
         head = (row.group or "all", row.activity or "mean")
-        for number, (column, place) in enumerate(zip(columns, places, strict=True)):
+        for number, (column, patch) in enumerate(zip(columns, patches, strict=True)):
             scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
             same = "yes" if row.best[number] else "no"
-            lines.append([*head, column, place, *scores, same, row.clips, row.windows])
-    for column, place in zip(columns, places, strict=True) if utility is not None else ():
+            lines.append([*head, column, patch, *scores, same, row.clips, row.windows])
+    for column, patch in zip(columns, patches, strict=True) if utility is not None else ():
         scores = (utility.expected_mean, utility.expected_low, utility.expected_high)
-        cells = [f"{values[place]:.{DIGITS}f}" for values in scores]
-        equal = "yes" if utility.as_good[place] else "no"
+        cells = [f"{values[patch]:.{DIGITS}f}" for values in scores]
+        equal = "yes" if utility.as_good[patch] else "no"
         tested = (len(np.unique(utility.clip)), len(utility.truth))
-        lines.append(["all", "expected mean", column, place, *cells, equal, *tested])
+        lines.append(["all", "expected mean", column, patch, *cells, equal, *tested])
     write_text(path, csv_text(lines))
 
 

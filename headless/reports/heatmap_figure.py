@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finished pictures of heatmaps and chosen places, ready for a slide or a paper."""
+"""Finished pictures of heatmaps and chosen sensors, ready for a slide or a paper."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .page import (
     INK,
     LIST_COLUMN,
     MARGIN,
-    Place,
+    Marker,
     axes_at,
     common_crop,
     draw_list,
@@ -88,7 +88,7 @@ def subset_figure(
     path: str | Path,
     views: Sequence[np.ndarray],
     title: str,
-    places: Sequence[Place],
+    markers: Sequence[Marker],
     names: Sequence[str],
     scores: Sequence[float],
     label: str = "Mean F1",
@@ -100,7 +100,7 @@ def subset_figure(
     scale_label: str = "",
     note: str = "",
 ) -> None:
-    """Write a picture of chosen places: numbered markers on the body and a list beside it.
+    """Write a picture of chosen sensors: numbered markers on the body and a list beside it.
 
     Parameters
     ----------
@@ -110,12 +110,12 @@ def subset_figure(
         From `BodyRenderer.render`.
     title : str
         What was chosen.
-    places : sequence of (view, column, row)
-        Where each place is, in order of choice, from `BodyRenderer.locate`.
+    markers : sequence of (view, column, row)
+        Where each sensor is, in order of choice, from `BodyRenderer.locate`.
     names : sequence of str
-        Body region of each place.
+        Body region of each sensor.
     scores : sequence of float, each 0 to 1
-        Score that the places up to and with this one reach together.
+        Score that the sensors up to and with this one reach together.
     label : str
         What the scores are.
     target : float, optional
@@ -136,11 +136,11 @@ def subset_figure(
     Raises
     ------
     ValueError
-        If places, names and scores differ in number.
+        If markers, names and scores differ in number.
     """
-    if not len(places) == len(names) == len(scores):
+    if not len(markers) == len(names) == len(scores):
         raise ValueError(
-            f"places ({len(places)}), names ({len(names)}) and scores ({len(scores)}) must be as many"
+            f"markers ({len(markers)}), names ({len(names)}) and scores ({len(scores)}) must be as many"
         )
     crop = common_crop(views)
     bar = BAR_COLUMN if scale else 0.0
@@ -150,9 +150,9 @@ def subset_figure(
         _draw_bar(figure, left + 0.3, *scale, scale_label or label, colour_map, note)
     pixels_an_inch = (crop[1] - crop[0]) / VIEW_SIZE
     for number, view in enumerate(axes):
-        here = [index for index, place in enumerate(places) if place[0] == number]
+        here = [index for index, marker in enumerate(markers) if marker[0] == number]
         draw_markers(
-            view, np.array([places[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
+            view, np.array([markers[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
         )
     draw_list(figure, left + bar + 0.3, names, scores, label, target, MARGIN, VIEW_SIZE)
     save(figure, path)

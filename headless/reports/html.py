@@ -107,7 +107,7 @@ def page(
     utility, spot = study.utility, summary["best_single_patch"]
     best = spot["patch"]
     worn = summary.get("worn_together")
-    chosen = [place["patch"] for place in (worn or summary["subset"])["places"]]
+    chosen = [sensor["patch"] for sensor in (worn or summary["subset"])["places"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
@@ -131,7 +131,7 @@ def page(
         body=body,
         wearing=wearing_sentences(study.config().sensor_model()),
         utility=utility,
-        n_places=len(study.patches),
+        n_patches=len(study.patches),
         mean_title=mean_title(utility),
         mean_explained=mean_sentence(utility),
         regions=best_regions(utility, study.patches),
@@ -158,7 +158,7 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
             {
                 "name": name,
                 **summary["activities"][name],
-                "place": study.patches.names[own],
+                "where": study.patches.names[own],
                 "patch": own,
                 "expected": float(utility.expected_f1[own, number]),
                 "f1": float(utility.f1[own, number]),
@@ -178,8 +178,8 @@ def _notes(summary: dict[str, Any]) -> list[str]:
     return notes + ([f"{windows}."] if windows else [])
 
 
-def _mistakes(utility: UtilityMap, place: int) -> list[dict[str, Any]]:
-    """Rows of the confusion table of one place, each window count with its share of the row."""
+def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:
+    """Rows of the confusion table of one patch, each window count with its share of the row."""
     if len(utility.activities) > MAX_CONFUSED:
         return []
     return [
@@ -187,5 +187,5 @@ def _mistakes(utility: UtilityMap, place: int) -> list[dict[str, Any]]:
             "name": name,
             "cells": [(int(count), float(count / max(row.sum(), 1))) for count in row],
         }
-        for name, row in zip(utility.activities, utility.confusion[place], strict=True)
+        for name, row in zip(utility.activities, utility.confusion[patch], strict=True)
     ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chosen places in a picture: numbered markers on the body, and the list beside it."""
+"""Chosen sensors in a picture: numbered markers on the body, and the list beside it."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ ROW, BAR = 0.52, 0.06
 BADGE = 0.088
 """Radius of a numbered marker, inches."""
 
-Place = tuple[int, float, float]
+Marker = tuple[int, float, float]
 """Index of a view, and the column and row of a pixel in it."""
 
 
@@ -119,7 +119,7 @@ def draw_list(
     bottom: float,
     height: float,
 ) -> None:
-    """One row a place: its badge, its name, and a bar of the score reached with it."""
+    """One row a sensor: its badge, its name, and a bar of the score reached with it."""
     width = LIST_COLUMN - 0.3
     row = min(ROW, (height - 0.55) / max(len(names), 1))
     axes = axes_at(figure, left, bottom, width, height)

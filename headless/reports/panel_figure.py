@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's figure of a study: a heatmap an activity, their mean, and the chosen places, on one page."""
+"""The paper's figure of a study: a heatmap an activity, their mean, and the chosen sensors, on one page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .page import (
     FONT,
     INK,
     MARGIN,
-    Place,
+    Marker,
     axes_at,
     common_crop,
     draw_list,
@@ -51,7 +51,7 @@ FOOT = 0.7
 """Height of the colour bar and the room over it, inches."""
 
 LIST = 3.7
-"""Width of the list of places, inches."""
+"""Width of the list of sensors, inches."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ def panel_figure(
     activities: Sequence[Map],
     mean: Map,
     subset: Map,
-    places: Sequence[Place],
+    markers: Sequence[Marker],
     names: Sequence[str],
     scores: Sequence[float],
     scale: tuple[float, float],
     target: float,
 ) -> None:
-    """Write the figure: (a) a heatmap an activity, (b) the mean map, (c) the chosen places.
+    """Write the figure: (a) a heatmap an activity, (b) the mean map, (c) the chosen sensors.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ def panel_figure(
     activities : sequence of Map
     mean, subset : Map
         All maps coloured over the same `scale`.
-    places, names, scores
-        The chosen places, as in `figures.subset_figure`.
+    markers, names, scores
+        The chosen sensors, as in `figures.subset_figure`.
     scale : (low, high)
         F1 at the two ends of the colour bar.
     target : float
@@ -123,8 +123,8 @@ def panel_figure(
     views = _draw_map(figure, subset, crop, (right, top - HEAD), large, wide + GAP + LIST)
     pixels_an_inch = (crop[1] - crop[0]) / large
     for number, view in enumerate(views):
-        here = [index for index, place in enumerate(places) if place[0] == number]
-        anchors = np.array([places[index][1:] for index in here]).reshape(-1, 2)
+        here = [index for index, marker in enumerate(markers) if marker[0] == number]
+        anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
         draw_markers(view, anchors, here, pixels_an_inch)
     bottom = top - HEAD - CAPTION - large
     draw_list(figure, right + wide + GAP, names, scores, "Best-of F1", target, bottom=bottom, height=large)

@@ -27,7 +27,7 @@ EXPECTED = "Expected F1"
 """What the colours of every heatmap stand for."""
 
 MAX_LISTED = 12
-"""More places than this do not fit beside the picture; the summary has them all."""
+"""More sensors than this do not fit beside the picture; the summary has them all."""
 
 
 def write_pictures(out: Path, subset: Subset) -> None:
@@ -46,11 +46,11 @@ def write_pictures(out: Path, subset: Subset) -> None:
     allowed = study.config().constraints.terms(study.patches)["allowed"]
     maps.append((MEAN, mean_title(utility), utility.expected_mean, best_single(utility, allowed)))
     with BodyRenderer(study.body()) as renderer:
-        for name, title, scores, place in maps:
+        for name, title, scores, spot in maps:
             low, high = score_range(scores, utility.colour_span)
             pictures = renderer.render(patch_colours(study.patches, scores, low, high))
             subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
-            subtitle += f"Best spot: {study.patches.names[place]} ({scores[place]:.2f} on other clips)"
+            subtitle += f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
             note = span_note(scores, low, high)
             heatmap_figure(folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle, note=note)
         _draw_subset(study, subset, renderer)
@@ -93,8 +93,8 @@ def marked(study: StudyResults, subset: Subset) -> Marked:
     """The set to wear together that the summary tells of; where it tells of none, that by the proxy."""
     worn, made = study.summary.get("worn_together"), subset.promise
     if worn is not None:
-        order = [place["patch"] for place in worn["places"]]
-        scores = [place["expected_f1_so_far"] for place in worn["places"]]
+        order = [sensor["patch"] for sensor in worn["places"]]
+        scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
         sentence = capital(worn["sentence"])
         return Marked(order, scores, EXPECTED, worn["target"], worn["reached"], sentence)
     scores, label = list(subset.mean_max_after_each), "Best-of F1 on these clips"

@@ -69,9 +69,9 @@ def write_placement_study(
 
 def figure_rows(study: StudyResults, group_of: Mapping[str, str], side: str) -> list[ScoreRow]:
     """The rows of the activities, group by group in the paper's order."""
-    places = placement_patches(study.body(), study.patches, side)
+    patch_of = placement_patches(study.body(), study.patches, side)
     order = {group: number for number, group in enumerate(PAPER_GROUPS)}
-    rows = [row for row in score_table(study.utility, list(places.values()), group_of) if row.activity]
+    rows = [row for row in score_table(study.utility, list(patch_of.values()), group_of) if row.activity]
     return sorted(rows, key=lambda row: (order.get(row.group, len(order)), row.group, row.activity))
 
 

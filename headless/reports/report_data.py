@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the report's 3D view needs, small enough to stand in the page: the body, its places, their scores."""
+"""What the report's 3D view needs, small enough to stand in the page: the body, its patches, their scores."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ F1_STEPS = 65535
 
 
 def view_data(
-    body: Body, patches: PatchSet, utility: UtilityMap, places: list[int], best: int
+    body: Body, patches: PatchSet, utility: UtilityMap, chosen: list[int], best: int
 ) -> dict[str, Any]:
     """Everything the 3D view draws.
 
@@ -34,7 +34,7 @@ def view_data(
     body : Body
     patches : PatchSet
     utility : UtilityMap
-    places : list of int
+    chosen : list of int
         The recommended patches, in order of choice.
     best : int
         The best single patch.
@@ -70,7 +70,7 @@ def view_data(
         "faces": packed(body.faces),
         "cells": packed(patches.labels),
         "spread_count": packed(np.diff(spread.indptr)),
-        "spread_place": packed(spread.indices),
+        "spread_patch": packed(spread.indices),
         "spread_share": packed(np.rint(spread.data * 65535)),
         "centres": packed(patches.vertices),
         "names": list(patches.names),
@@ -84,7 +84,7 @@ def view_data(
         "low": packed(_steps(low)),
         "high": packed(_steps(high)),
         "rank": packed(np.column_stack([utility.rank_low, utility.rank_high])),
-        "chosen": places,
+        "chosen": chosen,
         "best": best,
         "colours": packed(np.rint(255 * colour_table(steps=COLOURS))),
     }

@@ -104,7 +104,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         raise StudyError(f"{error}. Clips used by activity: {found}", clips) from error
-    with monitor.step("choosing places"):
+    with monitor.step("choosing patches"):
         advice = _choose(utility, patches, config)
     results = StudyResults(out, utility, patches, ranked, config.as_dict())
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
@@ -174,7 +174,7 @@ def _rank(
     names = [clip.name for clip in used]
     windows = [ClipWindows.read(out, name) for name in names]
     inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
-    with monitor.bar("ranking places", 100) as advance:
+    with monitor.bar("ranking patches", 100) as advance:
         done = 0
 
         def told(fraction: float) -> None:

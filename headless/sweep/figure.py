@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from w2w.core.files import atomic_write
-from w2w.core.patches.naming import find_places
+from w2w.core.patches.naming import find_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.agreement import other_clips
 
@@ -102,9 +102,9 @@ def _draw_parts(axes: Axes, swept: Sequence[SweptCase], patches: PatchSet) -> No
 
 
 def _patches_of(part: str, patches: PatchSet) -> np.ndarray:
-    found = find_places(patches.regions, patches.names, part)
+    found = find_patches(patches.regions, patches.names, part)
     side, _, limb = part.rpartition(" ")
     end = {"arm": "hand", "leg": "foot"}.get(limb)
     if end is None:
         return found
-    return np.setdiff1d(found, find_places(patches.regions, patches.names, f"{side} {end}".strip()))
+    return np.setdiff1d(found, find_patches(patches.regions, patches.names, f"{side} {end}".strip()))

@@ -15,14 +15,14 @@ from w2w.core.body.landmarks import SensorSite
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import at_places, record_motion
+from w2w.core.imu.virtual import at_patches, record_motion
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import KINECT_20
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.library import read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.patches.naming import places_named
+from w2w.core.patches.naming import patches_named
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.study import same_clips
 from w2w.core.validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol
@@ -68,7 +68,7 @@ class RegionSimulator:
             f"{len(of_site)} patches" if isinstance(site, str) else patches.names[of_site[0]]
             for site, of_site in zip(protocol.sites.values(), of_sites, strict=True)
         )
-        self._patches = at_places(patches, chosen)
+        self._patches = at_patches(patches, chosen)
         self._sensor = protocol.sensor
 
     def record(self, moving: Moving, cutoff_hz: float) -> ImuRecording:
@@ -109,7 +109,7 @@ def _patches_at(site: str | SensorSite | int, patches: PatchSet, body: Body) -> 
         If no region has its name, or the body no such vertex; the message says which.
     """
     if isinstance(site, str):
-        return places_named(patches.regions, site).tolist()
+        return patches_named(patches.regions, site).tolist()
     vertex = site if isinstance(site, int) else site.vertex(body)
     if vertex >= len(patches.labels):
         raise ValueError(f"the body has {len(patches.labels)} vertices, from 0: none has the number {vertex}")

@@ -213,7 +213,7 @@ def test_events_for_machines(library, tmp_path):
     assert sorted(clip["done"] for clip in clips) == [1, 2, 3, 4, 5]
     assert [clip["reason"] for clip in clips if not clip["used"]] == ["the file is empty (0 bytes)"]
     assert all(clip["frames"] > 0 for clip in clips if clip["used"])
-    assert "ranking places" in [event.get("step") for event in events]
+    assert "ranking patches" in [event.get("step") for event in events]
     assert [event["event"] for event in events[-2:]] == ["result", "finished"]
     assert events[-1]["exit_code"] == 3
     assert events[-2] | {"used": 4, "skipped": 1} == events[-2]

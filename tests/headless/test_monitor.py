@@ -84,9 +84,9 @@ def test_a_step_in_two_parts_is_told_once(tmp_path, screen, told):
 
 
 def test_a_step_that_fails_is_not_said_to_be_done(screen):
-    with pytest.raises(ValueError, match="no such place"), RunMonitor(screen).step("choosing places"):
+    with pytest.raises(ValueError, match="no such place"), RunMonitor(screen).step("choosing patches"):
         raise ValueError("no such place")
-    assert "Choosing places: " not in screen.file.getvalue()
+    assert "Choosing patches: " not in screen.file.getvalue()
 
 
 def test_a_second_run_of_one_monitor_begins_anew(tmp_path, screen):

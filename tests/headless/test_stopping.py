@@ -157,7 +157,7 @@ def stages(out):
         "imports": lambda process: hears(process, signal.SIGTERM),
         "patches": lambda _: step(out) == "placing patches",
         "workers": lambda _: len(list(out.glob(".w2w/running/*"))) > 0,
-        "ranking": lambda _: step(out) == "ranking places",
+        "ranking": lambda _: step(out) == "ranking patches",
         "pictures": lambda _: (out / "heatmaps").is_dir(),
         "report": lambda _: list(out.glob(".report.html.*")),
     }

@@ -13,7 +13,7 @@ import w2w as extension
 from w2w.core.clip_files import signals_file
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
-from w2w.core.patches.naming import find_places
+from w2w.core.patches.naming import find_patches
 from w2w.core.results_folder import StudyResults
 from w2w.scene.body import armature_of
 from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names
@@ -136,7 +136,7 @@ def test_the_target_and_ticks_choose_within_the_runs_constraints(opened: bpy.typ
     study.max_places = 0
     study.target = 1.0
     patches = patches_of(opened)
-    forbidden = find_places(patches.regions, patches.names, "foot")
+    forbidden = find_patches(patches.regions, patches.names, "foot")
     assert len(forbidden)
     assert study.chosen
     assert not {place.patch for place in study.chosen} & set(forbidden.tolist())

@@ -41,7 +41,7 @@ class StudyConfig:
     Parameters
     ----------
     patches : int
-        Places on the body.
+        Patches on the body.
     patch_mode : {"exact", "fast"}
         Geodesic distances that the patches are sampled by (`patches.sample_patches`).
     placements : tuple of (str, int or tuple of 3 floats)

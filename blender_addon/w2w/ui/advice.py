@@ -17,10 +17,10 @@ def keep(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> None:
     """Keep a choice made under the study's wishes as they are now."""
     study.advice_text, study.advised_as = json.dumps(content), advice_settings(study)
     study.worn.clear()
-    for place in (content.get("worn_together") or {}).get("places", ()):
+    for sensor in (content.get("worn_together") or {}).get("places", ()):
         row = study.worn.add()
-        row.patch, row.label, row.f1 = place["patch"], place["name"], place["expected_f1_so_far"]
-        row.low, row.high = place["expected_f1_so_far_interval"]
+        row.patch, row.label, row.f1 = sensor["patch"], sensor["name"], sensor["expected_f1_so_far"]
+        row.low, row.high = sensor["expected_f1_so_far_interval"]
 
 
 def forget(study: bpy.types.PropertyGroup) -> None:

@@ -74,7 +74,7 @@ def draw() -> None:
     if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
         _draw_colour_bar(body, free, scale)
     surface = Surface(context, body, patches)
-    _draw_places(surface, body, scale)
+    _draw_chosen(surface, body, scale)
     _draw_own(surface, body.w2w, scale)
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     for number, patch in enumerate(chosen):
@@ -142,13 +142,13 @@ def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:
             x += WIDTH * scale + margin
 
 
-def _draw_places(surface: Surface, body: bpy.types.Object, scale: float) -> None:
-    """Number the chosen sensor places in the order of their choice, those in sight."""
+def _draw_chosen(surface: Surface, body: bpy.types.Object, scale: float) -> None:
+    """Number the chosen sensors in the order of their choice, those in sight."""
     if body.w2w.chosen_collection is None:
         return
-    for number, place in enumerate(leading(body.w2w), start=1):
-        if surface.in_sight(place.patch):
-            point = surface.on_screen(place.patch)
+    for number, sensor in enumerate(leading(body.w2w), start=1):
+        if surface.in_sight(sensor.patch):
+            point = surface.on_screen(sensor.patch)
             disc(point.x, point.y, 9 * scale, PALE)
             disc(point.x, point.y, 7.5 * scale, BADGE)
             text(point.x, point.y - 4 * scale, str(number), 10.5 * scale, PALE, "CENTER")

@@ -41,7 +41,7 @@ class W2W_OT_pick_patch(bpy.types.Operator):
         origin = region_2d_to_origin_3d(context.region, context.region_data, mouse)
         direction = region_2d_to_vector_3d(context.region, context.region_data, mouse)
         depsgraph = context.evaluated_depsgraph_get()
-        hit, place, _, face, item, _ = context.scene.ray_cast(depsgraph, origin, direction)
+        hit, point, _, face, item, _ = context.scene.ray_cast(depsgraph, origin, direction)
         if not hit or item.type != "MESH" or not item.w2w.is_body:
             self.report({"INFO"}, "Click on a body that has patches")
             return {"CANCELLED"}
@@ -49,7 +49,7 @@ class W2W_OT_pick_patch(bpy.types.Operator):
             self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (step 3)")
             return {"CANCELLED"}
         context.scene.w2w.body = item
-        patch, vertex = spot_at(depsgraph, item, face, np.array(place))
+        patch, vertex = spot_at(depsgraph, item, face, np.array(point))
         pick(context, item, patch, self.compare, vertex)
         return {"FINISHED"}
 
@@ -75,7 +75,7 @@ class W2W_WT_pick(bpy.types.WorkSpaceTool):
 
 
 def spot_at(
-    depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, place: np.ndarray
+    depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, point: np.ndarray
 ) -> tuple[int, int]:
     """Patch that a point of the body's evaluated surface belongs to, and the vertex nearest to it.
 
@@ -85,7 +85,7 @@ def spot_at(
     body : Object
     face : int
         Polygon of the evaluated mesh that the point is on.
-    place : ndarray, shape (3,)
+    point : ndarray, shape (3,)
         The point in the world.
 
     Returns
@@ -98,12 +98,12 @@ def spot_at(
     mesh, world = evaluated.data, np.array(evaluated.matrix_world)
     if len(mesh.vertices) == len(patches.labels):
         corners = list(mesh.polygons[face].vertices)
-        places = np.array([mesh.vertices[corner].co for corner in corners]) @ world[:3, :3].T + world[:3, 3]
-        vertex = corners[int(np.linalg.norm(places - place, axis=1).argmin())]
+        points = np.array([mesh.vertices[corner].co for corner in corners]) @ world[:3, :3].T + world[:3, 3]
+        vertex = corners[int(np.linalg.norm(points - point, axis=1).argmin())]
         return int(patches.labels[vertex]), vertex
     # a modifier has made other vertices: the nearest carrier triangle stands for its patch
-    places = EvaluatedVertices(body, patches.triangles).positions().mean(axis=1)
-    return int(np.linalg.norm(places - place, axis=1).argmin()), -1
+    points = EvaluatedVertices(body, patches.triangles).positions().mean(axis=1)
+    return int(np.linalg.norm(points - point, axis=1).argmin()), -1
 
 
 CLASSES = (W2W_OT_pick_patch,)

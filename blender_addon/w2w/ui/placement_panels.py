@@ -100,9 +100,9 @@ def draw_wishes(layout: Layout, context: Context, body: bpy.types.Object) -> Non
         kind = row.row(align=True)
         kind.ui_units_x = 4
         kind.prop(wish, "kind", text="")
-        place = row.row(align=True)
-        place.alert = not is_understood(patches, wish.place)
-        place.prop(wish, "place", text="", placeholder="where")
+        where = row.row(align=True)
+        where.alert = not is_understood(patches, wish.place)
+        where.prop(wish, "place", text="", placeholder="where")
         if wish.kind == COST:
             cost = row.row(align=True)
             cost.ui_units_x = 3
@@ -143,7 +143,7 @@ def _exact(content: dict[str, Any]) -> str:
     exact = content["exact"]
     if exact is None:
         return content["greedy_and_exact"]
-    names = ", ".join(place["name"] for place in exact["places"])
+    names = ", ".join(sensor["name"] for sensor in exact["places"])
     return f"{content['greedy_and_exact']}. The exact set: {names}"
 
 
@@ -155,10 +155,10 @@ def _next(content: dict[str, Any]) -> str:
 
 
 def _alternatives(subset: dict[str, Any]) -> list[str]:
-    """For each place of a set, what would do as well."""
+    """For each sensor of a set, what would do as well."""
     return [
-        f"instead of {number} ({place['name']}): {_some(names)}"
-        for number, (place, names) in enumerate(
+        f"instead of {number} ({sensor['name']}): {_some(names)}"
+        for number, (sensor, names) in enumerate(
             zip(subset["places"], subset["alternatives"], strict=True), start=1
         )
         if names

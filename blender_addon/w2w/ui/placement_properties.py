@@ -29,7 +29,7 @@ FIRST_LIMIT = 3
 
 
 def _suggest(wish: W2W_PG_wish, _context: bpy.types.Context, typed: str) -> list[str]:
-    """Places whose names hold what has been typed."""
+    """Parts, products and patches whose names hold what has been typed."""
     patches = patches_of(wish.id_data)
     return suggestions(patches, typed) if patches is not None else []
 
@@ -46,7 +46,7 @@ class W2W_PG_place(bpy.types.PropertyGroup):
     """A patch in a table of results."""
 
     patch: IntProperty(name="Patch")
-    label: StringProperty(name="Place")
+    label: StringProperty(name="Name")
     f1: FloatProperty(name="F1")
     low: FloatProperty(name="Lower Limit")
     high: FloatProperty(name="Upper Limit")
@@ -60,7 +60,7 @@ class W2W_PG_wish(bpy.types.PropertyGroup):
         description="What is wished for",
         items=KINDS,
         default=FORBID,
-        update=updates.choose_places,
+        update=updates.choose_patches,
     )
     place: StringProperty(
         name="Place",
@@ -68,7 +68,7 @@ class W2W_PG_wish(bpy.types.PropertyGroup):
         "wrist), a product (watch, belt) or a patch; several are separated by commas",
         search=_suggest,
         search_options={"SUGGESTION"},
-        update=updates.choose_places,
+        update=updates.choose_patches,
     )
     cost: FloatProperty(
         name="Cost",
@@ -78,7 +78,7 @@ class W2W_PG_wish(bpy.types.PropertyGroup):
         soft_min=0.1,
         soft_max=10.0,
         precision=2,
-        update=updates.choose_places,
+        update=updates.choose_patches,
     )
     given: StringProperty(options={"HIDDEN"})
 
@@ -107,7 +107,7 @@ class Placement:
         max=1.0,
         precision=2,
         subtype="FACTOR",
-        update=updates.choose_places,
+        update=updates.choose_patches,
     )
     every_activity: FloatProperty(
         name="Every Activity",
@@ -118,7 +118,7 @@ class Placement:
         max=1.0,
         precision=2,
         subtype="FACTOR",
-        update=updates.choose_places,
+        update=updates.choose_patches,
     )
     max_places: IntProperty(
         name="At Most",
@@ -126,7 +126,7 @@ class Placement:
         default=0,
         min=0,
         soft_max=12,
-        update=updates.choose_places,
+        update=updates.choose_patches,
     )
     limit_places: BoolProperty(
         name="Limit",

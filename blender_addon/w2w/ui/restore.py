@@ -167,12 +167,12 @@ def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
 
 
 def _found_folder(study: bpy.types.PropertyGroup) -> Path | None:
-    places = []
+    folders = []
     if study.results_near and bpy.data.filepath:
-        places.append((Path(bpy.data.filepath).parent / study.results_near).resolve())
+        folders.append((Path(bpy.data.filepath).parent / study.results_near).resolve())
     if study.results_folder:
-        places.append(Path(study.results_folder))
-    return next((place for place in places if (place / SUMMARY).is_file()), None)
+        folders.append(Path(study.results_folder))
+    return next((folder for folder in folders if (folder / SUMMARY).is_file()), None)
 
 
 def _has_files(folder: Path, clip: str) -> bool:

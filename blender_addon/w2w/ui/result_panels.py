@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The results below step 5: the heatmap, the sensor places and the table of regions."""
+"""The results below step 5: the heatmap, the chosen sensors and the table of regions."""
 
 from __future__ import annotations
 
@@ -116,21 +116,21 @@ def draw_rows(
 ) -> None:
     """Draw a table of patches; a click on one looks at it."""
     column = layout.column(align=True)
-    for number, place in enumerate(rows, start=1):
+    for number, entry in enumerate(rows, start=1):
         row = column.row(align=True)
-        split = row.split(factor=0.6 if place.high > 0 else 0.7, align=True)
-        text = f"{number}  {place.label}" if numbered else place.label
+        split = row.split(factor=0.6 if entry.high > 0 else 0.7, align=True)
+        text = f"{number}  {entry.label}" if numbered else entry.label
         look = split.operator(
             "w2w.select_patch",
             text=text,
             translate=False,
-            depress=place.patch in (study.picked, study.compared),
+            depress=entry.patch in (study.picked, study.compared),
         )
-        look.patch = place.patch
+        look.patch = entry.patch
         value = split.row(align=True)
         value.alignment = "RIGHT"
-        interval = f" ({short(place.low)}–{short(place.high)})" if place.high > 0 else ""
-        value.label(text=f"{short(place.f1)}{interval}" if interval else f"{place.f1:.3f}")
+        interval = f" ({short(entry.low)}–{short(entry.high)})" if entry.high > 0 else ""
+        value.label(text=f"{short(entry.f1)}{interval}" if interval else f"{entry.f1:.3f}")
 
 
 CLASSES = (W2W_PT_findings, W2W_PT_heatmap, W2W_PT_regions)

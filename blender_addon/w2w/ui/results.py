@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A ranking on the body: heatmaps, the chosen places and the table of regions."""
+"""A ranking on the body: heatmaps, the chosen sensors and the table of regions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from .state import config_of, patches_of, usable, utility_of, without_updates
 
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
-"""Radius of a chosen place's sphere, in lengths of a patch's axes."""
+"""Radius of a chosen sensor's sphere, in lengths of a patch's axes."""
 
 _waiting: set[str] = set()
 """Bodies to paint when they leave Edit Mode."""
@@ -207,7 +207,7 @@ def list_regions(body: bpy.types.Object) -> None:
 
 
 def choose(body: bpy.types.Object) -> None:
-    """Choose the smallest set of places for the target, and mark it on the body."""
+    """Choose the smallest set of patches for the target, and mark it on the body."""
     study, patches = body.w2w, patches_of(body)
     utility = utility_of(study)
     if utility is None or patches is None:

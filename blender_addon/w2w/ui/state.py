@@ -104,7 +104,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
 
 
 def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
-    """The study's wishes as core takes them; one that names no place yet is none."""
+    """The study's wishes as core takes them; one that says nowhere yet is none."""
     found: dict[str, list] = {ONLY: [], FORBID: [], MUST: [], COST: []}
     for wish in study.wishes:
         for words in (part.strip() for part in wish.place.split(",")):

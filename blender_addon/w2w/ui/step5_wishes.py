@@ -23,7 +23,7 @@ def has_patches(cls: type, context: bpy.types.Context) -> bool:
 
 
 class W2W_OT_add_wish(bpy.types.Operator):
-    """Add a wish for where sensors go; type or choose the place in its row"""
+    """Add a wish for where sensors go; type or choose where in its row"""
 
     bl_idname = "w2w.add_wish"
     bl_label = "Add Wish"
@@ -69,9 +69,9 @@ class W2W_OT_wish_picked(bpy.types.Operator):
         body = current_body(context)
         study = body.w2w
         there = {(wish.kind, wish.place) for wish in study.wishes}
-        for place in dict.fromkeys(own_placements.spot_name(body, patch) for patch in picks(context, body)):
-            if (self.kind, place) not in there or self.kind == COST:
-                add_wish(study, self.kind, place)
+        for where in dict.fromkeys(own_placements.spot_name(body, patch) for patch in picks(context, body)):
+            if (self.kind, where) not in there or self.kind == COST:
+                add_wish(study, self.kind, where)
         results.choose(body)
         return {"FINISHED"}
 

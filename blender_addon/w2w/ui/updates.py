@@ -37,7 +37,7 @@ def resize_patches(study: Group, _context: Context) -> None:
 
 
 def show_patches(study: Group, _context: Context) -> None:
-    """Show or hide all patches; chosen places stay visible through their own collection."""
+    """Show or hide all patches; chosen sensors stay visible through their own collection."""
     results.hide_patches(study)
 
 
@@ -52,7 +52,7 @@ def reweigh(activity: Group, context: Context) -> None:
     redraw(context)
 
 
-def choose_places(study: Group, context: Context) -> None:
+def choose_patches(study: Group, context: Context) -> None:
     """Choose the smallest set for the new target."""
     if is_silent():
         return

@@ -7,7 +7,7 @@ import json
 
 import bpy
 
-from ..core.patches.naming import MIDDLE, PARTS, PLACEMENTS, SIDES, find_places
+from ..core.patches.naming import MIDDLE, PARTS, PLACEMENTS, SIDES, find_patches
 from ..core.patches.patches import PatchSet
 from ..core.patches.products import PRODUCTS
 from ..core.selection.constraints import Constraints
@@ -32,10 +32,10 @@ def list_wishes(study: bpy.types.PropertyGroup, constraints: Constraints) -> Non
     with without_updates():
         study.wishes.clear()
         for kind, words in ((ONLY, constraints.only), (FORBID, constraints.forbid), (MUST, constraints.must)):
-            for place in words:
-                add_wish(study, kind, place)
-        for place, cost in constraints.costs:
-            wish = add_wish(study, COST, place)
+            for where in words:
+                add_wish(study, kind, where)
+        for where, cost in constraints.costs:
+            wish = add_wish(study, COST, where)
             wish.cost, wish.given = cost, repr(cost)  # a property keeps single precision only
 
 
@@ -52,14 +52,14 @@ def is_understood(patches: PatchSet, place: str) -> bool:
     try:
         for words in place.split(","):
             if words.strip():
-                find_places(patches.regions, patches.names, words)
+                find_patches(patches.regions, patches.names, words)
     except ValueError:
         return False
     return True
 
 
 def suggestions(patches: PatchSet, typed: str) -> list[str]:
-    """Names of places that hold all that has been typed: sides, parts, products, placements, regions."""
+    """Names that hold all that has been typed: sides, parts, products, placements, regions."""
     sided = [f"{side} {part}" for part in ("arm", "hand", "leg", "foot") for side in SIDES]
     common = [*PRODUCTS, *(placement.name for placement in PLACEMENTS)]
     names = [*SIDES, MIDDLE, *PARTS, *sided, *common, *sorted(set(patches.regions)), *patches.names]

@@ -6,29 +6,29 @@
   const { names, choice } = data;
   const find = (name) => document.getElementById(name);
   const f1 = new Float32Array(unpack(choice.f1).buffer); // the bits of its numbers
-  const places = names.length, activities = choice.activities.length;
+  const patches = names.length, activities = choice.activities.length;
   const [ROUNDING, TIE] = [choice.rounding, choice.tie];
   const wishes = [];
   let chosen = null;
 
-  // Adds the place that raises the mean over activities of the best F1 most; of equals the first.
+  // Adds the patch that raises the mean over activities of the best F1 most; of equals the first.
   function greedy(shown, allowed, required, target, most) {
     const order = [], after = [], covered = new Float64Array(shown.length);
     const weights = shown.map((activity) => choice.weights[activity] || 1); // background that is ticked counts once
     const whole = weights.reduce((sum, weight) => sum + weight, 0);
     const mean = () => covered.reduce((sum, value, at) => sum + weights[at] * value, 0) / whole;
-    const gain = (place) =>
-      shown.reduce((sum, activity, at) => sum + weights[at] * Math.max(f1[place * activities + activity] - covered[at], 0), 0) / whole;
+    const gain = (patch) =>
+      shown.reduce((sum, activity, at) => sum + weights[at] * Math.max(f1[patch * activities + activity] - covered[at], 0), 0) / whole;
     function take(candidates) {
       const gains = candidates.map(gain), best = Math.max(...gains);
-      const place = candidates[gains.findIndex((value) => value >= best - TIE)];
-      order.push(place);
-      shown.forEach((activity, at) => { covered[at] = Math.max(covered[at], f1[place * activities + activity]); });
+      const patch = candidates[gains.findIndex((value) => value >= best - TIE)];
+      order.push(patch);
+      shown.forEach((activity, at) => { covered[at] = Math.max(covered[at], f1[patch * activities + activity]); });
       after.push(mean());
     }
-    for (const options of required) if (!options.some((place) => order.includes(place))) take(options);
+    for (const options of required) if (!options.some((patch) => order.includes(patch))) take(options);
     while (order.length < most && (!order.length || mean() < target - ROUNDING)) {
-      const rest = allowed.filter((place) => !order.includes(place));
+      const rest = allowed.filter((patch) => !order.includes(patch));
       if (order.length && !(Math.max(0, ...rest.map(gain)) > ROUNDING)) break;
       take(rest);
     }
@@ -39,10 +39,10 @@
     const shown = [...find("choose-activities").querySelectorAll("input")].filter((box) => box.checked).map((box) => Number(box.value));
     const side = document.querySelector("input[name=choose-side]:checked").value;
     const closed = new Set(side === "any" ? [] : choice.words[side === "left" ? "right" : "left"] || []);
-    wishes.filter((wish) => wish.kind === "forbid").forEach((wish) => choice.words[wish.words].forEach((place) => closed.add(place)));
-    const allowed = [...Array(places).keys()].filter((place) => !closed.has(place));
+    wishes.filter((wish) => wish.kind === "forbid").forEach((wish) => choice.words[wish.words].forEach((patch) => closed.add(patch)));
+    const allowed = [...Array(patches).keys()].filter((patch) => !closed.has(patch));
     const required = wishes.filter((wish) => wish.kind === "must").map((wish) => {
-      const options = choice.words[wish.words].filter((place) => !closed.has(place));
+      const options = choice.words[wish.words].filter((patch) => !closed.has(patch));
       if (!options.length) throw new Error(`“${wish.words}” must be chosen, but no spot there is allowed.`);
       return options;
     });
@@ -70,9 +70,9 @@
       said.className = "caution";
       said.textContent = error.message;
     }
-    rows.replaceChildren(...(chosen ? chosen.order : []).map((place, at) => {
+    rows.replaceChildren(...(chosen ? chosen.order : []).map((patch, at) => {
       const row = make("tr"), cell = make("td");
-      cell.append(make("button", names[place], { type: "button", class: "go", "data-patch": place }));
+      cell.append(make("button", names[patch], { type: "button", class: "go", "data-patch": patch }));
       row.append(make("td", String(at + 1), { class: "n" }), cell, make("td", chosen.after[at].toFixed(3), { class: "n" }));
       return row;
     }));
@@ -107,7 +107,7 @@
   const cell = (text) => `"${(/^[=+\-@\t\r]/.test(text) ? `'${text}` : text).replaceAll('"', '""')}"`;
 
   function save() {
-    const rows = chosen.order.map((place, at) => [at + 1, place, cell(names[place]), chosen.after[at].toFixed(6)].join(","));
+    const rows = chosen.order.map((patch, at) => [at + 1, patch, cell(names[patch]), chosen.after[at].toFixed(6)].join(","));
     const table = ["sensor,patch,name,best_of_f1", ...rows, ""].join("\r\n");
     const link = make("a", "", { href: `data:text/csv;charset=utf-8,${encodeURIComponent(table)}`, download: "sensors.csv" });
     link.click();

@@ -13,27 +13,27 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
 
 (() => {
   const find = (name) => document.getElementById(name);
-  const places = data.names.length, maps = data.titles.length;
+  const patches = data.names.length, maps = data.titles.length;
   const [expected, raw, low, high, expectedLow, expectedHigh] = ["expected", "raw", "low", "high", "expected_low", "expected_high"].map(
     (name) => Float32Array.from(unpack(data[name]), (value) => value / 65535));
   const asGood = unpack(data.as_good), scores = { expected, raw };
   const scored = { expected: "Expected F1", raw: "F1 on these clips" };
   const region = unpack(data.region), rank = unpack(data.rank), centres = unpack(data.centres);
-  const spread = { count: unpack(data.spread_count), place: unpack(data.spread_place), share: unpack(data.spread_share) };
-  const shown = { map: 0, scores: "expected", range: "own", place: -1, listed: [] };
+  const spread = { count: unpack(data.spread_count), patch: unpack(data.spread_patch), share: unpack(data.spread_share) };
+  const shown = { map: 0, scores: "expected", range: "own", patch: -1, listed: [] };
   let viewer = null;
 
-  const score = (place, map = shown.map) => scores[shown.scores][map * places + place];
+  const score = (patch, map = shown.map) => scores[shown.scores][map * patches + patch];
   const number = (value) => value.toFixed(2);
-  const onThese = (place, map = shown.map) => {
-    const at = map * places + place;
+  const onThese = (patch, map = shown.map) => {
+    const at = map * patches + patch;
     return `${number(raw[at])} (${data.cautions[map] || `${number(low[at])}–${number(high[at])}`})`;
   };
-  const meanInterval = (place) => data.cautions[0] || `${number(expectedLow[place])}–${number(expectedHigh[place])}`;
+  const meanInterval = (patch) => data.cautions[0] || `${number(expectedLow[patch])}–${number(expectedHigh[patch])}`;
 
   function range() {
     const all = scores[shown.scores];
-    const values = shown.range === "own" ? all.subarray(shown.map * places, (shown.map + 1) * places) : all;
+    const values = shown.range === "own" ? all.subarray(shown.map * patches, (shown.map + 1) * patches) : all;
     let least = Infinity, most = -Infinity;
     for (const value of values) { least = Math.min(least, value); most = Math.max(most, value); }
     return [least, most];
@@ -54,7 +54,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     for (let vertex = 0; vertex < result.length; vertex++) {
       let sum = 0, whole = 0;
       for (const end = at + spread.count[vertex]; at < end; at++) {
-        sum += spread.share[at] * score(spread.place[at]);
+        sum += spread.share[at] * score(spread.patch[at]);
         whole += spread.share[at];
       }
       result[vertex] = width > 0 && whole > 0 ? (sum / whole - least) / width : 0.5;
@@ -64,42 +64,42 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
 
   function text(element, content) { element.textContent = content; return element; }
 
-  function describe(target, place) {
+  function describe(target, patch) {
     const mean = shown.map === 0, level = data.cautions[0] ? "" : `${Math.round(100 * data.level)} % interval `;
-    const sure = ` (${level}${meanInterval(place)}${asGood[place] ? "; as good as the best" : ""})`;
+    const sure = ` (${level}${meanInterval(patch)}${asGood[patch] ? "; as good as the best" : ""})`;
     target.replaceChildren(
-      make("b", data.names[place]),
-      make("span", `expected F1 ${number(expected[shown.map * places + place])}${mean ? sure : ""}, ${data.titles[shown.map]}`),
+      make("b", data.names[patch]),
+      make("span", `expected F1 ${number(expected[shown.map * patches + patch])}${mean ? sure : ""}, ${data.titles[shown.map]}`),
       make("br"),
-      make("span", `on these clips ${onThese(place)}${mean ? `, rank ${rank[2 * place]}–${rank[2 * place + 1]} of ${places}` : ""}`),
+      make("span", `on these clips ${onThese(patch)}${mean ? `, rank ${rank[2 * patch]}–${rank[2 * patch + 1]} of ${patches}` : ""}`),
     );
-    if (!mean) target.append(make("br"), make("span", `mean over activities: expected F1 ${number(expected[place])}${sure}`));
+    if (!mean) target.append(make("br"), make("span", `mean over activities: expected F1 ${number(expected[patch])}${sure}`));
   }
 
-  function point(place) {
-    shown.place = place;
-    if (place >= 0) describe(find("readout"), place);
+  function point(patch) {
+    shown.patch = patch;
+    if (patch >= 0) describe(find("readout"), patch);
     badges();
   }
 
-  function go(place) {
-    point(place);
-    if (viewer) viewer.face(centres[place]);
+  function go(patch) {
+    point(patch);
+    if (viewer) viewer.face(centres[patch]);
   }
 
-  // The best place of each region by its expected F1 in the map shown, best first.
+  // The best patch of each region by its expected F1 in the map shown, best first.
   function rankRegions() {
-    const of = (values, place) => values[shown.map * places + place], seen = new Set();
-    const order = [...Array(places).keys()].sort((a, b) => of(expected, b) - of(expected, a) || of(raw, b) - of(raw, a) || a - b);
-    shown.listed = order.filter((place) => !seen.has(region[place]) && seen.add(region[place])).slice(0, data.regions_listed);
-    find("ranked").tBodies[0].replaceChildren(...shown.listed.map((place) => {
-      const row = make("tr"), cell = make("td"), button = make("button", data.names[place], { type: "button", class: "go", "data-patch": place });
+    const of = (values, patch) => values[shown.map * patches + patch], seen = new Set();
+    const order = [...Array(patches).keys()].sort((a, b) => of(expected, b) - of(expected, a) || of(raw, b) - of(raw, a) || a - b);
+    shown.listed = order.filter((patch) => !seen.has(region[patch]) && seen.add(region[patch])).slice(0, data.regions_listed);
+    find("ranked").tBodies[0].replaceChildren(...shown.listed.map((patch) => {
+      const row = make("tr"), cell = make("td"), button = make("button", data.names[patch], { type: "button", class: "go", "data-patch": patch });
       cell.append(button);
       const mean = shown.map === 0, few = data.cautions[shown.map];
-      const onTheseClips = make("td", `${number(of(raw, place))} `, { class: "n" });
-      onTheseClips.append(make("span", few ? "too few clips" : `${number(of(low, place))}–${number(of(high, place))}`, { class: "interval" }));
-      row.append(cell, make("td", `${mean && asGood[place] ? "≈ " : ""}${number(of(expected, place))}`, { class: "n" }),
-        make("td", mean ? (few ? "too few clips" : meanInterval(place)) : "–", { class: mean && few ? "n few" : "n" }), onTheseClips);
+      const onTheseClips = make("td", `${number(of(raw, patch))} `, { class: "n" });
+      onTheseClips.append(make("span", few ? "too few clips" : `${number(of(low, patch))}–${number(of(high, patch))}`, { class: "interval" }));
+      row.append(cell, make("td", `${mean && asGood[patch] ? "≈ " : ""}${number(of(expected, patch))}`, { class: "n" }),
+        make("td", mean ? (few ? "too few clips" : meanInterval(patch)) : "–", { class: mean && few ? "n few" : "n" }), onTheseClips);
       return row;
     }));
     text(find("ranked-title"), data.titles[shown.map]);
@@ -114,23 +114,23 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     text(find("bar-note"), `The scores lie from ${number(lowest)} to ${number(highest)}: the colours span no less than ${number(data.colour_span)}.`);
     rankRegions();
     const best = shown.listed[0];
-    describe(find("readout"), shown.place >= 0 ? shown.place : best);
+    describe(find("readout"), shown.patch >= 0 ? shown.patch : best);
     find("view").setAttribute("aria-label", `The body in 3D, coloured by ${shown.scores === "raw" ? scored.raw : "expected F1"} of ${data.titles[shown.map]}, from ${number(least)} to ${number(most)}; best: ${data.names[best]}`);
     if (viewer) viewer.paint(shares());
   }
 
   function badges() {
     if (!viewer || !viewer.view) return;
-    const wanted = data.chosen.slice(0, 12).map((place, i) => [place, String(i + 1)]);
-    if (shown.place >= 0 && !data.chosen.slice(0, 12).includes(shown.place)) wanted.push([shown.place, ""]);
+    const wanted = data.chosen.slice(0, 12).map((patch, i) => [patch, String(i + 1)]);
+    if (shown.patch >= 0 && !data.chosen.slice(0, 12).includes(shown.patch)) wanted.push([shown.patch, ""]);
     const holder = find("badges");
     while (holder.children.length > wanted.length) holder.lastChild.remove();
     while (holder.children.length < wanted.length) holder.append(make("span"));
-    wanted.forEach(([place, label], i) => {
-      const badge = holder.children[i], [x, y] = viewer.project(centres[place]);
-      const seen = viewer.placeAt(x, y);
+    wanted.forEach(([patch, label], i) => {
+      const badge = holder.children[i], [x, y] = viewer.project(centres[patch]);
+      const seen = viewer.patchAt(x, y);
       // hidden where another part of the body is before it; at an outline nothing may be seen there
-      const hidden = seen >= 0 && viewer.apart(centres[seen], centres[place]) > 0.12;
+      const hidden = seen >= 0 && viewer.apart(centres[seen], centres[patch]) > 0.12;
       text(badge, label);
       badge.className = (label ? "" : "pointer") + (hidden ? " hidden" : "");
       badge.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
@@ -170,12 +170,12 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
   function hover(event) {
     const box = find("view").getBoundingClientRect(), tip = find("tip");
     const [x, y] = [event.clientX - box.left, event.clientY - box.top];
-    const place = viewer.placeAt(x, y);
-    tip.hidden = place < 0;
-    if (place < 0) return;
-    viewer.towards(centres[place]);
-    describe(tip, place);
-    point(place);
+    const patch = viewer.patchAt(x, y);
+    tip.hidden = patch < 0;
+    if (patch < 0) return;
+    viewer.towards(centres[patch]);
+    describe(tip, patch);
+    point(patch);
     tip.style.left = `${Math.max(0, Math.min(x + 16, box.width - tip.offsetWidth - 4))}px`;
     tip.style.top = `${y + 20 + tip.offsetHeight > box.height ? Math.max(0, y - tip.offsetHeight - 12) : y + 20}px`;
   }
@@ -248,7 +248,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
   }
 
   function next(step) {
-    const at = shown.listed.indexOf(shown.place), count = shown.listed.length;
+    const at = shown.listed.indexOf(shown.patch), count = shown.listed.length;
     go(shown.listed[at < 0 ? (step > 0 ? 0 : count - 1) : (at + step + count) % count]);
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The body in 3D: draws it coloured by a value a vertex, and tells which place lies under a point.
+// The body in 3D: draws it coloured by a value a vertex, and tells which patch lies under a point.
 "use strict";
 
 const ARRAYS = { uint8: Uint8Array, uint16: Uint16Array, uint32: Uint32Array };
@@ -18,9 +18,9 @@ in float value;
 in uint cell;
 out vec3 facing;
 out float share;
-flat out uint place;
+flat out uint owner;
 void main() {
-  facing = normal; share = value; place = cell;
+  facing = normal; share = value; owner = cell;
   gl_Position = camera * vec4(position, 1.0);
 }`;
 
@@ -38,13 +38,13 @@ void main() {
   colour = vec4(texture(colours, vec2(share, 0.5)).rgb * light, 1.0);
 }`;
 
-const PLACES = `#version 300 es
+const PATCHES = `#version 300 es
 precision highp float;
-flat in uint place;
+flat in uint owner;
 in vec3 facing;
 out vec4 colour;
 void main() {
-  uint number = place + 1u;
+  uint number = owner + 1u;
   colour = vec4(float(number & 255u), float((number >> 8) & 255u), float((number >> 16) & 255u), 255.0) / 255.0;
 }`;
 
@@ -61,7 +61,7 @@ class Viewer {
     this.cells = Uint32Array.from(unpack(data.cells));
     this.count = faces.length;
     this.shaded = program(gl, VERTEX, SHADED);
-    this.places = program(gl, VERTEX, PLACES);
+    this.patches = program(gl, VERTEX, PATCHES);
     this.buffer("position", this.positions, 3);
     this.buffer("normal", this.normals, 3);
     this.values = this.buffer("value", new Float32Array(this.positions.length / 3), 1);
@@ -92,10 +92,10 @@ class Viewer {
     const { gl } = this, buffer = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
-    const place = ATTRIBUTES.indexOf(name);
-    gl.enableVertexAttribArray(place);
-    if (values instanceof Uint32Array) gl.vertexAttribIPointer(place, size, gl.UNSIGNED_INT, 0, 0);
-    else gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0);
+    const location = ATTRIBUTES.indexOf(name);
+    gl.enableVertexAttribArray(location);
+    if (values instanceof Uint32Array) gl.vertexAttribIPointer(location, size, gl.UNSIGNED_INT, 0, 0);
+    else gl.vertexAttribPointer(location, size, gl.FLOAT, false, 0, 0);
     return buffer;
   }
 
@@ -181,8 +181,8 @@ class Viewer {
     gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0);
   }
 
-  // The place under a point of the canvas (CSS pixels from its top left), or -1.
-  placeAt(x, y) {
+  // The patch under a point of the canvas (CSS pixels from its top left), or -1.
+  patchAt(x, y) {
     const { gl, canvas } = this;
     if (!this.view) return -1;
     const { width, height } = canvas;
@@ -192,7 +192,7 @@ class Viewer {
       this.picture = attach(gl, gl.RGBA8, gl.COLOR_ATTACHMENT0, width, height);
       this.depth = attach(gl, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT, width, height);
       gl.viewport(0, 0, width, height);
-      this.pass(this.places, this.view);
+      this.pass(this.patches, this.view);
       this.stale = false;
     }
     const pixel = new Uint8Array(4);
@@ -225,7 +225,7 @@ function program(gl, vertex, fragment) {
     if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
     gl.attachShader(made, shader);
   }
-  ATTRIBUTES.forEach((name, place) => gl.bindAttribLocation(made, place, name));
+  ATTRIBUTES.forEach((name, location) => gl.bindAttribLocation(made, location, name));
   gl.linkProgram(made);
   if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made));
   return made;

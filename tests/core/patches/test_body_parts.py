@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.body.regions import regions_of
-from w2w.core.patches.naming import PARTS, find_places
+from w2w.core.patches.naming import PARTS, find_patches
 from w2w.core.patches.patches import sample_patches
 
 
@@ -15,7 +15,7 @@ def patches(bundled_body):
 
 
 def found(patches, wish):
-    return set(find_places(patches.regions, patches.names, wish).tolist())
+    return set(find_patches(patches.regions, patches.names, wish).tolist())
 
 
 def test_every_region_belongs_to_one_of_the_five_great_parts(bundled_body):

@@ -12,7 +12,7 @@ from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import record_motion
 from w2w.core.patches.carriers import random_poses
-from w2w.core.patches.naming import find_places, resolve
+from w2w.core.patches.naming import find_patches, resolve
 from w2w.core.patches.own_placements import patches_at, read_placements, with_placements
 from w2w.core.patches.patches import PatchSet, sample_patches
 
@@ -97,7 +97,7 @@ def test_placements_stand_after_the_sampled_patches(bundled_body):
     assert both.names[5] == "strap pod"
     others = np.delete(np.arange(24), 5)
     assert [both.names[patch] for patch in others] == [sampled.names[patch] for patch in others]
-    assert find_places(both.regions, both.names, "Strap Pod").tolist() == [5]
+    assert find_patches(both.regions, both.names, "Strap Pod").tolist() == [5]
 
 
 def test_a_placement_may_not_be_called_as_another_patch(bundled_body):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.body.regions import regions_of
-from w2w.core.patches.naming import ALL, find_places, resolve
+from w2w.core.patches.naming import ALL, find_patches, resolve
 from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.products import PRODUCTS
 
@@ -26,9 +26,9 @@ def test_products_are_made_of_regions_that_a_body_has(bundled_body):
 @pytest.mark.parametrize("name", PRODUCTS)
 def test_a_product_is_one_patch_to_wear_and_all_it_touches_to_wish_for(name, bundled_body, patches):
     patch = resolve(name, bundled_body, patches)
-    touched = find_places(patches.regions, patches.names, name)
+    touched = find_patches(patches.regions, patches.names, name)
     assert patch in touched
-    sides = [find_places(patches.regions, patches.names, f"{side} {name}") for side in ("left", "right")]
+    sides = [find_patches(patches.regions, patches.names, f"{side} {name}") for side in ("left", "right")]
     assert set(np.concatenate(sides)) <= set(touched)
     assert all(patches.regions[place].startswith("right ") for place in sides[1])
 
@@ -41,5 +41,5 @@ def test_the_other_side_is_asked_for_by_name(bundled_body, patches):
 
 
 def test_a_finger_is_still_one_finger(patches):
-    rings = find_places(patches.regions, patches.names, "left ring finger")
+    rings = find_patches(patches.regions, patches.names, "left ring finger")
     assert {patches.regions[place] for place in rings} == {"left ring finger"}

@@ -49,7 +49,7 @@ def test_a_left_and_a_right_place_do_it_together(utility, patches):
     assert len(advice.exact.order) == len(advice.subset.order) == 2
     assert "exact optimum" in advice.gap_sentence()
     assert 0 <= advice.next_gain < 0.03
-    assert advice.next_place not in advice.subset.order
+    assert advice.next_patch not in advice.subset.order
     for place, others in zip(advice.subset.order, advice.alternatives, strict=True):
         assert place not in others
         assert {patches.regions[other].split()[0] for other in others} <= {patches.regions[place].split()[0]}
@@ -62,7 +62,7 @@ def test_constraints_bind_the_best_the_set_and_the_next(utility, patches):
     assert all(patches.regions[int(place)].startswith("left") for place in taken)
     assert not advice.subset.reached
     assert advice.subset.best_reachable < 0.9
-    assert patches.regions[advice.next_place].startswith("left")
+    assert patches.regions[advice.next_patch].startswith("left")
     forced = advise(utility, patches, 0.97, constraints=Constraints(must=("middle",)))
     for order in (forced.subset.order, forced.exact.order):
         assert any(not patches.regions[place].startswith(("left", "right")) for place in order)

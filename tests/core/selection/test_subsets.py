@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from w2w.core.patches.naming import places_named
+from w2w.core.patches.naming import patches_named
 from w2w.core.selection.subsets import exact_subset, greedy_subset, marginal_gain
 
 MAPS = arrays(
@@ -152,10 +152,10 @@ def test_impossible_wishes_are_refused_in_words(choose, arguments, complaint):
 
 def test_places_are_found_by_the_words_of_their_region():
     regions = ("left wrist dorsal", "right wrist volar", "left thigh front", "lower spine")
-    assert places_named(regions, "wrist").tolist() == [0, 1]
-    assert places_named(regions, "Left wrist").tolist() == [0]
-    assert places_named(regions, "left").tolist() == [0, 2]
+    assert patches_named(regions, "wrist").tolist() == [0, 1]
+    assert patches_named(regions, "Left wrist").tolist() == [0]
+    assert patches_named(regions, "left").tolist() == [0, 2]
     with pytest.raises(
         ValueError, match="named 'elbow'; the regions are: left thigh front, left wrist dorsal"
     ):
-        places_named(regions, "elbow")
+        patches_named(regions, "elbow")

@@ -4,7 +4,7 @@
 import pytest
 
 from w2w.core.datasets.upfall import UPFALL_ACTIVITIES, UPFALL_SITES
-from w2w.core.patches.naming import places_named
+from w2w.core.patches.naming import patches_named
 from w2w.core.patches.patches import sample_patches
 from w2w.core.validation.protocol import BY_POSTURE
 from w2w.core.validation.upfall import ACTIVITIES, UPFALL
@@ -33,5 +33,5 @@ def test_activities_and_sites_are_the_data_sets(bundled_body):
     assert set(UPFALL.real) == set(ACTIVITIES)
     assert tuple(UPFALL.sites) == UPFALL_SITES
     regions = sample_patches(bundled_body, 256, mode="fast").regions
-    assert all(len(places_named(regions, words)) for words in UPFALL.sites.values())
+    assert all(len(patches_named(regions, words)) for words in UPFALL.sites.values())
     assert all(analysis.cutoff_hz < UPFALL.rate_hz / 2 for analysis in UPFALL.analyses)

@@ -6,7 +6,7 @@ import base64
 import numpy as np
 
 from headless.reports.choice_data import choice_data, words_of
-from w2w.core.patches.naming import find_places
+from w2w.core.patches.naming import find_patches
 from w2w.core.results_folder import StudyResults
 
 
@@ -22,7 +22,7 @@ def test_words_mean_what_they_mean_elsewhere(drawn_results):
     patches = StudyResults.load(drawn_results).patches
     words = words_of(patches)
     for word, places in words.items():
-        assert places == sorted(set(find_places(patches.regions, patches.names, word).tolist())), word
+        assert places == sorted(set(find_patches(patches.regions, patches.names, word).tolist())), word
     assert {"left", "middle", "head", "right leg", "torso"} <= set(words)
     assert all(places for places in words.values())
     assert set().union(*words.values()) == set(range(len(patches)))

@@ -110,7 +110,7 @@ def test_the_same_content_gives_the_same_bytes(views, tmp_path):
 
 
 def test_lists_that_do_not_match_are_refused(views, tmp_path):
-    with pytest.raises(ValueError, match=r"places \(1\), names \(2\) and scores \(1\)"):
+    with pytest.raises(ValueError, match=r"markers \(1\), names \(2\) and scores \(1\)"):
         subset_figure(tmp_path / "a.png", views, "Chosen", [(0, 1, 1)], ["a", "b"], [0.5])
     assert not list(tmp_path.iterdir())
 

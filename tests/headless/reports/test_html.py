@@ -127,7 +127,7 @@ def test_the_page_colours_vertices_as_the_heatmaps_do(data, drawn_results):
     share = unpack(data["spread_share"]).astype(float)
     vertex = np.repeat(np.arange(len(patches.labels)), unpack(data["spread_count"]))
     scores = np.random.default_rng(0).random(len(patches))
-    total = np.bincount(vertex, share * scores[unpack(data["spread_place"])])
+    total = np.bincount(vertex, share * scores[unpack(data["spread_patch"])])
     np.testing.assert_allclose(total / np.bincount(vertex, share), patches.to_vertices(scores), atol=0.0005)
 
 

@@ -37,7 +37,7 @@ def advice_content(
     """The choice as plain values."""
     return {
         "best_single_patch": {
-            **place_content(advice.best, utility, patches),
+            **patch_content(advice.best, utility, patches),
             "where": where_to_wear(advice.best, utility, patches, advice.allowed),
             "sentence": best_spot_sentence(advice.best, utility, patches, advice.allowed),
             "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
@@ -55,7 +55,7 @@ def advice_content(
         "joint": joint_of(advice, together),
         "subset": {
             **subset_content(advice.subset, utility, patches),
-            "alternatives": [[patches.names[p] for p in places] for places in advice.alternatives],
+            "alternatives": [[patches.names[patch] for patch in equals] for equals in advice.alternatives],
         },
         "exact": None
         if advice.exact is None
@@ -65,10 +65,10 @@ def advice_content(
         },
         "greedy_and_exact": advice.gap_sentence(),
         "next_sensor": None
-        if advice.next_place < 0
+        if advice.next_patch < 0
         else {
-            "patch": advice.next_place,
-            "name": patches.names[advice.next_place],
+            "patch": advice.next_patch,
+            "name": patches.names[advice.next_patch],
             "gain": _f1(advice.next_gain),
         },
         "together": together_content(together, advice.subset.promise),
@@ -89,7 +89,7 @@ def worn_content(worn: JointSet, utility: UtilityMap, patches: PatchSet) -> dict
         "f1": {name: _f1(value) for name, value in zip(worn.activities, made.f1[-1], strict=True)},
         "places": [
             {
-                **place_content(patch, utility, patches),
+                **patch_content(patch, utility, patches),
                 **expected_content(made, number, "_so_far"),
                 "mean_f1_so_far": _f1(worn.raw_mean[number - 1]),
             }
@@ -108,7 +108,7 @@ def expected_content(made: Promise | None, sensors: int, suffix: str = "") -> di
 
 
 def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
-    """A set of places with what it would reach on other clips, and its reach by the proxy on these."""
+    """A set of sensors with what it would reach on other clips, and its reach by the proxy on these."""
     made = subset.promise
     return {
         **expected_content(made, len(subset.order)),
@@ -120,7 +120,7 @@ def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> di
         "cost": subset.cost,
         "places": [
             {
-                **place_content(patch, utility, patches),
+                **patch_content(patch, utility, patches),
                 **expected_content(made, number, "_so_far"),
                 "mean_max_f1_so_far": _f1(value),
             }
@@ -131,8 +131,8 @@ def subset_content(subset: Subset, utility: UtilityMap, patches: PatchSet) -> di
     }
 
 
-def place_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
-    """One patch by number, name and place, with its scores."""
+def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+    """One patch by number, name, region and vertex, with its scores."""
     return {
         "patch": int(patch),
         "name": patches.names[patch],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The best regions of the body, each by its best place: the one table of them."""
+"""The best regions of the body, each by its best patch: the one table of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def best_regions(utility: UtilityMap, patches: PatchSet, count: int = AT_MOST) -
     return [
         {
             "patch": patch,
-            "place": patches.names[patch],
+            "name": patches.names[patch],
             "expected": float(utility.expected_mean[patch]),
             "low": float(utility.expected_low[patch]),
             "high": float(utility.expected_high[patch]),

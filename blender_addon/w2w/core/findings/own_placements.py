@@ -12,7 +12,7 @@ from ..files import DIGITS
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..wording import plain_words
-from .advice_content import place_content
+from .advice_content import patch_content
 from .finished_study import Study
 
 
@@ -44,7 +44,7 @@ def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> 
     expected = utility.expected_mean
     return [
         {
-            **place_content(patch, utility, patches),
+            **patch_content(patch, utility, patches),
             "rank": int((expected[sampled] > expected[patch]).sum()) + 1,
             "of": len(sampled) + 1,
             "loss": round(float(expected.max() - expected[patch]), DIGITS),

@@ -19,7 +19,7 @@ from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.windows import WindowSpec
 from ..results_folder import UTILITY
-from .advice_content import advice_content, place_content
+from .advice_content import advice_content
 from .best_regions import best_regions
 from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study
@@ -140,11 +140,6 @@ def study_counts(study: Study) -> dict[str, int]:
     found = len(study.clips) + len(study.library.skipped)
     used = [result.clip.activity for result in study.used]
     return clip_counts(found, used, study.results.utility)
-
-
-def place(study: Study, patch: int) -> dict[str, Any]:
-    """One patch by number, name and place, with its scores."""
-    return place_content(patch, study.results.utility, study.results.patches)
 
 
 def _activities(study: Study) -> dict[str, dict[str, Any]]:

@@ -126,7 +126,7 @@ class SiteSimulator:
         self.body = body
         self.names = tuple(sites)
         self.places = tuple(patches.names[patch] for patch in chosen)
-        self._patches = at_places(patches, chosen)
+        self._patches = at_patches(patches, chosen)
         self._settings, self._sensor, self._seed = settings, sensor, seed
 
     def record(self, motion: Motion) -> ImuRecording:
@@ -135,7 +135,7 @@ class SiteSimulator:
         return replace(recording, sites=self.names)
 
 
-def at_places(patches: PatchSet, chosen: list[int]) -> PatchSet:
+def at_patches(patches: PatchSet, chosen: list[int]) -> PatchSet:
     """The same patches, of which only the chosen carry sensors."""
     return replace(
         patches,

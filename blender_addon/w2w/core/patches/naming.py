@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places by name: the usual and unusual placements of wearables.
+"""Patches by name: the usual and unusual placements of wearables.
 
-A name is resolved to the patch that holds the place, on any body. The eight common placements are
+A name is resolved to the patch that holds the spot, on any body. The eight common placements are
 our reading of what the field uses (watch, armband, chest strap, belt clip, trouser pocket, ankle
 band, shoe, earbud); the three unusual ones are those the paper found strong though seldom used.
 """
@@ -96,29 +96,29 @@ def resolve(name: str, body: Body, patches: PatchSet) -> int:
     wanted = plain_words(name)
     own = {patch.lower(): index for index, patch in enumerate(patches.names)}
     sites = {site.name.lower(): site for site in SENSOR_SITES}
-    places = _places()
+    region_of = _region_by_name()
     if wanted in own:
         return own[wanted]
     if wanted in sites:
         return int(patches.labels[sites[wanted].vertex(body)])
     try:
-        return _patch_of_region(body, patches, places.get(wanted, wanted))
+        return _patch_of_region(body, patches, region_of.get(wanted, wanted))
     except ValueError:
-        close = get_close_matches(wanted, [*places, *sites, *regions_of(body)[1]], n=4, cutoff=0.5)
+        close = get_close_matches(wanted, [*region_of, *sites, *regions_of(body)[1]], n=4, cutoff=0.5)
         hint = f"; did you mean {', '.join(close)}?" if close else ""
         raise ValueError(f'no placement, sensor site or region is called "{wanted}"{hint}') from None
 
 
-def _places() -> dict[str, str]:
+def _region_by_name() -> dict[str, str]:
     """Region of every placement and product by its name, alone and with its side."""
     meant = {placement.name: placement.region for placement in PLACEMENTS}
     meant |= {name: product.region for name, product in PRODUCTS.items()}
-    places = {name: region.replace("*", DEFAULT_SIDE) for name, region in meant.items()}
+    region_of = {name: region.replace("*", DEFAULT_SIDE) for name, region in meant.items()}
     for side in SIDES:
-        places |= {
+        region_of |= {
             f"{side} {name}": region.replace("*", side) for name, region in meant.items() if "*" in region
         }
-    return places
+    return region_of
 
 
 def _patch_of_region(body: Body, patches: PatchSet, words: str) -> int:
@@ -133,7 +133,7 @@ def _patch_of_region(body: Body, patches: PatchSet, words: str) -> int:
 def _regions(body: Body, words: str) -> list[str]:
     """Names of the regions that words mean: the one called so, or all that hold them."""
     names = regions_of(body)[1]
-    return [words] if words in names else [names[place] for place in places_named(names, words)]
+    return [words] if words in names else [names[number] for number in patches_named(names, words)]
 
 
 def placement_patches(body: Body, patches: PatchSet, side: str = DEFAULT_SIDE) -> dict[str, int]:
@@ -165,8 +165,8 @@ def _vertex_areas(body: Body) -> np.ndarray:
     return np.bincount(body.faces.ravel(), np.repeat(areas / 6, 3), minlength=len(body.vertices))
 
 
-def places_named(regions: Sequence[str], words: str) -> np.ndarray:
-    """Places whose region's name holds all the words: "left wrist" finds "left wrist dorsal".
+def patches_named(regions: Sequence[str], words: str) -> np.ndarray:
+    """Patches whose region's name holds all the words: "left wrist" finds "left wrist dorsal".
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def places_named(regions: Sequence[str], words: str) -> np.ndarray:
         If no region's name holds them all.
     """
     wanted = set(words.lower().split())
-    found = [place for place, region in enumerate(regions) if wanted <= set(region.lower().split())]
+    found = [patch for patch, region in enumerate(regions) if wanted <= set(region.lower().split())]
     if not found or not wanted:
         known = ", ".join(sorted(set(regions)))
         raise ValueError(f"no patch lies in a region named {words!r}; the regions are: {known}")
@@ -250,8 +250,8 @@ MIDDLE = "middle"
 """Where the body has but one: sternum, spine, navel, nose."""
 
 
-def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.ndarray:
-    """Places that a person's words mean.
+def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.ndarray:
+    """Patches that a person's words mean.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
     if words in known:
         return np.array([known.index(words)])
     if words == MIDDLE:
-        return np.array([place for place, region in enumerate(regions) if not _side(region)], dtype=int)
+        return np.array([patch for patch, region in enumerate(regions) if not _side(region)], dtype=int)
     side = _side(words)
     rest = words.removeprefix(side).strip()
     if rest in PARTS:
@@ -287,7 +287,7 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
     if rest in PRODUCTS:
         return _on_side(regions, side, PRODUCTS[rest].reach)
     try:
-        return places_named(regions, words)
+        return patches_named(regions, words)
     except ValueError:
         meant = [p.region.removeprefix("*").strip() for p in PLACEMENTS if p.name == rest]
         known = any(rest and set(rest.split()) <= set(stem.split()) for stem in ALL)
@@ -302,7 +302,7 @@ def find_places(regions: Sequence[str], names: Sequence[str], wish: str) -> np.n
 
 def _on_side(regions: Sequence[str], side: str, stems: Sequence[str]) -> np.ndarray:
     wanted = {f"{s} {stem}".strip() for stem in stems for s in ((side,) if side else ("", *SIDES))}
-    return np.array([place for place, region in enumerate(regions) if region in wanted], dtype=int)
+    return np.array([patch for patch, region in enumerate(regions) if region in wanted], dtype=int)
 
 
 def _side(words: str) -> str:

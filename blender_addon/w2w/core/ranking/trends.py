@@ -14,7 +14,7 @@ from ..body.body import Body
 from ..body.regions import regions_of
 from ..csv_tables import read_table
 from ..file_names import shown
-from ..patches.naming import find_places
+from ..patches.naming import find_patches
 from ..patches.patches import PatchSet
 from .f1 import resampled_f1
 from .utility import UtilityMap
@@ -43,7 +43,7 @@ class Claim:
     group : str
         Group of the activities that it is about; empty for all.
     regions, against : tuple of str
-        Parts of the body, in the words of `find_places`; empty `against` for the rest of the body.
+        Parts of the body, in the words of `find_patches`; empty `against` for the rest of the body.
     """
 
     text: str
@@ -143,7 +143,7 @@ def sides_of(claim: Claim, patches: PatchSet) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _places(words: Sequence[str], patches: PatchSet) -> np.ndarray:
-    found = [find_places(patches.regions, patches.names, word) for word in words]
+    found = [find_patches(patches.regions, patches.names, word) for word in words]
     return np.unique(np.concatenate([np.empty(0, dtype=int), *found]))
 
 
@@ -189,7 +189,7 @@ def check_claims(claims: Sequence[Claim], groups: Sequence[str], body: Body) -> 
             raise ValueError(f"claim '{claim.text}': no group is called '{claim.group}'; there are {known}")
         for word in (*claim.regions, *claim.against):
             try:
-                find_places(regions, (), word)
+                find_patches(regions, (), word)
             except ValueError as error:
                 raise ValueError(f"claim '{claim.text}': {error}") from error
 

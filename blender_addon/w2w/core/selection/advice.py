@@ -107,25 +107,25 @@ class Advice:
         The paper's greedy choice.
     exact : Subset or None
         The cheapest set that does it; None where the solver found none in time.
-    next_place : int
+    next_patch : int
         The allowed patch that would add most to the greedy set, -1 where nothing is left.
     next_gain : float
         What it would add to the mean-max F1.
     clusters : ndarray, shape (N,), int
-        Places of one number say the same; 0 is the largest cluster.
+        Patches of one number say the same; 0 is the largest cluster.
     alternatives : tuple of ndarray of int
         For each patch of the greedy set, the other allowed patches of its cluster whose F1
         cannot be told from its own.
     least : int
         How many of the greedy set's first patches it takes to have one wherever one must be.
     allowed : ndarray of bool, shape (N,), optional
-        Places that the constraints leave; all by default.
+        Patches that the constraints leave; all by default.
     """
 
     best: int
     subset: Subset
     exact: Subset | None
-    next_place: int
+    next_patch: int
     next_gain: float
     clusters: np.ndarray
     alternatives: tuple[np.ndarray, ...]
@@ -191,7 +191,7 @@ def advise(
         best=best_single(utility, terms["allowed"]),
         subset=subset,
         exact=exact,
-        next_place=int(gain.argmax()) if gain.max() >= 0 else -1,
+        next_patch=int(gain.argmax()) if gain.max() >= 0 else -1,
         next_gain=float(max(gain.max(), 0.0)),
         clusters=clusters,
         alternatives=tuple(

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from ..csv_tables import read_table
-from ..patches.naming import find_places
+from ..patches.naming import find_patches
 from ..patches.patches import PatchSet
 
 
 @dataclass(frozen=True)
 class Constraints:
-    """A designer's wishes, in words (see `body_parts.find_places`).
+    """A designer's wishes, in words (see `naming.find_patches`).
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ class Constraints:
         allowed = np.ones(len(patches), dtype=bool)
         if self.only:
             allowed[:] = False
-            allowed[self._places(patches, self.only)] = True
-        allowed[self._places(patches, self.forbid)] = False
+            allowed[self._patches(patches, self.only)] = True
+        allowed[self._patches(patches, self.forbid)] = False
         if not allowed.any():
             raise ValueError(
                 f"nothing is left to choose from: only {', '.join(self.only) or 'the body'}, "
@@ -71,20 +71,20 @@ class Constraints:
             )
         cost = np.ones(len(patches))
         for words, price in self.costs:
-            cost[self._places(patches, [words])] = price
-        required = [self._places(patches, [words]) for words in self.must]
-        for words, places in zip(self.must, required, strict=True):
-            if not len(places):
+            cost[self._patches(patches, [words])] = price
+        required = [self._patches(patches, [words]) for words in self.must]
+        for words, found in zip(self.must, required, strict=True):
+            if not len(found):
                 raise ValueError(
                     f"{words!r} must be chosen, but none of the {len(patches)} patches lies there: use more"
                 )
-            if not allowed[places].any():
+            if not allowed[found].any():
                 raise ValueError(f"{words!r} must be chosen, but no patch there is allowed")
         return {"allowed": allowed, "required": required, "cost": cost}
 
     @staticmethod
-    def _places(patches: PatchSet, wishes: Sequence[str]) -> np.ndarray:
-        found = [find_places(patches.regions, patches.names, words) for words in wishes]
+    def _patches(patches: PatchSet, wishes: Sequence[str]) -> np.ndarray:
+        found = [find_patches(patches.regions, patches.names, words) for words in wishes]
         return np.concatenate([np.empty(0, dtype=int), *found])
 
 

@@ -106,7 +106,7 @@ class FacilityLocation:
 
 
 LARGEST = 5
-"""Places up to which the search takes seconds on 512 patches; each patch more takes three times as long."""
+"""Patches up to which the search takes seconds on 512 patches; each patch more takes three times as long."""
 
 ROUNDING = 1e-12
 

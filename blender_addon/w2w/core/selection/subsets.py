@@ -24,12 +24,12 @@ TIE = 1e-9
 
 @dataclass(frozen=True)
 class Subset:
-    """Places chosen one after another.
+    """Patches chosen one after another.
 
     Attributes
     ----------
     order : tuple of int
-        Places in order of choice.
+        Patches in order of choice.
     mean_max_after_each : tuple of float
         Mean over activities of the best F1 among the patches chosen so far.
     target : float
@@ -123,7 +123,7 @@ def greedy_subset(
     max_size : int, optional
         Most patches.
     allowed : ndarray of bool, shape (N,), optional
-        Places that may be chosen.
+        Patches that may be chosen.
     required : sequence of Requirement
         Chosen first. Several patches stand for one of them ("a wrist"), and the best is taken.
     cost : ndarray, shape (N,), optional
@@ -225,7 +225,7 @@ def multi_sensor_check(
     Parameters
     ----------
     order : sequence of int
-        Places as chosen.
+        Patches as chosen.
     inputs : ndarray or PatchBlocks, shape (W, N, D) or (W, N, samples, 6)
         Features or windows of all patches, as for `utility_map`.
     activity : array_like of str, shape (W,)
