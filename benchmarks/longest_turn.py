@@ -22,11 +22,12 @@ from typing import NamedTuple
 import bpy
 
 import w2w as extension
+from w2w.core.motion.import_plan import plan_folder
 from w2w.ui import jobs, preferences
 from w2w.ui.baking import bake_steps, rank_steps, to_bake
 from w2w.ui.choosing import choose_steps
 from w2w.ui.exports import map_steps
-from w2w.ui.motion_import import import_steps, wanted_in_folder
+from w2w.ui.motion_import import import_steps, wanted
 from w2w.ui.open_results import open_steps
 from w2w.ui.save_results import save_steps
 from w2w.ui.step1_body import load_steps
@@ -109,7 +110,7 @@ def measure(library: Path, folder: Path, patches: int) -> None:
     show("add body", at_once(lambda: bpy.ops.w2w.add_body()))
     body = bpy.context.scene.w2w.body
     body.w2w.patch_count = patches
-    show("import", turns_of(import_steps(body, wanted_in_folder(library))))
+    show("import", turns_of(import_steps(body, wanted(plan_folder(library)))))
     show("preview", at_once(lambda: bpy.ops.w2w.preview_clip(index=3)))
     show("place patches", turns_of(place_steps(body)))
     show("bake", turns_of(bake_steps(body, to_bake(body.w2w))))

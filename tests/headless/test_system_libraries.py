@@ -22,9 +22,10 @@ DONE_WITHOUT = {"decor-0", "wayland-client", "wayland-cursor", "wayland-egl", "i
 RENDER = """
 import numpy as np
 from w2w.core.body.body import Body
-from w2w.scene.render import render_views
+from w2w.scene.render import BodyRenderer
 body = Body.bundled()
-render_views(body, np.full(body.vertices.shape, 0.5), size=64, views=["front"])
+with BodyRenderer(body, 64, ["front"]) as renderer:
+    renderer.render(np.full(body.vertices.shape, 0.5))
 """
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="asks Linux's dynamic linker")

@@ -12,7 +12,7 @@ from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.bake import read_empties
 from w2w.scene.heatmap import ON_THESE_CLIPS, add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
 from w2w.scene.patches import patch_empties
-from w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer, render_views
+from w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer
 from w2w.scene.study_file import write_study
 
 from .conftest import difference
@@ -130,7 +130,8 @@ def test_pictures_have_the_colours_asked_for(bundled_body, empty_file):
     orange, blue = np.array([0.9, 0.5, 0.1]), np.array([0.1, 0.3, 0.8])
     colours = np.where(bundled_body.vertices[:, :1] > 0, orange, blue)
     before = data_counts()
-    front, back = render_views(bundled_body, colours, size=240)
+    with BodyRenderer(bundled_body, size=240) as renderer:
+        front, back = renderer.render(colours)
     assert data_counts() == before
     assert bpy.context.scene == empty_file
     for picture, left_is_orange in ((front, False), (back, True)):
@@ -167,7 +168,7 @@ def test_the_renderer_cleans_up_after_an_error(bundled_body, empty_file):
         r.render(np.zeros((3, 3)))
     assert data_counts() == before
     with pytest.raises(ValueError, match="unknown view 'top'"):
-        render_views(bundled_body, bundled_body.vertices, views=("top",))
+        BodyRenderer(bundled_body, views=("top",))
     assert bpy.context.scene == empty_file
 
 

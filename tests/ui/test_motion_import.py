@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from w2w.core.motion.import_plan import plan_folder
 from w2w.core.motion.library import MOTION_SUFFIXES
 from w2w.core.motion.motion import Motion
 from w2w.scene.actions import read_action
 from w2w.scene.body import armature_of
 from w2w.ui import jobs, menus
-from w2w.ui.motion_import import import_steps, wanted_in_folder
+from w2w.ui.motion_import import import_steps, wanted
 
 from .made_study import make_study, names_in_file
 
@@ -26,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("blender")
 def test_a_cancelled_import_leaves_the_file_as_it_was(library: Path) -> None:
     body = make_study(library, "")
     before = names_in_file()
-    steps = import_steps(body, wanted_in_folder(library))
+    steps = import_steps(body, wanted(plan_folder(library)))
     for _ in range(4):
         next(steps)
     assert len(body.w2w.clips) == 3

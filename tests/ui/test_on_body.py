@@ -8,9 +8,10 @@ from pathlib import Path
 import bpy
 import pytest
 
+from w2w.core.motion.import_plan import plan_folder
 from w2w.ui import jobs
 from w2w.ui.baking import bake_steps, rank_steps
-from w2w.ui.motion_import import import_steps, wanted_in_folder
+from w2w.ui.motion_import import import_steps, wanted
 from w2w.ui.on_body import GONE
 from w2w.ui.step3_patches import place_steps
 
@@ -24,7 +25,7 @@ JOBS = {
     "bake by frame": (lambda body, _library: bake_steps(body, range(9)), 6),
     "rank": (lambda body, _library: rank_steps(body), 2),
     "place": (lambda body, _library: place_steps(body), 2),
-    "import": (lambda body, library: import_steps(body, wanted_in_folder(library)), 4),
+    "import": (lambda body, library: import_steps(body, wanted(plan_folder(library))), 4),
 }
 
 

@@ -248,18 +248,6 @@ class BodyRenderer:
         return _read_picture(path, self.size)
 
 
-def render_views(
-    body: Body,
-    vertex_colours: np.ndarray,
-    size: int = 900,
-    views: Sequence[str] = ("front", "back"),
-    markers: Sequence[Marker] = (),
-) -> list[np.ndarray]:
-    """Pictures of a body in these colours; see `BodyRenderer.render`, and use that for many."""
-    with BodyRenderer(body, size, views) as renderer:
-        return renderer.render(vertex_colours, markers)
-
-
 def _view_frame(body: Body, view: str, size: int) -> ViewFrame:
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
     return ViewFrame(view, VIEW_TURNS[view], (low + high) / 2, float((high - low).max()) * MARGIN, size)

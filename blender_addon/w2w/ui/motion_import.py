@@ -10,7 +10,7 @@ from typing import NamedTuple
 import bpy
 
 from ..core.file_names import shown
-from ..core.motion.import_plan import ImportPlan, plan_files, plan_folder, same_files
+from ..core.motion.import_plan import ImportPlan, same_files
 from ..core.motion.source import UnusableMotion, reason_of
 from ..core.wording import free_name
 from ..scene.actions import write_action
@@ -41,28 +41,6 @@ class Wanted(NamedTuple):
     def taken_from(self) -> str:
         """Armature and take that it is from; empty of a file."""
         return "" if self.take is None else f"{self.take.take.armature.name}|{self.take.name}"
-
-
-def wanted_in_folder(folder: Path) -> list[Wanted]:
-    """The motion files of a folder, labelled by labels.csv, folder names or file names.
-
-    Raises
-    ------
-    LibraryError
-        If there are none, or labels.csv cannot be understood.
-    """
-    return wanted(plan_folder(folder))
-
-
-def wanted_files(paths: Iterable[Path]) -> list[Wanted]:
-    """Single files, labelled by their names.
-
-    Raises
-    ------
-    LibraryError
-        If none of them is a motion file.
-    """
-    return wanted(plan_files(paths))
 
 
 def wanted(plan: ImportPlan) -> list[Wanted]:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.signal import find_peaks
 from scipy.spatial.transform import Rotation
 
-from w2w.core.rehab.clips import EXERCISES, RehabClip, generate_clip, generate_library
+from w2w.core.rehab.clips import EXERCISES, RehabClip, generate_clip
 from w2w.core.rehab.curves import SWAY_BAND, glide, min_jerk, pulse, soft_excess, soft_limit, sway, through
 from w2w.core.rehab.pose import turn
 from w2w.core.rehab.skeleton import (
@@ -20,14 +20,19 @@ from w2w.core.rehab.skeleton import (
     centre_of_mass,
     forward_kinematics,
 )
-from w2w.core.rehab.stairs import RISE, RUN, stairs_for
+from w2w.core.rehab.stairs import RISE, RUN
 
 CLIPS = 5
+HEEL_BEHIND, TOES_AHEAD = 0.035, 0.117
+"""How far a foot reaches behind the ankle and ahead of it, in statures."""
+
+GAP = 0.04
+"""Metres between the toes of whoever stands before the stairs and the first riser."""
 
 
 @pytest.fixture(scope="module")
 def clips() -> list[RehabClip]:
-    return list(generate_library(CLIPS, seed=3))
+    return [generate_clip(activity, number, 3) for activity in EXERCISES for number in range(CLIPS)]
 
 
 def of(clips: list[RehabClip], activity: str) -> list[RehabClip]:
@@ -52,7 +57,7 @@ def bend(joints: np.ndarray, first: str, middle: str, last: str) -> np.ndarray:
 def sole_points(clip: RehabClip, side: str) -> np.ndarray:
     """Heel, ball and tip of the toes on the sole, shape (3, T, 3)."""
     turns, joints = world(clip)
-    heel = np.array([0.0, clip.figure.heel_behind, -clip.figure.ankle_height])
+    heel = np.array([0.0, HEEL_BEHIND * clip.figure.stature, -clip.figure.ankle_height])
     below = np.array([0.0, 0.0, -clip.figure.ball_height])
     foot, toes = turns[:, BONE_INDEX[side + "Foot"]], turns[:, BONE_INDEX[side + "ToeBase"]]
     return np.stack(
@@ -65,7 +70,10 @@ def sole_points(clip: RehabClip, side: str) -> np.ndarray:
 
 
 def ground(clip: RehabClip, y: np.ndarray) -> np.ndarray:
-    return stairs_for(clip.figure).height(y) if clip.activity == "stair_climbing" else np.zeros_like(y)
+    if clip.activity != "stair_climbing":
+        return np.zeros_like(y)
+    first = TOES_AHEAD * clip.figure.stature + GAP
+    return RISE * np.maximum(np.floor((-y - first) / RUN) + 1, 0)
 
 
 class TestCurves:

@@ -73,13 +73,6 @@ def label_regions(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
     return codes.astype(np.int16), tuple(names[index] for index in used)
 
 
-def mirrored_region(name: str) -> str:
-    """Name of the same region on the other side of the body."""
-    if name.startswith("left "):
-        return "right " + _place(name)
-    return "left " + _place(name) if name.startswith("right ") else name
-
-
 def _place(name: str) -> str:
     return name.removeprefix("left ").removeprefix("right ")
 

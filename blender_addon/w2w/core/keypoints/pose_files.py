@@ -177,5 +177,3 @@ _READERS = {
     ".npy": _read_npy,
     ".npz": _read_npz,
 }
-
-JOINT_SUFFIXES = tuple(_READERS)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,20 +133,3 @@ def generate_clip(
     spoil(session, plan, activity, execution)
     rotations, hips = pose(figure, plan)
     return RehabClip(activity, number, figure, style, rotations, hips, rate, execution)
-
-
-def generate_library(clips_per_activity: int, seed: int = 0) -> Iterator[RehabClip]:
-    """All clips of all activities, one by one.
-
-    Parameters
-    ----------
-    clips_per_activity : int
-    seed : int
-
-    Yields
-    ------
-    RehabClip
-    """
-    for activity in EXERCISES:
-        for number in range(clips_per_activity):
-            yield generate_clip(activity, number, seed)

@@ -61,7 +61,7 @@ _SPINE = {  # height, depth (positive is backward)
     "Head": (0.880, 0.002),
     "HeadTop_End": (1.000, 0.000),
 }
-_HEEL_BACK, _BALL, _BALL_HEIGHT, _TOE_TIP = 0.035, 0.075, 0.012, 0.117
+_BALL, _BALL_HEIGHT, _TOE_TIP = 0.075, 0.012, 0.117
 
 _SEGMENTS = (  # mass fraction, proximal joint, distal joint, centre of mass from the proximal joint
     (0.081, "Neck", "HeadTop_End", 0.45),
@@ -155,16 +155,6 @@ class Figure:
     def ball_ahead(self) -> float:
         """How far the ball of the foot is ahead of the ankle, metres."""
         return _BALL * self.stature
-
-    @property
-    def toes_ahead(self) -> float:
-        """How far the tips of the toes are ahead of the ankle, metres."""
-        return _TOE_TIP * self.stature
-
-    @property
-    def heel_behind(self) -> float:
-        """How far the heel reaches behind the ankle, metres."""
-        return _HEEL_BACK * self.stature
 
     def rest(self) -> np.ndarray:
         """Joints in the T-pose, shape (27, 3), metres: z up, facing -y, left towards +x, soles on z = 0."""

@@ -11,7 +11,7 @@ import numpy as np
 from .curves import glide, pulse, stroke, through
 from .pose import PosePlan
 from .session import Session
-from .skeleton import SIGNS, Figure
+from .skeleton import SIGNS
 from .style import ARM_FORWARD, SLACK, elbow_pole, hang, stand_quietly
 
 RISE, RUN = 0.17, 0.28
@@ -55,28 +55,6 @@ ONE_SIDED = 0.5
 
 _SWING = 0.80
 """Share of a step's time its foot is in the air; the rest of it both feet stand."""
-
-
-@dataclass(frozen=True)
-class Stairs:
-    """A flight of stairs that goes up towards -y.
-
-    Parameters
-    ----------
-    first : float
-        Distance from the origin to the first riser, metres.
-    """
-
-    first: float
-
-    def height(self, y: np.ndarray) -> np.ndarray:
-        """Height of the surface under points, metres."""
-        return RISE * np.maximum(np.floor((-y - self.first) / RUN) + 1, 0)
-
-
-def stairs_for(figure: Figure) -> Stairs:
-    """Stairs that leave 4 cm before the toes of the person standing at the origin."""
-    return Stairs(first=figure.toes_ahead + 0.04)
 
 
 @dataclass(frozen=True)
