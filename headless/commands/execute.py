@@ -17,17 +17,7 @@ from w2w.core.results_folder import sensors_together
 
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
 from ..needs_blender import NoBlenderError
-from ..reports.comparison import keep_foreign_comparison, write_comparison
-from ..reports.console_tables import (
-    show_comparison,
-    show_outcome,
-    show_skipped,
-    show_window_warning,
-    skipped_files,
-)
-from ..reports.draw import draw_study
-from ..reports.html import REPORT, write_report
-from ..reports.pictures import BLEND
+from ..reports import comparison, console_tables, draw, html, pictures
 from ..runs.folder import FolderBusyError, make_folders, only_run, own_results
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError
@@ -57,7 +47,7 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     try:
         make_folders(out)
         monitor.begin(plan.library, body.name, out)
-        more = [*([BLEND] if plan.pictures else ()), *([REPORT] if plan.report else ())]
+        more = [*([pictures.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
         with only_run(out / WORK), own_results(out, plan.library, more, plan.pictures):
             study, failed = _execute(plan, body, out, monitor)
     except ForeignFileError as error:
@@ -67,7 +57,7 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     except OSError as error:
         text = f"No result: {out} cannot be written: {error}. What is finished is kept."
         raise ended(text, NOTHING_TO_DO, monitor) from error
-    show_outcome(study, plan, failed, monitor.console)
+    console_tables.show_outcome(study, plan, failed, monitor.console)
     for name, why in failed.items():
         monitor.log("not_drawn", what=name, reason=why)
     clips = study_counts(study)
@@ -86,15 +76,17 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
             write_config(study)
             write_results(study)
             if plan.report:
-                write_report(out)
+                html.write_report(out)
         if plan.pictures:  # last, for Blender may fail to draw where all else is well
-            failed = draw_study(study, monitor)
+            failed = draw.draw_study(study, monitor)
     except (StudyError, EngineError, NoBlenderError) as error:
         monitor.announce("failed", str(error))
         if isinstance(error, StudyError):
             write_failure(out, plan.library, str(error), error.clips)
-            show_skipped(skipped_files(error.clips, plan.library), monitor.console)
-            show_window_warning(error.clips, plan.config.windows, monitor.console)
+            console_tables.show_skipped(
+                console_tables.skipped_files(error.clips, plan.library), monitor.console
+            )
+            console_tables.show_window_warning(error.clips, plan.config.windows, monitor.console)
         raise ended(f"No result: {error}", NOTHING_TO_DO, monitor) from error
     except KeyboardInterrupt as error:
         raise ended(f"\n{STOPPED}", INTERRUPTED, monitor) from error
@@ -114,7 +106,7 @@ def ready_for(asked: StudyOptions, out: Path) -> list[tuple[str, Body]]:
     """
     bodies = asked.chosen_bodies()
     if len(bodies) > 1:
-        keep_foreign_comparison(out)
+        comparison.keep_foreign_comparison(out)
     return bodies
 
 
@@ -133,7 +125,7 @@ def execute_bodies(
         folder = out if len(bodies) == 1 else out / name
         studies.append((name, execute(plan, body, folder, monitor)))
     if len(bodies) > 1:
-        show_comparison(write_comparison(studies, out), monitor.console)
+        console_tables.show_comparison(comparison.write_comparison(studies, out), monitor.console)
     skipped = plan.library.skipped
     if strict and any(len(study.used) < len(study.clips) + len(skipped) for _, study in studies):
         raise ended("Clips were skipped, and --strict was given.", SKIPPED, monitor)

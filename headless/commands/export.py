@@ -13,11 +13,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from w2w.core.exports.arrays import write_arrays, write_torch
-from w2w.core.exports.bids import write_bids
-from w2w.core.exports.biomechanics import write_opensim, write_xsens
-from w2w.core.exports.parquet import write_parquet
-from w2w.core.exports.pose_packs import METHODS, RATE_HZ, sites_of, write_pose_pack
+from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import StudySignals, placed, worn
 from w2w.core.file_names import shown
 from w2w.core.files import UNFINISHED, write_json
@@ -30,10 +26,10 @@ from ..stopping import STOPPED
 MARKER = ".w2w_export.json"
 """In a folder that an export made, which another may replace."""
 
-WINDOWED = {"aeon": write_arrays, "torch": write_torch}
-RECORDED = {"bids": write_bids, "parquet": write_parquet}
+WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch}
+RECORDED = {"bids": bids.write_bids, "parquet": parquet.write_parquet}
 WORN = ("opensim", "xsens")
-TOOLS = (*WINDOWED, *METHODS, *RECORDED, *WORN)
+TOOLS = (*WINDOWED, *pose_packs.METHODS, *RECORDED, *WORN)
 
 
 def export(
@@ -102,23 +98,23 @@ def _writer(study: StudyResults, tool: str, places: str, sensor: str) -> Callabl
         return lambda folder: f"{write(folder, signals)} {kind} of {_listed(signals.names)}"
     model = chosen_sensor(sensor) if sensor else config.sensor_model()
     given = [name.strip() for name in places.split(",") if name.strip()]
-    if tool in METHODS:
-        patches = placed(study, given or sites_of(tool))
-        clips = worn(study, patches, RATE_HZ, model)
+    if tool in pose_packs.METHODS:
+        patches = placed(study, given or pose_packs.sites_of(tool))
+        clips = worn(study, patches, pose_packs.RATE_HZ, model)
 
         def write_pack(folder: Path) -> str:
             gravity = config.synthesis.gravity
-            count = write_pose_pack(folder, tool, study.body(), patches, clips, gravity)
-            return f"{count} clips of {_listed(patches.names)} at {RATE_HZ:g} Hz"
+            count = pose_packs.write_pose_pack(folder, tool, study.body(), patches, clips, gravity)
+            return f"{count} clips of {_listed(patches.names)} at {pose_packs.RATE_HZ:g} Hz"
 
         return write_pack
     patches = placed(study, given or list(StudySignals.at(study, "").names))
     clips = worn(study, patches, config.synthesis.rate_hz, model)
     if tool == "opensim":
         return lambda folder: (
-            f"{write_opensim(folder, study.body(), clips)} clips of {_listed(patches.names)}"
+            f"{biomechanics.write_opensim(folder, study.body(), clips)} clips of {_listed(patches.names)}"
         )
-    return lambda folder: f"{write_xsens(folder, clips)} clips of {_listed(patches.names)}"
+    return lambda folder: f"{biomechanics.write_xsens(folder, clips)} clips of {_listed(patches.names)}"
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -17,19 +17,8 @@ from w2w.core.results_folder import StudyResults, choose_to_wear, ranked_again, 
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig
 
+from .. import options
 from ..console import BUSY, USAGE
-from ..options import (
-    PANEL,
-    Costs,
-    EveryActivity,
-    Forbid,
-    MaxPlaces,
-    Must,
-    Only,
-    Weights,
-    parse_wishes,
-    words,
-)
 from ..reports.advice_text import show_advice, show_best_spot, show_worn
 from ..reports.redraw import copied, redraw
 from ..runs.folder import FolderBusyError
@@ -48,21 +37,21 @@ def place(
             show_default=False,
         ),
     ] = None,
-    every_activity: EveryActivity = 0.0,
-    only: Only = "",
-    forbid: Forbid = "",
-    must: Must = "",
-    max_places: MaxPlaces = None,
-    costs: Costs = None,
+    every_activity: options.EveryActivity = 0.0,
+    only: options.Only = "",
+    forbid: options.Forbid = "",
+    must: options.Must = "",
+    max_places: options.MaxPlaces = None,
+    costs: options.Costs = None,
     background: Annotated[
         str | None,
         typer.Option(
             help="Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
             show_default=False,
-            rich_help_panel=PANEL,
+            rich_help_panel=options.PANEL,
         ),
     ] = None,
-    weights: Weights = None,
+    weights: options.Weights = None,
     together: Annotated[
         bool, typer.Option(help="Test the chosen sensors together by one classifier on all of them.")
     ] = True,
@@ -99,7 +88,7 @@ def place(
     try:
         study = StudyResults.load(results)
         goal = target if target is not None else study.parameters["target"]
-        constraints = parse_wishes(only, forbid, must, costs)
+        constraints = options.parse_wishes(only, forbid, must, costs)
         wished = {"target": goal, "every_activity": every_activity, "max_places": max_places}
         config = replace(study.config(), **wished, constraints=constraints)
         config = _counting(config, background, weights)
@@ -135,7 +124,7 @@ def place(
 def _counting(config: StudyConfig, background: str | None, weights: Path | None) -> StudyConfig:
     """The config with another background and other weights, where they are given."""
     if background is not None:
-        config = replace(config, background=words(background))
+        config = replace(config, background=options.words(background))
     return config if weights is None else replace(config, weights=read_weights(weights))
 
 

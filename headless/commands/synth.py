@@ -20,19 +20,10 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.naming import resolve
 from w2w.core.study import StudyConfig, place_patches, record
 
+from .. import signal_options
 from ..console import NOTHING_TO_DO, USAGE
 from ..runs.patch_mode import placeable
 from ..runs.workers import load_alone
-from ..signal_options import (
-    AS_DEFAULT,
-    Band,
-    Convention,
-    Rate,
-    RootBand,
-    Sensor,
-    sensor_settings,
-    synthesis_settings,
-)
 
 
 def synth(
@@ -45,11 +36,11 @@ def synth(
         str, typer.Option("--format", help=f"{', '.join(FORMATS)}; the last two have units of their own.")
     ] = "csv",
     plot: Annotated[Path | None, typer.Option(help="png file to draw the signal to.")] = None,
-    sensor: Sensor = DEFAULT_SENSOR,
-    rate: Rate = 100.0,
-    band: Band = AS_DEFAULT.cutoff_hz,
-    root_band: RootBand = None,
-    convention: Convention = AS_DEFAULT.convention,
+    sensor: signal_options.Sensor = DEFAULT_SENSOR,
+    rate: signal_options.Rate = 100.0,
+    band: signal_options.Band = signal_options.AS_DEFAULT.cutoff_hz,
+    root_band: signal_options.RootBand = None,
+    convention: signal_options.Convention = signal_options.AS_DEFAULT.convention,
     acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
     gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
@@ -63,8 +54,8 @@ def synth(
         if kind not in FORMATS:
             raise ValueError(f"--format must be one of {', '.join(FORMATS)}, not {kind}")
         config = StudyConfig(
-            **sensor_settings(sensor),
-            synthesis=synthesis_settings(rate, band, convention),
+            **signal_options.sensor_settings(sensor),
+            synthesis=signal_options.synthesis_settings(rate, band, convention),
             root_band_hz=root_band,
             seed=seed,
         )

@@ -14,15 +14,8 @@ from w2w.core.findings.advice_content import joint_of
 from w2w.core.findings.counts import interval_caution, interval_text
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection import headline
 from w2w.core.selection.advice import Advice
-from w2w.core.selection.headline import (
-    CANNOT_RANK,
-    as_good_as,
-    best_spot_sentence,
-    mean_caution,
-    mean_sentence,
-    reliability_sentence,
-)
 from w2w.core.selection.joint import JointSet
 from w2w.core.wording import capital
 
@@ -38,13 +31,15 @@ AT_MOST = 12
 def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, console: Console) -> None:
     """Print where to wear one sensor, and how far these clips tell."""
     if not utility.can_rank:
-        console.print(f"{CANNOT_RANK}.", style="bold yellow")
-    console.print(f"[bold]{best_spot_sentence(advice.best, utility, patches, advice.allowed)}.[/bold]")
-    if len(as_good_as(advice.best, utility, advice.allowed)) > 1:
+        console.print(f"{headline.CANNOT_RANK}.", style="bold yellow")
+    console.print(
+        f"[bold]{headline.best_spot_sentence(advice.best, utility, patches, advice.allowed)}.[/bold]"
+    )
+    if len(headline.as_good_as(advice.best, utility, advice.allowed)) > 1:
         console.print(f"The highest of them: {patches.names[advice.best]}.")
-    if explained := mean_sentence(utility):
+    if explained := headline.mean_sentence(utility):
         console.print(f"{explained}.", markup=False)
-    console.print(f"{reliability_sentence(utility)}.")
+    console.print(f"{headline.reliability_sentence(utility)}.")
     if warning := interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
 
@@ -107,7 +102,7 @@ def _set_table(
     advice: Advice, utility: UtilityMap, patches: PatchSet, together: Sequence[UtilityMap]
 ) -> Table:
     """The set sensor by sensor: what it would reach on other clips, then what it reached on these."""
-    subset, caution = advice.subset, mean_caution(utility)
+    subset, caution = advice.subset, headline.mean_caution(utility)
     made, order = subset.promise, subset.order
     headings = ["expected F1", "95 % interval"] if made is not None else []
     if together:

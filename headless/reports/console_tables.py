@@ -34,10 +34,7 @@ from ..console import show_left_out
 from ..runs.picture_names import HEATMAPS
 from ..runs.study import RunPlan
 from ..window_options import window_warning
-from .advice_text import show_advice, show_best_spot, show_worn
-from .html import REPORT
-from .own_table import show_own_placements
-from .pictures import BLEND
+from . import advice_text, html, own_table, pictures
 
 
 def show_labels(library: Library, console: Console) -> None:
@@ -65,20 +62,20 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_window_warning(study.clips, study.config.windows, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
-    show_best_spot(study.advice, utility, study.results.patches, console)
+    advice_text.show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
-    show_own_placements(own_content(study), console)
+    own_table.show_own_placements(own_content(study), console)
     if study.worn is not None:
-        show_worn(study.worn, study.results.patches, console)
-    show_advice(study.advice, utility, study.results.patches, study.together, console)
+        advice_text.show_worn(study.worn, study.results.patches, console)
+    advice_text.show_advice(study.advice, utility, study.results.patches, study.together, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     if plan.pictures:
-        for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", BLEND)):
+        for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", pictures.BLEND)):
             if name not in failed:
                 console.print(f"{title} {out / name}")
     if plan.report:
-        console.print(f"Report:   {out / REPORT}")
+        console.print(f"Report:   {out / html.REPORT}")
     for name, why in failed.items():
         console.print(f"\nNo {name}: {why}.", style="red", markup=False)
     if failed:

@@ -14,22 +14,7 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from w2w.core.colours import COLOUR_MAP, colour_table
 
-from .page import (
-    DPI,
-    FAINT,
-    FONT,
-    INK,
-    LIST_COLUMN,
-    MARGIN,
-    Marker,
-    axes_at,
-    common_crop,
-    draw_list,
-    draw_markers,
-    fit,
-    save,
-    write,
-)
+from . import page
 
 VIEW_SIZE = 4.3
 """Height that a square view is drawn with, inches."""
@@ -77,18 +62,18 @@ def heatmap_figure(
     note : str
         What to write below the colour bar.
     """
-    crop = common_crop(views)
+    crop = page.common_crop(views)
     figure, left = _page(views, crop, BAR_COLUMN, title, subtitle)
     _draw_views(figure, views, crop, view_names)
     _draw_bar(figure, left + 0.3, low, high, label, colour_map, note)
-    save(figure, path)
+    page.save(figure, path)
 
 
 def subset_figure(
     path: str | Path,
     views: Sequence[np.ndarray],
     title: str,
-    markers: Sequence[Marker],
+    markers: Sequence[page.Marker],
     names: Sequence[str],
     scores: Sequence[float],
     label: str = "Mean F1",
@@ -142,20 +127,20 @@ def subset_figure(
         raise ValueError(
             f"markers ({len(markers)}), names ({len(names)}) and scores ({len(scores)}) must be as many"
         )
-    crop = common_crop(views)
+    crop = page.common_crop(views)
     bar = BAR_COLUMN if scale else 0.0
-    figure, left = _page(views, crop, bar + LIST_COLUMN, title, subtitle)
+    figure, left = _page(views, crop, bar + page.LIST_COLUMN, title, subtitle)
     axes = _draw_views(figure, views, crop, view_names)
     if scale:
         _draw_bar(figure, left + 0.3, *scale, scale_label or label, colour_map, note)
     pixels_an_inch = (crop[1] - crop[0]) / VIEW_SIZE
     for number, view in enumerate(axes):
         here = [index for index, marker in enumerate(markers) if marker[0] == number]
-        draw_markers(
+        page.draw_markers(
             view, np.array([markers[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
         )
-    draw_list(figure, left + bar + 0.3, names, scores, label, target, MARGIN, VIEW_SIZE)
-    save(figure, path)
+    page.draw_list(figure, left + bar + 0.3, names, scores, label, target, page.MARGIN, VIEW_SIZE)
+    page.save(figure, path)
 
 
 def _page(
@@ -164,15 +149,17 @@ def _page(
     """An empty page with its title, and where the right column starts, inches."""
     top, bottom, first, last = crop
     view_width = VIEW_SIZE * (last - first) / (bottom - top)
-    left = MARGIN + len(views) * view_width + (len(views) - 1) * MARGIN
-    width, height = left + column + MARGIN, MARGIN * 2 + HEADER + VIEW_SIZE
-    figure = Figure(figsize=(width, height), dpi=DPI, facecolor="white")
+    left = page.MARGIN + len(views) * view_width + (len(views) - 1) * page.MARGIN
+    width, height = left + column + page.MARGIN, page.MARGIN * 2 + HEADER + VIEW_SIZE
+    figure = Figure(figsize=(width, height), dpi=page.DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    heading = write(figure, MARGIN, height - MARGIN, title, size=17, weight="bold", va="top")
-    fit(figure, heading, width - 2 * MARGIN)
+    heading = page.write(figure, page.MARGIN, height - page.MARGIN, title, size=17, weight="bold", va="top")
+    page.fit(figure, heading, width - 2 * page.MARGIN)
     if subtitle:
-        line = write(figure, MARGIN, height - MARGIN - 0.36, subtitle, size=9.5, color=FAINT, va="top")
-        fit(figure, line, width - 2 * MARGIN)
+        line = page.write(
+            figure, page.MARGIN, height - page.MARGIN - 0.36, subtitle, size=9.5, color=page.FAINT, va="top"
+        )
+        page.fit(figure, line, width - 2 * page.MARGIN)
     return figure, left
 
 
@@ -183,11 +170,11 @@ def _draw_views(
     view_width = VIEW_SIZE * (last - first) / (bottom - top)
     drawn = []
     for number, (view, name) in enumerate(zip(views, names, strict=True)):
-        left = MARGIN + number * (view_width + MARGIN)
-        axes = axes_at(figure, left, MARGIN, view_width, VIEW_SIZE)
+        left = page.MARGIN + number * (view_width + page.MARGIN)
+        axes = page.axes_at(figure, left, page.MARGIN, view_width, VIEW_SIZE)
         axes.imshow(view, interpolation="lanczos", aspect="auto", extent=(0, view.shape[1], view.shape[0], 0))
         axes.set(xlim=(first, last), ylim=(bottom, top))
-        write(figure, left, MARGIN + 0.02, name, size=9.5, color=FAINT, va="bottom")
+        page.write(figure, left, page.MARGIN + 0.02, name, size=9.5, color=page.FAINT, va="bottom")
         _draw_sides(axes, view, SIDES.get(name, ("", "")))
         drawn.append(axes)
     return drawn
@@ -205,15 +192,15 @@ def _draw_sides(axes: Axes, view: np.ndarray, sides: tuple[str, str]) -> None:
         lowest = np.flatnonzero(tip.any(axis=1))[-1]
         axes.annotate(
             letter, (edge + inward * reach / 2, lowest), (0, -6), textcoords="offset points", ha="center",
-            va="top", fontsize=8.5, color=FAINT, fontfamily=FONT,
+            va="top", fontsize=8.5, color=page.FAINT, fontfamily=page.FONT,
         )  # fmt: skip
 
 
 def _draw_bar(
     figure: Figure, left: float, low: float, high: float, label: str, colour_map: str, note: str
 ) -> None:
-    bottom, height = MARGIN + VIEW_SIZE * 0.2, VIEW_SIZE * 0.6
-    axes = axes_at(figure, left, bottom, 0.15, height)
+    bottom, height = page.MARGIN + VIEW_SIZE * 0.2, VIEW_SIZE * 0.6
+    axes = page.axes_at(figure, left, bottom, 0.15, height)
     span = (low, high) if high > low else (low - 0.5, low + 0.5)
     axes.imshow(colour_table(colour_map)[::-1, None], aspect="auto", extent=(0, 1, *span))
     axes.set_axis_on()
@@ -224,8 +211,8 @@ def _draw_bar(
     else:
         axes.yaxis.set_major_formatter(ScalarFormatter(useOffset=False))
     axes.set_xticks([])
-    axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=INK, labelfontfamily=FONT)
+    axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=page.INK, labelfontfamily=page.FONT)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    write(figure, left, bottom + height + 0.2, label, size=11, weight="bold")
-    write(figure, left, bottom - 0.22, note.replace(" ", "\n", 1), size=8.5, color=FAINT, va="top")
+    page.write(figure, left, bottom + height + 0.2, label, size=11, weight="bold")
+    page.write(figure, left, bottom - 0.22, note.replace(" ", "\n", 1), size=8.5, color=page.FAINT, va="top")

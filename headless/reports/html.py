@@ -20,15 +20,7 @@ from w2w.core.findings.joint import joint_content
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.headline import (
-    CANNOT_RANK,
-    mean_caution,
-    mean_sentence,
-    mean_title,
-    reliability_sentence,
-    score_text,
-    where_to_wear,
-)
+from w2w.core.selection import headline
 from w2w.core.wording import capital
 
 from ..console import USAGE, left_out_sentences
@@ -119,11 +111,11 @@ def page(
         clips=clips,
         counts=counts_sentence(clips, utility),
         caution=interval_caution(utility),
-        mean_caution=mean_caution(utility),
-        cannot_rank="" if utility.can_rank else CANNOT_RANK,
-        where=spot["where"] if "where" in spot else where_to_wear(best, utility, study.patches),
-        score=score_text(best, utility),
-        repeats=reliability_sentence(utility),
+        mean_caution=headline.mean_caution(utility),
+        cannot_rank="" if utility.can_rank else headline.CANNOT_RANK,
+        where=spot["where"] if "where" in spot else headline.where_to_wear(best, utility, study.patches),
+        score=headline.score_text(best, utility),
+        repeats=headline.reliability_sentence(utility),
         notes=_notes(summary),
         left_out=left_out_sentences(utility.left_out),
         worn=worn,
@@ -132,8 +124,8 @@ def page(
         wearing=wearing_sentences(study.config().sensor_model()),
         utility=utility,
         n_patches=len(study.patches),
-        mean_title=mean_title(utility),
-        mean_explained=mean_sentence(utility),
+        mean_title=headline.mean_title(utility),
+        mean_explained=headline.mean_sentence(utility),
         regions=best_regions(utility, study.patches),
         activities=_activities(study, summary, best),
         mistakes=_mistakes(utility, best),

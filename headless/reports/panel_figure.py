@@ -15,21 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from w2w.core.colours import colour_table
 
-from .page import (
-    DPI,
-    FAINT,
-    FONT,
-    INK,
-    MARGIN,
-    Marker,
-    axes_at,
-    common_crop,
-    draw_list,
-    draw_markers,
-    fit,
-    save,
-    write,
-)
+from . import page
 
 WIDTH = 13.2
 """Of the page, inches."""
@@ -76,7 +62,7 @@ def panel_figure(
     activities: Sequence[Map],
     mean: Map,
     subset: Map,
-    markers: Sequence[Marker],
+    markers: Sequence[page.Marker],
     names: Sequence[str],
     scores: Sequence[float],
     scale: tuple[float, float],
@@ -98,43 +84,45 @@ def panel_figure(
     target : float
     """
     every = [*activities, mean, subset]
-    crop = common_crop([view for shown in every for view in shown.views])
+    crop = page.common_crop([view for shown in every for view in shown.views])
     ratio = (crop[3] - crop[2]) / (crop[1] - crop[0])
-    cell = (WIDTH - 2 * MARGIN - (IN_A_ROW - 1) * GAP) / IN_A_ROW
+    cell = (WIDTH - 2 * page.MARGIN - (IN_A_ROW - 1) * GAP) / IN_A_ROW
     small = (cell - BETWEEN) / 2 / ratio
     rows = -(-len(activities) // IN_A_ROW)
     upper = HEAD + rows * (CAPTION + small + GAP)
-    wide = (WIDTH - 2 * MARGIN - COLUMN_GAP - GAP - LIST) / 2
+    wide = (WIDTH - 2 * page.MARGIN - COLUMN_GAP - GAP - LIST) / 2
     large = (wide - BETWEEN) / 2 / ratio
-    height = MARGIN + upper + HEAD + CAPTION + large + FOOT + MARGIN
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
+    height = page.MARGIN + upper + HEAD + CAPTION + large + FOOT + page.MARGIN
+    figure = Figure(figsize=(WIDTH, height), dpi=page.DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    _panel_head(figure, MARGIN, height - MARGIN, "a", "Each activity by itself")
+    _panel_head(figure, page.MARGIN, height - page.MARGIN, "a", "Each activity by itself")
     for number, shown in enumerate(activities):
         row, column = divmod(number, IN_A_ROW)
-        left = MARGIN + column * (cell + GAP)
-        top = height - MARGIN - HEAD - row * (CAPTION + small + GAP)
+        left = page.MARGIN + column * (cell + GAP)
+        top = height - page.MARGIN - HEAD - row * (CAPTION + small + GAP)
         _draw_map(figure, shown, crop, (left, top), small, cell)
-    top = height - MARGIN - upper
-    _panel_head(figure, MARGIN, top, "b", "The mean over activities")
-    _draw_map(figure, mean, crop, (MARGIN, top - HEAD), large, wide)
-    right = MARGIN + wide + COLUMN_GAP
+    top = height - page.MARGIN - upper
+    _panel_head(figure, page.MARGIN, top, "b", "The mean over activities")
+    _draw_map(figure, mean, crop, (page.MARGIN, top - HEAD), large, wide)
+    right = page.MARGIN + wide + COLUMN_GAP
     _panel_head(figure, right, top, "c", "Where to wear")
     views = _draw_map(figure, subset, crop, (right, top - HEAD), large, wide + GAP + LIST)
     pixels_an_inch = (crop[1] - crop[0]) / large
     for number, view in enumerate(views):
         here = [index for index, marker in enumerate(markers) if marker[0] == number]
         anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
-        draw_markers(view, anchors, here, pixels_an_inch)
+        page.draw_markers(view, anchors, here, pixels_an_inch)
     bottom = top - HEAD - CAPTION - large
-    draw_list(figure, right + wide + GAP, names, scores, "Best-of F1", target, bottom=bottom, height=large)
+    page.draw_list(
+        figure, right + wide + GAP, names, scores, "Best-of F1", target, bottom=bottom, height=large
+    )
     _draw_scale(figure, scale)
-    save(figure, path)
+    page.save(figure, path)
 
 
 def _panel_head(figure: Figure, left: float, top: float, letter: str, heading: str) -> None:
-    write(figure, left, top - 0.22, letter, size=17, weight="bold")
-    write(figure, left + 0.28, top - 0.22, heading, size=13)
+    page.write(figure, left, top - 0.22, letter, size=17, weight="bold")
+    page.write(figure, left + 0.28, top - 0.22, heading, size=13)
 
 
 def _draw_map(
@@ -148,12 +136,12 @@ def _draw_map(
     """A body from both sides under its title; `corner` is the upper left one."""
     top, bottom, first, last = crop
     left, upper = corner
-    fit(figure, write(figure, left, upper - 0.1, shown.title, size=11, weight="bold"), width)
-    fit(figure, write(figure, left, upper - 0.29, shown.note, size=9, color=FAINT), width)
+    page.fit(figure, page.write(figure, left, upper - 0.1, shown.title, size=11, weight="bold"), width)
+    page.fit(figure, page.write(figure, left, upper - 0.29, shown.note, size=9, color=page.FAINT), width)
     wide = height * (last - first) / (bottom - top)
     drawn = []
     for number, view in enumerate(shown.views):
-        axes = axes_at(figure, left + number * (wide + BETWEEN), upper - CAPTION - height, wide, height)
+        axes = page.axes_at(figure, left + number * (wide + BETWEEN), upper - CAPTION - height, wide, height)
         axes.imshow(view, interpolation="lanczos", aspect="auto", extent=(0, view.shape[1], view.shape[0], 0))
         axes.set(xlim=(first, last), ylim=(bottom, top))
         drawn.append(axes)
@@ -163,19 +151,19 @@ def _draw_map(
 def _draw_scale(figure: Figure, scale: tuple[float, float]) -> None:
     """One colour bar for all maps, along the foot."""
     low, high = scale if scale[1] > scale[0] else (scale[0] - 0.5, scale[0] + 0.5)
-    axes = axes_at(figure, MARGIN, MARGIN + 0.12, 4.2, 0.15)
+    axes = page.axes_at(figure, page.MARGIN, page.MARGIN + 0.12, 4.2, 0.15)
     axes.imshow(colour_table()[None], aspect="auto", extent=(low, high, 0, 1))
     axes.set_axis_on()
     axes.set_yticks([])
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    axes.tick_params(length=0, pad=4, labelsize=9, labelcolor=INK, labelfontfamily=FONT)
+    axes.tick_params(length=0, pad=4, labelsize=9, labelcolor=page.INK, labelfontfamily=page.FONT)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    write(
+    page.write(
         figure,
-        MARGIN + 4.35,
-        MARGIN + 0.15,
+        page.MARGIN + 4.35,
+        page.MARGIN + 0.15,
         "F1: the same colours in all maps; each body from the front, then from behind",
         9,
-        FAINT,
+        page.FAINT,
     )

@@ -25,9 +25,7 @@ from ..runs.folder import only_run
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import claim, note
 from ..runs.picture_names import HEATMAPS, picture_files
-from .draw import draw_folder
-from .html import REPORT, write_report
-from .pictures import BLEND
+from . import draw, html, pictures
 
 LEFT_BEHIND = ("lock", "holder", "running")
 """Of the work folder, what is of the process at work and no copy's."""
@@ -87,7 +85,7 @@ def redraw(
     with only_run(out / WORK):
         again = not np.array_equal(utility.weights, study.utility.weights)
         tables = ["config.json", "summary.json", *([UTILITY, "utility.csv"] if again else [])]
-        claim(out, [BLEND], [REPORT, *files])
+        claim(out, [pictures.BLEND], [html.REPORT, *files])
         placements = study.config().placements
         content = {**content, **map_content(utility, study.patches, placements)}
         if again:
@@ -95,8 +93,8 @@ def redraw(
         for name, change in (("config.json", {"parameters": config.as_dict()}), ("summary.json", content)):
             before = json.loads((out / name).read_text(encoding="utf-8"))
             write_json(out / name, {**before, **change})
-        write_report(out)
-        failed = draw_folder(out, advice.subset, study.utility.activities, monitor)
+        html.write_report(out)
+        failed = draw.draw_folder(out, advice.subset, study.utility.activities, monitor)
         note(out)
         note(out, tables)
     return failed
