@@ -120,7 +120,7 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
     subset_figure(
         study.out / HEATMAPS / f"{SUBSET}.png",
         pictures,
-        f"Where to wear {count}" if shown.reached else "Where to wear: the best set there is",
+        f"Where to wear {count}",
         renderer.locate(corners.mean(axis=1), normals),
         [patches.names[patch] for patch in order],
         shown.scores[: len(order)],

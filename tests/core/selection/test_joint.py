@@ -32,6 +32,20 @@ def test_the_promise_never_falls_and_stops_where_it_rises_no_more(tests):
     assert (chosen.promise.mean <= chosen.promise.high).all()
 
 
+def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(tests, monkeypatch):
+    monkeypatch.setattr(joint, "WORTH", 0.1)
+    free = terms()
+    chosen = choose_together(tests, alone(tests), free, target=1.0)
+    order = grow(tests.whole, free, joint.LARGEST_SET, alone(tests)[0])
+    made = promise(tests, free, order, joint.chosen_by_halves, tuple(v[order[0]] for v in alone(tests)))
+    count = len(chosen.order)
+    most = made.mean[: chosen.tried].max()
+    assert most - joint.WORTH <= chosen.promise.mean[-1] <= most
+    assert count == 1 or made.mean[count - 2] < most - joint.WORTH
+    assert count < chosen.tried
+    assert chosen.sentence().endswith(f"up to {chosen.tried} sensors promise no more than 0.1 above that")
+
+
 def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
     chosen = choose_together(tests, alone(tests), terms(), target=0.3)
     assert chosen.reached

@@ -22,6 +22,9 @@ LARGEST_SET = 6
 FIRST_SETS = 3
 """Sensors up to which they are grown at first; more where more is wanted and may help."""
 
+WORTH = 0.01
+"""Expected F1 that all sensors added must promise together, where the target is out of reach."""
+
 OF_HALVES = 128
 """Candidates that a half chooses among: the first of the patches, which lie as far apart as may be."""
 
@@ -142,6 +145,8 @@ class JointSet:
         What each activity counts.
     every_pair : bool
         Whether the first two are the best of all pairs.
+    tried : int
+        Up to how many sensors were looked at.
     """
 
     order: tuple[int, ...]
@@ -153,6 +158,7 @@ class JointSet:
     cost: float
     weights: np.ndarray
     every_pair: bool = False
+    tried: int = 0
 
     @property
     def raw_mean(self) -> np.ndarray:
@@ -173,7 +179,11 @@ class JointSet:
                 f", {self.every_activity:g} for every activity, of which {self.activities[worst]} has the "
                 f"lowest, {made.f1[-1, worst]:.3f}"
             )
-        return text + (")" if self.reached else "); no more sensors are allowed, or more add nothing")
+        if self.reached:
+            return f"{text})"
+        if self.tried > count:
+            return f"{text}); up to {self.tried} sensors promise no more than {WORTH:g} above that"
+        return f"{text}); no more sensors are allowed, or more add nothing"
 
 
 def choose_together(
@@ -210,7 +220,8 @@ def choose_together(
     if alone.reached:
         return alone
     together = _choose(tests, expected, terms, *wishes, every_pair=True)
-    return together if together.promise.mean[-1] > alone.promise.mean[-1] else alone
+    more = together.promise.mean[-1] - alone.promise.mean[-1]
+    return together if together.reached or more > WORTH else alone
 
 
 def _choose(
@@ -235,16 +246,25 @@ def _choose(
         good[: least - 1] = False
         if good.any() or (len(order) > least and made.mean[-1] <= made.mean[-2]):
             break
-    enough = int(good.argmax()) + 1 if good.any() else max(least, int(made.mean.argmax()) + 1)
-    order = order[:enough]
+    enough = int(good.argmax()) + 1 if good.any() else max(least, _nearly_all(made, tests, worst))
     return JointSet(
-        order,
+        order[:enough],
         made.first(enough),
         tests.activities,
         target,
         every_activity,
         bool(good.any()),
-        float(terms.cost[list(order)].sum()),
+        float(terms.cost[list(order[:enough])].sum()),
         tests.weights,
         every_pair,
+        len(order),
     )
+
+
+def _nearly_all(made: Promise, tests: SetTests, worst: bool) -> int:
+    """The fewest sensors that promise what the most do, but for little."""
+    near = made.mean >= made.mean.max() - WORTH
+    if worst:
+        lowest = made.f1[:, tests.weights > 0].min(axis=1)
+        near &= lowest >= lowest[near].max() - WORTH
+    return int(near.argmax()) + 1
