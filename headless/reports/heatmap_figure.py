@@ -22,7 +22,7 @@ VIEW_SIZE = 4.3
 HEADER = 0.78
 """Height of the title and subtitle, inches."""
 
-BAR_COLUMN = 1.05
+BAR_COLUMN = 1.3
 SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
 """Which of the body's sides is on the left and on the right of a view."""
 
