@@ -5,8 +5,9 @@
         [--sets 4] [--patches 512]
 
 Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity,
-HDM05 (performers choose and other performers judge) and Bandai-Namco (styles likewise). Printed for each,
-over all halvings and both ways: the promise of the chosen patch and what it delivers on the other half,
+HDM05 (performers choose and other performers judge), Bandai-Namco (styles likewise), and the mixed library
+of real FBX and BVH clips, of activities with four motions or more. Printed for each, over all halvings and
+both ways: the promise of the chosen patch and what it delivers on the other half,
 the raw F1 of the best patch as a naive user would read it, the gain over an average patch, Spearman's
 rho of the two halves' expected maps (mean, and by activity), the share of patches whose interval holds
 the other half's value, how many patches are said to be as good as the best, and the reliability that a
@@ -19,6 +20,7 @@ the proxy's own mean-max F1. Then the same with labels shuffled between clips, w
 from __future__ import annotations
 
 import argparse
+import csv
 import itertools
 import json
 import subprocess
@@ -46,6 +48,9 @@ from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
+FEWEST_MOTIONS = 4
+"""Motions of an activity of which each half has two, to train on one and test on the other."""
+NOT_ACTIVITIES = ("negative", "static_pose", "unknown")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +73,15 @@ class Library:
         some = (slice(n_patches),) * 2
         pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
         inputs = SomePatches(study.inputs("ridge"), 0, len(pooling.kernel))
-        return cls(inputs, study.labels(), files, study.config(), pooling)
+        return cls(inputs, study.labels(), files, study.config(), pooling).halvable()
+
+    def halvable(self) -> Library:
+        """The windows of activities that both halves can test."""
+        names = np.unique(self.labels.activity)
+        motions = [len(np.unique(self.labels.motion[self.labels.activity == name])) for name in names]
+        rows = np.flatnonzero(np.isin(self.labels.activity, names[np.array(motions) >= FEWEST_MOTIONS]))
+        labels = self.part(rows, self.labels.activity)
+        return replace(self, inputs=SomeWindows(self.inputs, rows), labels=labels, files=self.files[rows])
 
     def part(self, rows: np.ndarray, activity: np.ndarray) -> WindowLabels:
         """Labels of some windows."""
@@ -146,11 +159,25 @@ def unpack(name: str, *options: str) -> Callable[[Path], list[str]]:
     return make
 
 
+def mixed(folder: Path) -> list[str]:
+    """Real FBX and BVH clips of activities."""
+    folder.symlink_to(DATA.parent, target_is_directory=True)
+    with (DATA.parent / "motions.csv").open(newline="", encoding="utf-8") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["activity"] not in NOT_ACTIVITIES]
+    labels = folder.with_suffix(".csv")
+    with labels.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, ("file", "activity", "motion_key"), extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+    return ["--labels", str(labels)]
+
+
 CASES = {
     "demo12": Case(demo(12), halves_of_clips),
     "demo24": Case(demo(24), halves_of_clips),
     "hdm05": Case(unpack("hdm05", "--labels", "{folder}/labels.csv"), halves_of_performers, by_subject=True),
     "bandai": Case(unpack("bandai_namco"), halves_of_styles, by_subject=True, subjects=styles),
+    "mixed": Case(mixed, halves_of_clips),
 }
 
 
