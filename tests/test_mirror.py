@@ -36,7 +36,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/headless/runs": (
         "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"
     ),
-    "tests/headless/sweep": "figure maps report",
+    "tests/headless/sweep": "figure maps",
     "tests/headless/validation": ("dsads figures paired posture protocol_report report truth unpaired utd"),
     "tests/scene": (
         "evaluated fast_path fcurves gltf load output packing patches playback render reshape "

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from w2w.core.files import atomic_write
 from w2w.core.patches.naming import find_patches
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.agreement import other_clips
+from w2w.core.ranking.agreement import resampled_clips
 
 from ..reports.page import ACCENT, DPI, FAINT, HAIRLINE, INK
 from .report import SweptCase
@@ -62,7 +62,7 @@ def sweep_figure(path: str | Path, swept: Sequence[SweptCase], patches: PatchSet
 
 def _draw_agreement(axes: Axes, swept: Sequence[SweptCase]) -> None:
     rows = np.arange(len(swept))
-    low, high = other_clips(swept[0].utility)
+    low, high = resampled_clips(swept[0].utility)
     axes.axvspan(low, high, color=HAIRLINE, alpha=0.6, linewidth=0)
     for row, one in zip(rows[1:], swept[1:], strict=True):
         axes.plot([one.shift.low, one.shift.high], [row, row], color=ACCENT, linewidth=2)
@@ -71,7 +71,7 @@ def _draw_agreement(axes: Axes, swept: Sequence[SweptCase]) -> None:
     axes.set_ylim(len(swept) - 0.5, -0.5)
     axes.set_xlim(min(0.0, low, *(one.shift.low for one in swept)) - 0.03, 1.03)
     axes.set_title("Spearman's rho with the usual ranking", fontsize=10, color=INK, loc="left", pad=34)
-    axes.set_xlabel("grey: two draws of clips, nothing changed", fontsize=8.5, color=FAINT)
+    axes.set_xlabel("grey: the same clips resampled, nothing changed", fontsize=8.5, color=FAINT)
     axes.tick_params(length=0, labelsize=9, labelcolor=INK)
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)

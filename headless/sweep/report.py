@@ -15,7 +15,8 @@ from rich.table import Table
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.agreement import Shift, other_clips
+from w2w.core.ranking.agreement import Shift, resampled_clips
+from w2w.core.ranking.reliability import of_halves
 from w2w.core.ranking.utility import UtilityMap
 
 from .cases import Case
@@ -61,17 +62,24 @@ def show_sweep(swept: Sequence[SweptCase], patches: PatchSet, console: Console) 
             ", ".join(top_regions(utility, patches)),
         )
     console.print(table)
-    low, high = other_clips(swept[0].utility)
+    low, high = resampled_clips(swept[0].utility)
     console.print(
-        f"Two draws of clips from this library agree by a rho of {low:.2f} to {high:.2f} with nothing "
-        "changed. 'still best': cannot be told from the case's best patch. 'flipped': patches whose 95 % "
-        "intervals of the rank do not overlap.",
+        f"These very clips resampled agree by a rho of {low:.2f} to {high:.2f} with nothing changed; "
+        f"{_of_other_clips(swept[0].utility)}. 'still best': cannot be told from the case's best patch. "
+        "'flipped': patches whose 95 % intervals of the rank do not overlap.",
         style="dim",
     )
     for one in swept:
         for word, flipped in (("rise", one.shift.risen), ("fall", one.shift.fallen)):
             if len(flipped):
                 console.print(f"{one.case.title}: {_regions(flipped, patches)} {word}.")
+
+
+def _of_other_clips(usual: UtilityMap) -> str:
+    if np.isnan(usual.reliability):
+        return "how far other clips would agree is not known"
+    halves = of_halves(usual.reliability)
+    return f"disjoint halves of them, whose maps are pooled over the skin, by {halves:.2f}"
 
 
 def write_sweep(folder: Path, swept: Sequence[SweptCase], patches: PatchSet) -> None:

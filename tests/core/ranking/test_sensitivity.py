@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.agreement import compare_maps, other_clips
+from w2w.core.ranking.agreement import compare_maps, resampled_clips
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.utility import utility_map
 
@@ -44,7 +44,7 @@ def test_nothing_changed_holds_exactly(usual):
     assert (same.gain, same.gain_low, same.gain_high) == (0.0, 0.0, 0.0)
     assert same.best_holds
     assert len(same.risen) == len(same.fallen) == 0
-    low, high = other_clips(usual)
+    low, high = resampled_clips(usual)
     assert 0.5 < low <= high <= 1.0
 
 

@@ -71,6 +71,7 @@ def test_a_sweep_ranks_the_same_motions_again(study):
     options = ("--by", "sensor,asymmetry", "--places", PLACES, "--workers", 1)
     code, output = run("sweep", study.out, *options)
     assert code == 0, output
+    assert "These very clips resampled agree by a rho of" in output
     folder = study.out / "sweep"
     with (folder / "sweep.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
