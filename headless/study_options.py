@@ -20,6 +20,7 @@ from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.patches.own_placements import read_placements
+from w2w.core.ranking.feature_kinds import SUMMARY
 from w2w.core.ranking.utility import unavailable
 from w2w.core.ranking.weights import read_weights
 from w2w.core.study import StudyConfig
@@ -28,6 +29,7 @@ from .options import (
     Background,
     Costs,
     EveryActivity,
+    Features,
     Forbid,
     MaxPlaces,
     Must,
@@ -92,6 +94,7 @@ class StudyOptions:
             help="Classifier for each patch: ridge (seconds), trees (minutes), multi3net (needs PyTorch)."
         ),
     ] = "ridge"
+    features: Features = SUMMARY
     target: Annotated[float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")] = 0.90
     every_activity: EveryActivity = 0.0
     background: Background = ""
@@ -155,6 +158,7 @@ class StudyOptions:
             **sensor_settings(self.sensor),
             windows=window_spec(self.window, self.stride),
             classifier=self.classifier,
+            features=self.features,
             augmentation=parse_augmentation(self.augment, self.copies),
             folds=self.folds,
             by_subject=self.by_subject,

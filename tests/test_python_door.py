@@ -304,6 +304,16 @@ def test_the_documents_examples_run(library, monkeypatch):
     assert names["ranking"].utility.mean.shape == (24,)
 
 
+def test_minirocket_features_are_ranked_by_and_kept_in_the_config(signals, ranking):
+    found = w2w.rank(signals, features="both")
+    assert found.config.features == "both"
+    assert found.inputs.shape[2] == ranking.inputs.shape[2] + 336
+    np.testing.assert_array_equal(found.inputs[..., : ranking.inputs.shape[2]], ranking.inputs)
+    assert found.mean.shape == ranking.mean.shape
+    with pytest.raises(ValueError, match="no features are called 'rocket'"):
+        w2w.rank(signals, features="rocket")
+
+
 def test_background_and_weights_decide_the_mean(signals, ranking):
     found = w2w.rank(signals, background=["stirring"], weights={"waving": 2.0})
     names = list(found.activities)

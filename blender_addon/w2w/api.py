@@ -21,7 +21,7 @@ from .core.imu.virtual import record_motion
 from .core.motion.duplicates import motion_signature
 from .core.motion.motion import Motion
 from .core.patches.patches import PatchSet
-from .core.ranking.features import window_features
+from .core.ranking.feature_kinds import SUMMARY, features_of
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import inputs_of
 from .core.ranking.weights import check_counting
@@ -121,6 +121,7 @@ def rank(
     progress: Callable[[float], None] | None = None,
     background: Sequence[str] = (),
     weights: Mapping[str, float] | None = None,
+    features: str = SUMMARY,
 ) -> Ranking:
     """Train and test a classifier on every patch alone, never on the same clip.
 
@@ -145,6 +146,8 @@ def rank(
         Activities that are trained against and count in no mean.
     weights : mapping of str to float, optional
         What activities count in the mean, 1 by default.
+    features : {"summary", "minirocket", "both"}
+        What describes a window to classifiers that take features.
 
     Raises
     ------
@@ -154,7 +157,16 @@ def rank(
     counted = tuple(background), tuple((weights or {}).items())
     check_counting({recording.activity for recording in signals}, *counted)
     spec = WindowSpec(window, window / 2 if stride is None else stride)
-    kind = inputs_of(classifier)
+    config = StudyConfig(
+        windows=spec,
+        folds=folds,
+        by_subject=by_subject,
+        seed=seed,
+        background=counted[0],
+        weights=counted[1],
+        features=features,
+    )
+    as_features = inputs_of(classifier) == "features"
     used, found, inputs, skipped = [], [], [], []
     for number, (recording, motion) in enumerate(zip(signals, signals.motions, strict=True)):
         name = recording.clip or f"clip {number}"
@@ -163,18 +175,16 @@ def rank(
         except TooShortError as error:
             skipped.append((name, str(error)))
             continue
-        as_features = kind == "features"
         inputs.append(
-            window_features(windows.signals, recording.rate) if as_features else np.array(windows.signals)
+            features_of(windows.signals, recording.rate, features, seed)
+            if as_features
+            else np.array(windows.signals)
         )
         key = signals.motions.motion_keys[number]
         used.append(LabelledClip(name, recording.activity, recording.subject, key))
         found.append(ClipWindows(windows.is_test, motion_signature(motion), (len(windows.is_test),)))
     if not used:
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
-    config = StudyConfig(
-        windows=spec, folds=folds, by_subject=by_subject, seed=seed, background=counted[0], weights=counted[1]
-    )
     whole = np.concatenate(inputs)
     pooling = Pooling.on(signals.motions.body, signals.patches)
     utility, ranked = rank_clips(used, found, whole, config, progress, None, classifier, pooling)

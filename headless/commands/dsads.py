@@ -10,11 +10,12 @@ import numpy as np
 import typer
 
 from w2w.core.datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
-from w2w.core.ranking.features import window_features
+from w2w.core.ranking.feature_kinds import SUMMARY, features_of
 from w2w.core.ranking.score_table import score_table
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
 
 from ..console import USAGE
+from ..options import Features
 from ..reports.console_tables import show_scores, wide_console, write_scores
 from ..runs.monitor import RunMonitor
 
@@ -25,6 +26,7 @@ def dsads(
     ],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="csv file to write the table to.")] = None,
     classifier: Annotated[str, typer.Option(help=f"One of: {', '.join(CLASSIFIERS)}.")] = "ridge",
+    features: Features = SUMMARY,
 ) -> None:
     """Rank the real sensors of DSADS (19 activities, 8 people, 5 sites), one person left out at a time.
 
@@ -37,7 +39,7 @@ def dsads(
         with RunMonitor(console).step("reading DSADS"):
             recordings = read_dsads(data)
         with RunMonitor(console).step("ranking its sites"):
-            utility = rank_dsads(recordings, classifier)
+            utility = rank_dsads(recordings, classifier, features)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
@@ -50,7 +52,7 @@ def dsads(
         console.print(f"Table: {out}")
 
 
-def rank_dsads(recordings: tuple, classifier: str = "ridge") -> UtilityMap:
+def rank_dsads(recordings: tuple, classifier: str = "ridge", features: str = SUMMARY) -> UtilityMap:
     """Leave-one-subject-out F1 of each site, the segments of DSADS as its windows.
 
     The segments of one person and activity were cut from one recording: they are one clip.
@@ -60,10 +62,13 @@ def rank_dsads(recordings: tuple, classifier: str = "ridge") -> UtilityMap:
     recordings : tuple of ImuRecording
         From `read_dsads`.
     classifier : str
+    features : str
+        Of `feature_kinds.FEATURES`.
     """
     windows = np.stack([np.concatenate([r.acc, r.gyr], axis=2) for r in recordings]).astype(np.float32)
     windows = windows.transpose(0, 2, 1, 3)
-    inputs = window_features(windows, DSADS_RATE) if inputs_of(classifier) == "features" else windows
+    wants_features = inputs_of(classifier) == "features"
+    inputs = features_of(windows, DSADS_RATE, features) if wants_features else windows
     activity = np.array([recording.activity for recording in recordings])
     subject = np.array([recording.subject for recording in recordings])
     clip = np.array([f"{a}/{s}" for a, s in zip(activity, subject, strict=True)])

@@ -23,7 +23,7 @@ from .motion.motion import Motion
 from .motion.variants import smoothed_root
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
-from .ranking.features import window_features
+from .ranking.feature_kinds import SUMMARY, check_features, features_of
 from .ranking.folds import same_motion_groups
 from .ranking.utility import CLASSIFIERS, inputs_of
 from .ranking.windows import WindowSpec, cut_windows
@@ -59,6 +59,8 @@ class StudyConfig:
         Copies of every clip to train on.
     classifier : str
         Name in `utility.CLASSIFIERS`.
+    features : str
+        What describes a window to classifiers that take features, of `feature_kinds.FEATURES`.
     folds : int
         Folds of the cross-validation by clip.
     by_subject : bool
@@ -96,6 +98,7 @@ class StudyConfig:
     windows: WindowSpec = field(default_factory=WindowSpec)
     augmentation: Augmentation | None = None
     classifier: str = "ridge"
+    features: str = SUMMARY
     folds: int = 5
     by_subject: bool = False
     background: tuple[str, ...] = ()
@@ -120,6 +123,11 @@ class StudyConfig:
         if self.classifier not in CLASSIFIERS:
             known = ", ".join(CLASSIFIERS)
             raise ValueError(f"no classifier is called {self.classifier!r}; there are {known}")
+        check_features(self.features)
+        if self.features != SUMMARY and inputs_of(self.classifier) != "features":
+            raise ValueError(
+                f"{self.classifier} learns from the windows themselves: leave features={self.features!r} out"
+            )
         if self.root_band_hz is not None and not self.root_band_hz > 0:
             raise ValueError(f"root_band_hz must be positive, or None for none, not {self.root_band_hz}")
         self.sensor_model()
@@ -135,6 +143,8 @@ class StudyConfig:
         names = ("patches", "patch_mode", "synthesis", "root_band_hz", "windows", "seed")
         chosen = {name: plain(getattr(self, name)) for name in names}
         chosen |= {"sensor_model": plain(self.sensor_model())}
+        if self.features != SUMMARY:
+            chosen |= {"features": self.features}
         if self.placements:
             chosen |= {"placements": plain(self.placements)}
         if self.augmentation is not None:
@@ -273,7 +283,8 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
         If the recording is too short to give one window.
     """
     windows = cut_windows(recording, config.windows)
-    return window_features(windows.signals, recording.rate), windows.is_test
+    features = features_of(windows.signals, recording.rate, config.features, config.seed)
+    return features, windows.is_test
 
 
 def same_clips(names: Sequence[str], keys: Sequence[str], signatures: np.ndarray) -> np.ndarray:

@@ -95,14 +95,21 @@ class _BandPower:
         return np.add.reduceat(power, self.start, axis=0)
 
 
-def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
-    """(samples, N, 6) -> (N, D)."""
+def channels_of(slab: np.ndarray) -> np.ndarray:
+    """The six channels of a window (samples, N, 6) and the two magnitudes, in UNIT, (samples, 8, N)."""
     samples, n_sensors, _ = slab.shape
     channels = np.empty((samples, 8, n_sensors), dtype=np.float32)
     channels[:, :6] = slab.transpose(0, 2, 1)
     np.sqrt((channels[:, 0:3] ** 2).sum(axis=1), out=channels[:, 6])
     np.sqrt((channels[:, 3:6] ** 2).sum(axis=1), out=channels[:, 7])
     channels /= UNIT[:, None]
+    return channels
+
+
+def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
+    """(samples, N, 6) -> (N, D)."""
+    channels = channels_of(slab)
+    samples, _, n_sensors = channels.shape
 
     mean = channels.mean(axis=0)
     lowest, highest = channels.min(axis=0) - mean, channels.max(axis=0) - mean
