@@ -2,7 +2,7 @@
 """Does the advice hold for others? Disjoint halves of a library choose, and each other's scores judge.
 
     python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 4] [--workers 2]
-        [--sets 4] [--patches 512]
+        [--sets 4] [--patches 512] [--classifier ridge] [--features summary] [--no-shuffled]
 
 Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity,
 HDM05 (performers choose and other performers judge), Bandai-Namco (styles likewise), and the mixed library
@@ -15,6 +15,7 @@ half says of its map with the correlation that the other half's map then has wit
 `--sets` sensors (0 for none): what a set chosen by one half was promised to give, what it delivers on the
 other, and its gain there over sets drawn at random; likewise for sets that the paper's proxy chose, with
 the proxy's own mean-max F1. Then the same with labels shuffled between clips, where there is nothing to find.
+Sets are of the ridge alone: other classifiers need `--sets 0`.
 """
 
 from __future__ import annotations
@@ -35,9 +36,12 @@ from scipy.stats import spearmanr
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
 from w2w.core.patches.skin import SkinDistances
-from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
+from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
+from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.feature_kinds import FEATURES, SUMMARY, features_of
+from w2w.core.ranking.inputs import ArrayBlocks, PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import UtilityMap
+from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.joint import chosen_by_halves, grow
 from w2w.core.selection.promise import promise, random_sets
@@ -64,16 +68,21 @@ class Library:
     pooling: Pooling
 
     @classmethod
-    def open(cls, out: Path, n_patches: int) -> Library:
+    def open(
+        cls, out: Path, n_patches: int, classifier: str = Ridge.name, features: str = SUMMARY
+    ) -> Library:
         """Read what a run left, of its first patches, which lie as far apart as may be."""
         study = StudyResults.load(out)
+        config = replace(study.config(), classifier=classifier, features=features)
         used = json.loads((out / "summary.json").read_text())["used"]
         files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in study.windows])
         skin = SkinDistances.of(study.body(), study.patches)
         some = (slice(n_patches),) * 2
         pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
-        inputs = SomePatches(study.inputs("ridge"), 0, len(pooling.kernel))
-        return cls(inputs, study.labels(), files, study.config(), pooling).halvable()
+        as_run = features == study.config().features
+        inputs = SomePatches(study.inputs(classifier if as_run else Multi3Net.name), 0, len(pooling.kernel))
+        inputs = inputs if as_run else described(inputs, config)
+        return cls(inputs, study.labels(), files, config, pooling).halvable()
 
     def halvable(self) -> Library:
         """The windows of activities that both halves can test."""
@@ -99,6 +108,17 @@ class Library:
         """What sets are chosen and judged by, on some windows."""
         config = replace(self.config, by_subject=by_subject)
         return set_tests(SomeWindows(self.inputs, rows), self.part(rows, activity), config, self.pooling)
+
+
+def described(windows: PatchBlocks, config: StudyConfig) -> ArrayBlocks:
+    """Other features of windows than the run's, some patches at a time."""
+    _, n_patches, samples, _ = windows.shape
+    rate = samples / config.windows.length_s
+    parts = [
+        features_of(windows.patches(*span), rate, config.features, config.seed)
+        for span in ((first, min(first + 16, n_patches)) for first in range(0, n_patches, 16))
+    ]
+    return ArrayBlocks(np.concatenate(parts, axis=1))
 
 
 def halves_of_clips(library: Library, number: int) -> np.ndarray:
@@ -185,8 +205,8 @@ def w2w(*arguments: str) -> None:
     subprocess.run([sys.executable, "-m", "headless", *arguments], check=True, stdout=subprocess.DEVNULL)
 
 
-def prepared(name: str, scratch: Path, workers: int, n_patches: int) -> Library:
-    """A case's library, run once."""
+def prepared(name: str, scratch: Path, workers: int, *chosen: int | str) -> Library:
+    """A case's library, run once; the patches, classifier and features chosen."""
     out = scratch / f"{name}_out"
     if not (out / "summary.json").exists():
         clips = scratch / name
@@ -202,7 +222,7 @@ def prepared(name: str, scratch: Path, workers: int, n_patches: int) -> Library:
             str(workers),
             *options,
         )
-    library = Library.open(out, n_patches)
+    library = Library.open(out, *chosen)
     subjects = CASES[name].subjects
     if subjects is None:
         return library
@@ -299,11 +319,17 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--sets", type=int, default=4)
     parser.add_argument("--patches", type=int, default=512)
+    parser.add_argument("--classifier", choices=CLASSIFIERS, default=Ridge.name)
+    parser.add_argument("--features", choices=FEATURES, default=SUMMARY)
+    parser.add_argument("--shuffled", action=argparse.BooleanOptionalAction, default=True)
     given = parser.parse_args()
+    if given.sets > 1 and given.classifier != Ridge.name:
+        parser.error("sets are of the ridge alone: --sets 0")
     given.scratch.mkdir(parents=True, exist_ok=True)
     for name in given.only:
-        library = prepared(name, given.scratch, given.workers, given.patches)
-        for shuffle in (False, True):
+        chosen = (given.patches, given.classifier, given.features)
+        library = prepared(name, given.scratch, given.workers, *chosen)
+        for shuffle in (False, True) if given.shuffled else (False,):
             found = list(judged(library, CASES[name], given.halvings, shuffle, given.sets))
             mean = {key: np.nanmean([row[key] for row in found]) for key in found[0]}
             words = "  ".join(f"{key} {value:.3f}" for key, value in mean.items())

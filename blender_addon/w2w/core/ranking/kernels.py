@@ -108,14 +108,16 @@ def _shares(channels: np.ndarray, dilation: int, of_dilation: tuple[Kernel, ...]
     padded = np.zeros((n_channels, samples + 2 * reach, n_sensors), dtype=np.float32)
     padded[:, reach : reach + samples] = channels.swapaxes(0, 1)
     taps = [padded[:, tap * dilation : tap * dilation + samples] for tap in range(TAPS)]
-    everywhere = sum(taps)
-    deviation = np.sqrt((channels**2).mean(axis=0) + FLOOR**2)
+    third = sum(taps) / 3  # the raised taps count 3, all together -1
+    deviation = np.sqrt((channels**2).mean(axis=0) + FLOOR**2) / 3
     shares = np.empty((len(of_dilation), n_sensors), dtype=np.float32)
+    output = np.empty((samples, n_sensors), dtype=np.float32)
     for share, (raised, channel, pad, threshold) in zip(shares, of_dilation, strict=True):
-        output = taps[raised[0]][channel] + taps[raised[1]][channel]
-        output += taps[raised[2]][channel]
-        output *= 3
-        output -= everywhere[channel]
-        above = output > threshold * deviation[channel]
-        share[:] = (above if pad else above[reach : samples - reach]).mean(axis=0, dtype=np.float32)
+        first, second, last = (taps[tap][channel] for tap in raised)
+        np.add(first, second, out=output)
+        np.add(output, last, out=output)
+        np.subtract(output, third[channel], out=output)
+        seen = output if pad else output[reach : samples - reach]
+        above = seen > threshold * deviation[channel]
+        np.divide(above.sum(axis=0, dtype=np.min_scalar_type(samples)), len(seen), out=share)
     return shares
