@@ -154,7 +154,12 @@ Costs = Annotated[
     ),
 ]
 
-
+Classifier = Annotated[
+    str,
+    typer.Option(
+        help="Classifier for each patch: ridge (seconds), trees (minutes), multi3net (needs PyTorch)."
+    ),
+]
 Background = Annotated[
     str,
     typer.Option(

@@ -27,6 +27,7 @@ from w2w.core.study import StudyConfig
 
 from .options import (
     Background,
+    Classifier,
     Costs,
     EveryActivity,
     Features,
@@ -88,12 +89,7 @@ class StudyOptions:
     convention: Convention = AS_DEFAULT.convention
     window: Window = 2.0
     stride: Stride = None
-    classifier: Annotated[
-        str,
-        typer.Option(
-            help="Classifier for each patch: ridge (seconds), trees (minutes), multi3net (needs PyTorch)."
-        ),
-    ] = "ridge"
+    classifier: Classifier = "ridge"
     features: Features = SUMMARY
     target: Annotated[float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")] = 0.90
     every_activity: EveryActivity = 0.0

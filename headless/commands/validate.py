@@ -11,17 +11,21 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from w2w.core.datasets.mmfit import read_mmfit
+from w2w.core.datasets.mmfit import NON_ACTIVITY, read_mmfit
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.datasets.vidimu import read_vidimu
+from w2w.core.imu.presets import DEFAULT_SENSOR, MTW_AWINDA
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 
 from ..console import USAGE
+from ..options import Classifier
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
+from ..signal_options import Sensor, chosen_sensor
 from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
-from ..validation.paired import POSE_CUTOFF_HZ, Outcome, compare_mmfit, compare_vidimu
+from ..validation.paired import POSE_CUTOFF_HZ, Outcome, Terms, compare_mmfit, compare_vidimu
 from ..validation.report import agreement_table, write_validation
 from ..validation.truth import run_data_set, run_mighar, write_empty_positions
 from ..validation.utd import compare_utd, write_utd
@@ -40,24 +44,40 @@ Libraries = Annotated[
 ]
 Folds = Annotated[int, typer.Option(min=2, help="Folds by clip, the same for real and simulated.")]
 
+NonActivity = Annotated[
+    str,
+    typer.Option(
+        help=f"What is between the sets: activity (the authors' eleventh class {NON_ACTIVITY}), background "
+        "(trained against, compared with nothing) or out."
+    ),
+]
+NON_ACTIVITY_IS = ("activity", "background", "out")
+
 
 @VALIDATE.command()
 def mmfit(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="MM-Fit's folder of w00 to w20.")],
     out: Out,
+    non_activity: NonActivity = "activity",
+    sensor: Sensor = DEFAULT_SENSOR,
+    classifier: Classifier = "ridge",
     folds: Folds = 5,
     seed: Seed = 0,
 ) -> None:
-    """MM-Fit: ten exercises, 3D video pose, watches, phones and an earbud.
+    """MM-Fit: ten exercises and what is between them, 3D video pose, watches, phones and an earbud.
 
     Exit codes: 0 written, 2 wrong use (and why).
     """
     console = wide_console()
     with _sentences(console):
+        if non_activity not in NON_ACTIVITY_IS:
+            raise ValueError(f"--non-activity must be {', '.join(NON_ACTIVITY_IS)}, not {non_activity}")
+        terms = _terms(sensor, classifier, folds, seed)
         with RunMonitor(console).step("reading MM-Fit"):
-            exercises = read_mmfit(path)
+            exercises = read_mmfit(path, rests=non_activity != "out")
         with RunMonitor(console).step("fitting poses, simulating and ranking"):
-            outcome = compare_mmfit(exercises, folds, seed)
+            background = (NON_ACTIVITY,) if non_activity == "background" else ()
+            outcome = compare_mmfit(exercises, terms, background)
         _write(out, [outcome], "MM-Fit: real and simulated devices", console)
 
 
@@ -65,6 +85,8 @@ def mmfit(
 def vidimu(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="VIDIMU's folder dataset/videoandimus.")],
     out: Out,
+    sensor: Sensor = DEFAULT_SENSOR,
+    classifier: Classifier = "ridge",
     folds: Folds = 5,
     seed: Seed = 0,
 ) -> None:
@@ -74,10 +96,11 @@ def vidimu(
     """
     console = wide_console()
     with _sentences(console):
+        terms = _terms(sensor, classifier, folds, seed)
         with RunMonitor(console).step("reading VIDIMU"):
             trials = read_vidimu(path)
         with RunMonitor(console).step("fitting poses, simulating and ranking"):
-            outcomes = compare_vidimu(trials, folds, seed)
+            outcomes = compare_vidimu(trials, terms)
         _write(out, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
 
 
@@ -92,6 +115,8 @@ def dsads(
         list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
     ] = None,
     window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
+    sensor: Sensor = MTW_AWINDA.name,
+    classifier: Classifier = "ridge",
     seed: Seed = 0,
 ) -> None:
     """DSADS: sports and daily activities, five worn sensors, against clips of a library. Unpaired.
@@ -100,9 +125,10 @@ def dsads(
     """
     console = wide_console()
     with _sentences(console):
+        terms = _terms(sensor, classifier, seed=seed)
         tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
         with RunMonitor(console).step("reading, simulating and ranking"):
-            found, notes, places = compare_dsads(path, motions, tables, window, seed)
+            found, notes, places = compare_dsads(path, motions, tables, window, terms)
         _write(out, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
 
 
@@ -113,6 +139,7 @@ def utd_mhad(
     cutoff: Annotated[
         float, typer.Option(min=0.5, max=7, help="Band of the joints' paths, Hz.")
     ] = POSE_CUTOFF_HZ,
+    sensor: Sensor = DEFAULT_SENSOR,
     seed: Seed = 0,
 ) -> None:
     """UTD-MHAD: 27 actions, Kinect and one worn sensor. Trained on one side, tested on the other.
@@ -121,11 +148,12 @@ def utd_mhad(
     """
     console = wide_console()
     with _sentences(console):
+        terms = _terms(sensor, seed=seed)
         with RunMonitor(console).step("reading UTD-MHAD"):
             trials = read_utd_mhad(path)
         with RunMonitor(console).step("fitting poses, simulating and training"):
-            parts = compare_utd(trials, cutoff, seed)
-        console.print(write_utd(out, parts), markup=False)
+            parts = compare_utd(trials, cutoff, terms)
+        console.print(write_utd(out, parts, terms.sensor), markup=False)
 
 
 @VALIDATE.command()
@@ -220,6 +248,7 @@ def gait(
     ],
     out: Out,
     trial: Annotated[str, typer.Option(help="Which trial.")] = "S02-Trial-Walk-1",
+    sensor: Sensor = MTW_AWINDA.name,
     seed: Seed = 0,
 ) -> None:
     """A walk with nine worn Xsens sensors: signals, energies and gait phases, site by site.
@@ -228,9 +257,18 @@ def gait(
     """
     console = wide_console()
     with _sentences(console):
+        part = chosen_sensor(sensor)
         with RunMonitor(console).step("simulating and comparing"):
-            found = compare_gait(path, trial, seed)
-        console.print(write_gait(out, found), markup=False)
+            found = compare_gait(path, trial, seed, part)
+        console.print(write_gait(out, found, part), markup=False)
+
+
+def _terms(sensor: str, classifier: str = "ridge", folds: int = 5, seed: int = 0) -> Terms:
+    if classifier not in CLASSIFIERS:
+        raise ValueError(f"--classifier must be {', '.join(CLASSIFIERS)}, not {classifier}")
+    if problem := unavailable(classifier):
+        raise ValueError(problem)
+    return Terms(chosen_sensor(sensor), classifier, folds, seed)
 
 
 def _by_protocol(name: str, *given: Any) -> None:

@@ -9,14 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.body.body import Body
 from w2w.core.datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import SiteSimulator
+from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.ranking.utility import inputs_of
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.study import same_clips
 from w2w.core.validation.dsads import DSADS, SITES
@@ -24,6 +23,7 @@ from w2w.core.validation.site_windows import site_windows
 from w2w.core.validation.sites import SiteValidation, validate_sites
 
 from ..runs.load_clip import load_clip
+from .paired import Terms
 from .posture import posture
 
 MATCHES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -48,7 +48,7 @@ STILL = (
 
 
 def simulated_recordings(
-    folders: Sequence[Path], labels: Sequence[Path | None], seed: int
+    folders: Sequence[Path], labels: Sequence[Path | None], terms: Terms
 ) -> tuple[list[ImuRecording], list[str], tuple[str, ...]]:
     """Recordings of a library's matching clips at DSADS's sites.
 
@@ -61,7 +61,7 @@ def simulated_recordings(
     places : tuple of str
         Patch of each site.
     """
-    simulator = SiteSimulator(Body.bundled(), SITES, Synthesis(rate_hz=DSADS_RATE), DSADS.sensor, seed)
+    simulator = terms.simulator(SITES, DSADS_RATE)
     wanted = {label: name for name, (_, theirs) in MATCHES.items() for label in theirs}
     recordings, keys, signatures, unusable = [], [], [], []
     for number, (folder, table) in enumerate(zip(folders, labels, strict=True)):
@@ -99,8 +99,15 @@ def real_recordings(path: Path) -> list[ImuRecording]:
     ]
 
 
+AS_DEFAULT = Terms(DSADS.sensor)
+
+
 def compare_dsads(
-    path: Path, folders: Sequence[Path], labels: Sequence[Path | None], window_s: float = 5.0, seed: int = 0
+    path: Path,
+    folders: Sequence[Path],
+    labels: Sequence[Path | None],
+    window_s: float = 5.0,
+    terms: Terms = AS_DEFAULT,
 ) -> tuple[SiteValidation, list[str], tuple[str, ...]]:
     """Validate, and say what a reader must know.
 
@@ -110,13 +117,14 @@ def compare_dsads(
     notes : list of str
     places : tuple of str
     """
-    simulated, unusable, places = simulated_recordings(folders, labels, seed)
+    simulated, unusable, places = simulated_recordings(folders, labels, terms)
     shared = [name for name in MATCHES if any(r.activity == name for r in simulated)]
     real = [r for r in real_recordings(path) if r.activity in shared]
     spec = WindowSpec(length_s=window_s, stride_s=min(1.0, window_s), short="reflect")
+    inputs = inputs_of(terms.classifier)
     found = validate_sites(
-        site_windows(real, spec), site_windows(simulated, spec), DSADS_SITES, shared,
-        by_subject=(True, False), seed=seed,
+        *(site_windows(side, spec, inputs=inputs) for side in (real, simulated)), DSADS_SITES, shared,
+        by_subject=(True, False), seed=terms.seed, classifier=terms.classifier,
     )  # fmt: skip
     clips = {name: len({r.clip for r in simulated if r.activity == name}) for name in shared}
     seconds = float(np.median([r.n_samples / r.rate for r in simulated]))
@@ -124,7 +132,8 @@ def compare_dsads(
         "Unpaired: other people, other surroundings, other instructions than in the simulated clips.",
         "Distinct simulated motions: " + ", ".join(f"{name} {count}" for name, count in clips.items()) + ".",
         f"Half the simulated clips are shorter than {seconds:.1f} s; short ones are played forwards and "
-        f"backwards to fill windows of {window_s:g} s, at {DSADS_RATE:g} Hz, read by a {DSADS.sensor.name}.",
+        f"backwards to fill windows of {window_s:g} s, at {DSADS_RATE:g} Hz.",
+        error_sentence(terms.sensor),
         "Whether a clip without a step shows sitting or standing was read from its thighs.",
         f"{len(unusable)} clips could not be used." if unusable else "All matching clips were used.",
     ]

@@ -15,10 +15,12 @@ from w2w.core.datasets.gait import GaitTrial, read_gait
 from w2w.core.datasets.gait_sites import SITES
 from w2w.core.files import write_json, write_text
 from w2w.core.filtering import butterworth
+from w2w.core.imu.presets import MTW_AWINDA
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import SiteSimulator
+from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.variants import smoothed_root
@@ -67,8 +69,8 @@ class GaitValidation(NamedTuple):
     phases: SiteValidation
 
 
-def compare_gait(folder: Path, trial: str, seed: int = 0) -> GaitValidation:
-    """Simulate a trial's sensors from its BVH and compare.
+def compare_gait(folder: Path, trial: str, seed: int = 0, sensor: SensorModel = MTW_AWINDA) -> GaitValidation:
+    """Simulate a trial's sensors, with a part's errors, from its BVH and compare.
 
     Raises
     ------
@@ -80,9 +82,7 @@ def compare_gait(folder: Path, trial: str, seed: int = 0) -> GaitValidation:
     if unknown:
         raise ValueError(f"where the sensors {', '.join(unknown)} sat is not known")
     sites = {site: SITES[site].on_body for site in worn.recording.sites}
-    simulator = SiteSimulator(
-        Body.bundled(), sites, Synthesis(rate_hz=worn.recording.rate), SensorModel.ideal(), seed
-    )
+    simulator = SiteSimulator(Body.bundled(), sites, Synthesis(rate_hz=worn.recording.rate), sensor, seed)
     made = simulator.record(_walk(folder / f"xsens_{trial}.bvh", worn, simulator.body))
     real = worn.recording
     n = min(real.n_samples, made.n_samples)
@@ -156,11 +156,12 @@ def _phase_windows(recording: ImuRecording, phase: np.ndarray) -> SiteWindows:
     )
 
 
-def write_gait(out: Path, found: GaitValidation) -> str:
+def write_gait(out: Path, found: GaitValidation, sensor: SensorModel) -> str:
     """Write ``report.md`` and ``signals.json`` beside what `write_validation` writes; returns the report."""
     notes = [
         "Paired: one walk of one person; nothing is fitted. The BVH is from the same suit's sensors, so the "
         "pose is not independent of them; its root path is low-passed at 3 Hz (docs/signals.md).",
+        error_sentence(sensor),
         "Gait phases by the speed of Vicon's ankles; stretches of a second are never split.",
     ]
     write_validation(

@@ -3,21 +3,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.datasets.mmfit import CAMERA_RATE, DEVICES, RATE_HZ, Exercise
+from w2w.core.datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exercise
 from w2w.core.datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial
+from w2w.core.imu.presets import BMI270
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import SiteSimulator
+from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
 from w2w.core.keypoints.joint_sets import BODY_34, MM_FIT_17, JointSet
+from w2w.core.ranking.utility import inputs_of
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.validation.site_windows import Use, site_windows
 from w2w.core.validation.sites import SiteValidation, validate_sites
@@ -29,6 +32,34 @@ VIDIMU_WINDOW = WindowSpec(length_s=2.0, stride_s=0.5)
 
 POSE_CUTOFF_HZ = 3.0
 """Band of video pose, chosen on UTD-MHAD (docs/validation.md)."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """How sensors are simulated and both sides ranked.
+
+    Parameters
+    ----------
+    sensor : SensorModel
+        Of the simulated sensors.
+    classifier : str
+        Name in `utility.CLASSIFIERS`, for both sides.
+    folds : int
+        By clip, the same on both sides.
+    seed : int
+    """
+
+    sensor: SensorModel = BMI270
+    classifier: str = "ridge"
+    folds: int = 5
+    seed: int = 0
+
+    def simulator(self, sites: Mapping[str, str], rate: float) -> SiteSimulator:
+        """Records motions of W2W's own body at some sites."""
+        return SiteSimulator(Body.bundled(), sites, Synthesis(rate_hz=rate), self.sensor, self.seed)
+
+
+AS_DEFAULT = Terms()
 
 
 class Outcome(NamedTuple):
@@ -50,44 +81,47 @@ class Outcome(NamedTuple):
     places: tuple[str, ...]
 
 
-def compare_mmfit(exercises: Sequence[Exercise], folds: int = 5, seed: int = 0) -> Outcome:
+def compare_mmfit(
+    exercises: Sequence[Exercise], terms: Terms = AS_DEFAULT, background: Sequence[str] = ()
+) -> Outcome:
     """Validate on MM-Fit's exercises.
 
     Parameters
     ----------
     exercises : sequence of Exercise
-    folds : int
-        Folds by exercise, the same on both sides.
-    seed : int
+    terms : Terms
+    background : sequence of str
+        Activities that the others are told apart from and that are not compared themselves.
     """
     sites = {place: place for place in DEVICES.values() if place in exercises[0].recording.sites}
-    simulator = SiteSimulator(Body.bundled(), sites, Synthesis(rate_hz=RATE_HZ), SensorModel.ideal(), seed)
+    simulator = terms.simulator(sites, RATE_HZ)
     pairs, notes = _pairs(simulator, [(e.recording, e.pose) for e in exercises], MM_FIT_17, CAMERA_RATE)
+    notes.append(error_sentence(terms.sensor))
+    if any(real.activity == NON_ACTIVITY for real, _ in pairs):
+        as_what = "background: trained against, compared with nothing" if background else "one of the classes"
+        notes.append(f"What is done between the sets is {NON_ACTIVITY}, {as_what}.")
     notes.append(
         "Units of the real signals, the poses' upward axis and their sides were inferred from the files."
     )
-    return Outcome(
-        "", *_validated(pairs, tuple(sites), MMFIT_WINDOW, folds, seed, "both"), notes, simulator.places
-    )
+    found = _validated(pairs, tuple(sites), MMFIT_WINDOW, terms, "both", background)
+    return Outcome("", found, notes, simulator.places)
 
 
-def compare_vidimu(trials: Sequence[Trial], folds: int = 5, seed: int = 0) -> list[Outcome]:
+def compare_vidimu(trials: Sequence[Trial], terms: Terms = AS_DEFAULT) -> list[Outcome]:
     """Validate on VIDIMU: activities of the legs, then of the arms, for their sensors sat elsewhere."""
     outcomes = []
     for name, sites in (("lower body", LOWER), ("upper body", UPPER)):
         chosen = [(trial.recording, trial.pose) for trial in trials if trial.recording.sites == sites]
         if len({recording.activity for recording, _ in chosen}) < 2:
             continue
-        places = {site: SITES[site] for site in sites}
-        simulator = SiteSimulator(
-            Body.bundled(), places, Synthesis(rate_hz=IMU_RATE), SensorModel.ideal(), seed
-        )
+        simulator = terms.simulator({site: SITES[site] for site in sites}, IMU_RATE)
         pairs, notes = _pairs(simulator, chosen, BODY_34, VIDEO_RATE)
         notes.insert(
             0, "Angular velocity only: the sensors' files hold no accelerations, on neither side used."
         )
-        found = _validated(pairs, sites, VIDIMU_WINDOW, folds, seed, "gyr")
-        outcomes.append(Outcome(name, *found, notes, simulator.places))
+        notes.append(error_sentence(terms.sensor))
+        found = _validated(pairs, sites, VIDIMU_WINDOW, terms, "gyr")
+        outcomes.append(Outcome(name, found, notes, simulator.places))
     if not outcomes:
         raise ValueError("neither the lower nor the upper body has trials of two activities")
     return outcomes
@@ -132,11 +166,12 @@ def _validated(
     pairs: Sequence[tuple[ImuRecording, ImuRecording]],
     sites: tuple[str, ...],
     spec: WindowSpec,
-    folds: int,
-    seed: int,
+    terms: Terms,
     use: Use,
-) -> tuple[SiteValidation]:
-    sides = [site_windows(recordings, spec, use) for recordings in zip(*pairs, strict=True)]
+    background: Sequence[str] = (),
+) -> SiteValidation:
+    inputs = inputs_of(terms.classifier)
+    sides = [site_windows(recordings, spec, use, inputs) for recordings in zip(*pairs, strict=True)]
     shared = set(sides[0].clip.tolist()) & set(sides[1].clip.tolist())  # gaps may have cost a side a clip
     kept = [
         side._replace(
@@ -148,4 +183,7 @@ def _validated(
         for side in sides
     ]
     activities = sorted(set(kept[0].activity.tolist()))
-    return (validate_sites(*kept, sites, activities, folds, seed=seed),)
+    return validate_sites(
+        *kept, sites, activities, terms.folds, seed=terms.seed, classifier=terms.classifier,
+        background=background,
+    )  # fmt: skip

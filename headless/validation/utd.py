@@ -9,21 +9,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.datasets.utd_mhad import UTD_IMU_RATE, UtdTrial
 from w2w.core.files import write_json, write_text
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis
+from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.imu.virtual import SiteSimulator
+from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import KINECT_20
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.validation.correlation import Correlation, magnitude_correlation
 from w2w.core.validation.transfer import Transfer, transfer
 
-from .paired import POSE_CUTOFF_HZ
+from .paired import AS_DEFAULT, POSE_CUTOFF_HZ, Terms
 
 SITES: dict[str, str | SensorSite] = {"right wrist": "right wrist", "right thigh": "right thigh front"}
 WINDOW = WindowSpec(length_s=3.0, stride_s=3.0, short="reflect")
@@ -56,7 +56,7 @@ class PartOfUtd(NamedTuple):
 
 
 def compare_utd(
-    trials: Sequence[UtdTrial], cutoff_hz: float = POSE_CUTOFF_HZ, seed: int = 0
+    trials: Sequence[UtdTrial], cutoff_hz: float = POSE_CUTOFF_HZ, terms: Terms = AS_DEFAULT
 ) -> list[PartOfUtd]:
     """Compare site by site.
 
@@ -65,23 +65,21 @@ def compare_utd(
     trials : sequence of UtdTrial
     cutoff_hz : float
         Band of the joints' paths.
-    seed : int
+    terms : Terms
     """
     parts = []
     for site, place in SITES.items():
         chosen = [trial for trial in trials if trial.recording.sites == (site,)]
         if not chosen:
             continue
-        simulator = SiteSimulator(
-            Body.bundled(), {site: place}, Synthesis(rate_hz=UTD_IMU_RATE), SensorModel.ideal(), seed
-        )
+        simulator = terms.simulator({site: place}, UTD_IMU_RATE)
         pairs = [(trial.recording, _simulated(trial, simulator, cutoff_hz)) for trial in chosen]
         activities = tuple(dict.fromkeys(real.activity for real, _ in pairs))
         parts.append(
             PartOfUtd(
                 site,
                 activities,
-                transfer(pairs, activities, WINDOW, seed),
+                transfer(pairs, activities, WINDOW, terms.seed),
                 [_correlated(real.acc, made.acc) for real, made in pairs],
                 [_correlated(t.recording.acc, second_difference(t, site)[:, None]) for t in chosen],
                 [_correlated(real.gyr, made.gyr) for real, made in pairs],
@@ -112,7 +110,7 @@ def second_difference(trial: UtdTrial, site: str) -> np.ndarray:
     return np.stack([np.interp(times, np.arange(len(path)) / rate, column) for column in force.T], axis=1)
 
 
-def write_utd(out: Path, parts: Sequence[PartOfUtd]) -> str:
+def write_utd(out: Path, parts: Sequence[PartOfUtd], sensor: SensorModel) -> str:
     """Write ``report.md``, ``validation.json`` and a picture a site; returns the report."""
     from .figures import confusions_figure  # matplotlib is slow to import
 
@@ -122,7 +120,7 @@ def write_utd(out: Path, parts: Sequence[PartOfUtd]) -> str:
         "",
         "Paired: each action was worn and seen at once. The skeleton is stretched to the sensor's span "
         "(`UtdTrial.skeleton_rate`). The person tested is never trained on, nor used to find how the sensor "
-        "sat.",
+        f"sat. {error_sentence(sensor)}",
         "",
     ]
     for part in parts:

@@ -61,6 +61,38 @@ def test_poses_keep_their_frames_and_gaps(workout):
     assert np.isfinite(np.delete(pose, slice(40, 45), axis=0)).all()
 
 
+def test_what_is_between_the_sets_is_the_eleventh_class(workout):
+    (workout / "w03_labels.csv").write_text("200,240,10,squats\n400,440,12,lunges\n")
+    exercises = read_mmfit(workout.parent, rests=True)
+    assert [e.recording.clip for e in exercises if e.recording.activity == "non_activity"] == [
+        "w03 rest 00", "w03 rest 01", "w03 rest 02",
+    ]  # fmt: skip
+    assert [len(e.pose) for e in exercises] == [40, 40, 200, 160, 160]
+    before = exercises[2]
+    assert before.recording.n_samples == round(200 / CAMERA_RATE * RATE_HZ)
+    np.testing.assert_allclose(before.pose[50, 4], [50.04, 1050.04, 2050.04])
+    assert [e.recording.activity for e in read_mmfit(workout.parent)] == ["squats", "lunges"]
+
+
+def test_rests_are_cut_where_nobody_is_seen_and_after_half_a_minute(workout, monkeypatch):
+    monkeypatch.setattr(mmfit, "REST_S", 6.0)
+    (workout / "w03_labels.csv").write_text("590,600,1,squats\n")
+    pose = np.load(workout / "w03_pose_3d.npy")
+    frames = pose[0, :, 0]
+    np.save(workout / "w03_pose_3d.npy", pose[:, (frames < 160) | (frames > 200)])
+    rests = read_mmfit(workout.parent, rests=True)[1:]
+    assert [(e.recording.clip, len(e.pose)) for e in rests] == [
+        ("w03 rest 00", 160), ("w03 rest 00", 180), ("w03 rest 00", 180),
+    ]  # fmt: skip
+
+
+def test_rows_that_label_rests_are_rests(workout):
+    (workout / "w03_labels.csv").write_text("60,240,10,squats\n240,600,0,non_activity\n")
+    assert [e.recording.activity for e in read_mmfit(workout.parent)] == ["squats"]
+    rests = read_mmfit(workout.parent, rests=True)[1:]
+    assert [(e.recording.clip, len(e.pose)) for e in rests] == [("w03 rest 01", 360)]
+
+
 def test_a_stream_that_stops_for_a_while_is_lost_there(workout):
     path = workout / "w03_sw_l_acc.npy"
     table = np.load(path)

@@ -30,6 +30,10 @@ def test_one_kind_of_signal_alone_can_be_compared():
     np.testing.assert_array_equal(windows.features, site_windows(moved, SPEC, use="gyr").features)
     assert not np.array_equal(windows.features, site_windows(made, SPEC).features)
     turned = [ImuRecording(r.acc, r.gyr + 5, RATE, r.sites, r.activity, r.subject, r.clip) for r in made]
+    raw = site_windows(made, SPEC, use="gyr", inputs="windows").features
+    assert raw.shape == (*windows.features.shape[:2], SPEC.samples(made[0].rate), 6)
+    assert not raw[..., :3].any()
+    assert raw[..., 3:].any()
     without = site_windows(made, SPEC, use="acc").features
     np.testing.assert_array_equal(without, site_windows(turned, SPEC, use="acc").features)
 

@@ -2,6 +2,7 @@
 """Sites that recognise activities equally well on both sides agree, and those that do not do not."""
 
 import numpy as np
+import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.windows import WindowSpec
@@ -54,6 +55,24 @@ def test_the_same_order_on_both_sides_is_found():
     assert "a sensor loses 0.0" in found.regret_sentence()
     assert "which reaches 0.5" in found.sentence(0.5)
     assert "one swap of neighbours costs an activity's rho 0.10" in found.sentence()
+
+
+def test_background_is_told_apart_from_and_not_compared():
+    real, simulated = (site_windows(recordings(SITES, seed), SPEC) for seed in (1, 2))
+    every = validate_sites(real, simulated, SITES, ACTIVITIES)
+    found = validate_sites(real, simulated, SITES, ACTIVITIES, background=("turning",))
+    assert tuple(found.by_activity) == found.real.activities == ("slow", "fast")
+    np.testing.assert_array_equal(found.real.f1, every.real.f1[:, :2])
+    assert found.real.n_windows == every.real.n_windows
+    with pytest.raises(ValueError, match="nothing but background"):
+        validate_sites(real, simulated, SITES, ACTIVITIES, background=ACTIVITIES)
+
+
+def test_another_classifier_takes_what_it_takes():
+    sides = [site_windows(recordings(SITES[:3], seed, clips=4), SPEC) for seed in (1, 2)]
+    found = validate_sites(*sides, SITES[:3], ACTIVITIES, folds=2, classifier="trees")
+    assert (found.real.classifier, found.simulated.classifier) == ("trees", "trees")
+    assert found.real.mean[0] > 0.8
 
 
 def test_the_reverse_order_disagrees():

@@ -57,19 +57,21 @@ def position(positions, name):
 
 @pytest.fixture(scope="module")
 def mmfit(tmp_path_factory):
-    """One workout of four sets of each of two exercises; the devices read what the body does, with noise."""
+    """One workout of four sets of each of two exercises, and two rests; devices read the body, with noise."""
     body = Body.bundled()
     sites = {place: place for place in DEVICES.values()}
     simulator = SiteSimulator(body, sites, Synthesis(rate_hz=100), SensorModel.ideal())
     rng = np.random.default_rng(0)
     sets = [(activity, number) for number in range(4) for activity in ("squats", "bicep_curls")]
+    sets = [("rest", 0), *sets, ("rest", 1)]
     poses, readings, labels = [], [], []
     for index, (activity, number) in enumerate(sets):
         motion = exercise(activity, number)
         positions = joint_transforms(body, motion)[1]
         poses.append(np.stack([position(positions, name) for name in JOINTS], axis=1))
         readings.append(simulator.record(motion))
-        labels.append(f"{index * 250},{index * 250 + FRAMES},5,{activity}")
+        if activity != "rest":
+            labels.append(f"{index * 250},{index * 250 + FRAMES},5,{activity}")
     folder = tmp_path_factory.mktemp("data") / "mm-fit" / "w01"
     folder.mkdir(parents=True)
     frames = np.concatenate([index * 250 + np.arange(FRAMES) for index in range(len(sets))])
@@ -99,18 +101,49 @@ def test_mmfit_is_simulated_ranked_and_reported(mmfit, tmp_path):
     assert result.exit_code == 0, result.output
     content = json.loads((tmp_path / "validation.json").read_text())
     assert list(content["sites"]) == list(DEVICES.values())
-    assert set(content["by_activity"]) == {"bicep_curls", "squats"}
-    assert "Paired: 8 clips" in content["notes"][0]
+    assert set(content["by_activity"]) == {"bicep_curls", "non_activity", "squats"}
+    assert "Paired: 10 clips" in content["notes"][0]
+    assert "errors of the bmi270" in content["notes"][2]
+    assert "non_activity, one of the classes" in content["notes"][3]
     assert "y axis was taken to point up; in 0 clips left and right were exchanged" in content["notes"][1]
     report = (tmp_path / "report.md").read_text()
     assert "one swap of neighbours costs an activity's rho 0.10" in report
     rows = (tmp_path / "f1.csv").read_text().splitlines()
     assert rows[0] == "side,site,activity,f1,low,high"
-    assert len(rows) == 1 + 2 * 5 * 3
+    assert len(rows) == 1 + 2 * 5 * 4
     wrist = [float(row.split(",")[3]) for row in rows if row.startswith("simulated,left wrist,bicep")]
     assert wrist[0] > 0.9
     for name in ("f1_maps.png", "f1_sites.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_mmfit_by_another_classifier_without_noise_and_with_rests_as_background(mmfit, tmp_path):
+    options = ["--folds", "2", "--classifier", "trees", "--sensor", "ideal", "--non-activity", "background"]
+    result = CliRunner().invoke(APP, ["validate", "mmfit", str(mmfit), "--out", str(tmp_path), *options])
+    assert result.exit_code == 0, result.output
+    content = json.loads((tmp_path / "validation.json").read_text())
+    assert set(content["by_activity"]) == {"bicep_curls", "squats"}
+    assert "free of noise" in content["notes"][2]
+    assert "trained against" in content["notes"][3]
+    report = (tmp_path / "report.md").read_text()
+    assert report.count(", trees, ") == 2
+    assert "10 clips" in report
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--classifier", "oracle", "--classifier must be ridge, trees, multi3net, not oracle"),
+        ("--sensor", "sundial", "there is no sensor preset 'sundial'"),
+        ("--non-activity", "maybe", "--non-activity must be activity, background, out, not maybe"),
+    ],
+)
+def test_a_wrong_choice_is_said_before_anything_is_read(option, value, words, tmp_path):
+    asked = ["validate", "mmfit", str(tmp_path), "--out", str(tmp_path / "out"), option, value]
+    result = CliRunner().invoke(APP, asked)
+    assert result.exit_code == 2
+    assert words in result.output.replace("\n", " ")
 
 
 BODY_34_STANDS_FOR = {"torso": "spine2", "nose": "head", "pelvis": "pelvis", "neck": "neck"}

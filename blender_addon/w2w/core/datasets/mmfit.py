@@ -44,6 +44,15 @@ ACTIVITIES = (
     "jumping_jacks", "dumbbell_shoulder_press", "lateral_shoulder_raises",
 )  # fmt: skip
 
+NON_ACTIVITY = "non_activity"
+"""The authors' eleventh class: whatever is done outside the labelled sets."""
+
+REST_S, SHORTEST_REST_S = 30.0, 5.0
+"""Rests are cut into pieces of the one length, and shorter ones than the other left out, seconds."""
+
+UNSEEN_FRAMES = 15
+"""Frames in a row without a pose at which a rest is cut."""
+
 PARTICIPANTS = dict(enumerate((2, 0, 1, 0, 1, 2, 0, 1, 0, 1, 0, 1, 3, 4, 0, 1, 5, 6, 7, 8, 9)))
 """Who did each workout w00 to w20."""
 
@@ -72,13 +81,15 @@ class _Stream(NamedTuple):
     rate: float
 
 
-def read_mmfit(folder: str | Path) -> tuple[Exercise, ...]:
+def read_mmfit(folder: str | Path, rests: bool = False) -> tuple[Exercise, ...]:
     """Read every labelled exercise of every workout that has a 3D pose.
 
     Parameters
     ----------
     folder : str or Path
         Holds ``w00`` to ``w20``, or some of them; the folder ``mm-fit`` of the download.
+    rests : bool
+        Also what is between the sets, as `NON_ACTIVITY`. The pieces of one rest are one clip.
 
     Returns
     -------
@@ -106,7 +117,7 @@ def read_mmfit(folder: str | Path) -> tuple[Exercise, ...]:
     ]
     if not common:
         raise ValueError(f"no device's acc and gyr files are in all workouts of {folder}")
-    return tuple(exercise for workout in posed for exercise in _workout(workout, common))
+    return tuple(exercise for workout in posed for exercise in _workout(workout, common, rests))
 
 
 def read_labels(path: str | Path) -> list[tuple[int, int, int, str]]:
@@ -127,14 +138,46 @@ def read_labels(path: str | Path) -> list[tuple[int, int, int, str]]:
                 raise ValueError(
                     f"{path}, line {number}: it must be first frame, last frame, repetitions, activity"
                 ) from error
-            if activity not in ACTIVITIES:
+            if activity not in (*ACTIVITIES, NON_ACTIVITY):
                 raise ValueError(f"{path}, line {number}: MM-Fit has no activity {activity!r}")
             if not 0 <= rows[-1][0] < rows[-1][1]:
                 raise ValueError(f"{path}, line {number}: frames {start} to {stop} are no stretch of time")
     return rows
 
 
-def _workout(folder: Path, devices: list[str]) -> list[Exercise]:
+class _Stretch(NamedTuple):
+    start: int
+    stop: int
+    activity: str
+    clip: str
+
+
+def _stretches(name: str, rows: list[tuple[int, int, int, str]], seen: np.ndarray | None) -> list[_Stretch]:
+    """The sets of a workout and, where the frames with a pose are given, the rests between them."""
+    found = [
+        _Stretch(start, stop, activity, f"{name} set {number:02d}")
+        for number, (start, stop, _, activity) in enumerate(rows)
+        if activity != NON_ACTIVITY
+    ]
+    if seen is None:
+        return found
+    begins = np.array([stretch.start for stretch in found])
+    in_set = [(seen >= stretch.start) & (seen < stretch.stop) for stretch in found]
+    idle = seen[~np.any(in_set, axis=0)] if found else seen
+    longest, shortest = round(REST_S * CAMERA_RATE), round(SHORTEST_REST_S * CAMERA_RATE)
+    for run in np.split(idle, np.flatnonzero(np.diff(idle) > UNSEEN_FRAMES) + 1):
+        if not len(run):
+            continue
+        first, last = int(run[0]), int(run[-1]) + 1
+        clip = f"{name} rest {int((begins < first).sum()):02d}"
+        for start in range(first, last, longest):
+            stop = min(start + longest, last)
+            if stop - start >= shortest:
+                found.append(_Stretch(start, stop, NON_ACTIVITY, clip))
+    return found
+
+
+def _workout(folder: Path, devices: list[str], rests: bool) -> list[Exercise]:
     name = folder.name
     frames, joints = _pose(folder / f"{name}_pose_3d.npy")
     streams = {}
@@ -145,7 +188,8 @@ def _workout(folder: Path, devices: list[str]) -> list[Exercise]:
             unit = guessed_unit(stream.values, kind, path)
             streams[device, kind] = stream._replace(values=stream.values * units[unit])
     exercises = []
-    for number, (start, stop, _, activity) in enumerate(read_labels(folder / f"{name}_labels.csv")):
+    rows = read_labels(folder / f"{name}_labels.csv")
+    for start, stop, activity, clip in _stretches(name, rows, frames if rests else None):
         times = start / CAMERA_RATE + np.arange(round((stop - start) / CAMERA_RATE * RATE_HZ)) / RATE_HZ
         pose = np.full((stop - start, len(MM_FIT_17.joints), 3), np.nan)
         inside = (frames >= start) & (frames < stop)
@@ -156,7 +200,7 @@ def _workout(folder: Path, devices: list[str]) -> list[Exercise]:
         )
         recording = ImuRecording(
             acc, gyr, RATE_HZ, tuple(DEVICES[device] for device in devices), activity,
-            f"person {PARTICIPANTS.get(int(name[1:]), name)}", f"{name} set {number:02d}",
+            f"person {PARTICIPANTS.get(int(name[1:]), name)}", clip,
         )  # fmt: skip
         exercises.append(Exercise(recording, pose))
     return exercises

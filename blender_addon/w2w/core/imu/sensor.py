@@ -172,6 +172,11 @@ class SensorModel:
         """A sensor without errors."""
         return cls()
 
+    @property
+    def is_ideal(self) -> bool:
+        """Whether it has no error of any kind."""
+        return replace(self, name="ideal", rate_hz=None) == SensorModel()
+
     def apply(self, recording: ImuRecording, seed: int, first_sensor: int = 0) -> ImuRecording:
         """What this sensor would have read where the recording holds the truth.
 

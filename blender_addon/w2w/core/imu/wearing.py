@@ -1,9 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a sensor model is worn, in words: which of straps and tissue are in its signals and which are not."""
+"""A sensor model in words: its errors, how it is worn, and which of straps and tissue are in its signals."""
 
 from __future__ import annotations
 
 from .sensor import SensorModel
+
+
+def error_sentence(model: SensorModel) -> str:
+    """Whether simulated sensors have a part's errors, for a report.
+
+    Examples
+    --------
+    >>> error_sentence(SensorModel.ideal())
+    'Simulated sensors are free of noise and of every other error.'
+    """
+    if model.is_ideal:
+        return "Simulated sensors are free of noise and of every other error."
+    return f"Simulated sensors have the errors of the {model.name}. {wearing_sentences(model)}"
 
 
 def wearing_sentences(model: SensorModel) -> str:

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,25 @@ class SiteScores:
     classifier: str
     protocol: str
     left_out: dict[str, str]
+
+    def without(self, background: Sequence[str]) -> SiteScores:
+        """The scores of the other activities, which were told apart from these.
+
+        Raises
+        ------
+        ValueError
+            If none is left.
+        """
+        kept = [column for column, name in enumerate(self.activities) if name not in background]
+        if not kept:
+            raise ValueError(f"nothing but background can be tested: {', '.join(self.activities)}")
+        return replace(
+            self,
+            activities=tuple(self.activities[column] for column in kept),
+            f1=self.f1[:, kept],
+            samples=self.samples[..., kept],
+            halves=self.halves[..., kept],
+        )
 
     @property
     def mean(self) -> np.ndarray:

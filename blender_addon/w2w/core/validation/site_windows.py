@@ -17,11 +17,12 @@ Use = Literal["both", "acc", "gyr"]
 
 
 class SiteWindows(NamedTuple):
-    """Windows of sensors at the same sites, as features.
+    """Windows of sensors at the same sites, as what a classifier takes of them.
 
     Attributes
     ----------
     features : ndarray, shape (W, N, D)
+        Or the windows themselves, shape (W, N, samples, 6), for a classifier that takes those.
     activity, clip, subject : ndarray of str, shape (W,)
         Subjects are empty where unknown.
     is_test : ndarray of bool, shape (W,)
@@ -41,7 +42,12 @@ class SiteWindows(NamedTuple):
         return dict(zip(self.clip.tolist(), self.subject.tolist(), strict=True))
 
 
-def site_windows(recordings: Sequence[ImuRecording], spec: WindowSpec, use: Use = "both") -> SiteWindows:
+def site_windows(
+    recordings: Sequence[ImuRecording],
+    spec: WindowSpec,
+    use: Use = "both",
+    inputs: Literal["features", "windows"] = "features",
+) -> SiteWindows:
     """Cut recordings of the same sites and rate into windows and describe these.
 
     Parameters
@@ -51,6 +57,8 @@ def site_windows(recordings: Sequence[ImuRecording], spec: WindowSpec, use: Use 
     spec : WindowSpec
     use : {"both", "acc", "gyr"}
         Take no notice of the other kind, for sensors that lack it.
+    inputs : {"features", "windows"}
+        What the classifier takes (`utility.inputs_of`).
 
     Raises
     ------
@@ -68,7 +76,8 @@ def site_windows(recordings: Sequence[ImuRecording], spec: WindowSpec, use: Use 
         except TooShortError as error:
             skipped[recording.clip] = str(error)
             continue
-        features.append(window_features(windows.signals, recording.rate))
+        of_clip = windows.signals
+        features.append(window_features(of_clip, recording.rate) if inputs == "features" else of_clip)
         is_test.append(windows.is_test)
         labels += [(recording.activity, recording.clip, recording.subject)] * len(windows.is_test)
     if not features:

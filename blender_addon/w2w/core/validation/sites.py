@@ -103,6 +103,8 @@ def validate_sites(
     seed: int = 0,
     site_of: np.ndarray | None = None,
     real_site_of: np.ndarray | None = None,
+    classifier: str = "ridge",
+    background: Sequence[str] = (),
 ) -> SiteValidation:
     """Train and test each site on real windows, then on simulated ones, and compare the rankings.
 
@@ -122,6 +124,10 @@ def validate_sites(
         Site of each simulated sensor, where a site has several; its score is the mean over them.
     real_site_of : ndarray of int, optional
         Likewise of each real one.
+    classifier : str
+        Name in `utility.CLASSIFIERS`; the windows hold what it takes.
+    background : sequence of str
+        Activities that the others are told apart from and that are not compared themselves.
 
     Raises
     ------
@@ -129,10 +135,10 @@ def validate_sites(
         If fewer than two activities can be tested on both sides, or there are fewer than three sites.
     """
     sides = (real, simulated)
-    maps = _maps(sides, activities, folds, by_subject, seed)
+    maps = _maps(sides, activities, folds, by_subject, seed, classifier)
     shared = [name for name in activities if all(name in found.activities for found in maps)]
     if any(len(found.activities) > len(shared) for found in maps):
-        again = _maps(sides, shared, folds, by_subject, seed)
+        again = _maps(sides, shared, folds, by_subject, seed, classifier)
         maps = [replace(found, left_out=before.left_out) for found, before in zip(again, maps, strict=True)]
     scores = [
         site_scores(found, side.person_of() if people else None, of, seed + number)
@@ -140,7 +146,7 @@ def validate_sites(
             zip(maps, sides, by_subject, (real_site_of, site_of), strict=True)
         )
     ]
-    return compare_scores(*scores, sites, seed)
+    return compare_scores(*(side.without(background) for side in scores), sites, seed)
 
 
 def compare_scores(
@@ -182,6 +188,7 @@ def _maps(
     folds: int,
     by_subject: Sequence[bool],
     seed: int,
+    classifier: str,
 ) -> list[UtilityMap]:
     return [
         utility_map(
@@ -191,6 +198,7 @@ def _maps(
             side.subject if subjects else None,
             side.is_test,
             activities,
+            classifier,
             folds=folds,
             seed=seed,
             halvings=0,
