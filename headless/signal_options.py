@@ -12,12 +12,11 @@ import typer
 from w2w.core.imu.presets import PRESETS, preset
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.sensor_file import read_sensor
-from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
 
 PANEL = "Signals"
 
 AS_DEFAULT = Synthesis()
-CONVENTIONS = ("physical", "paper")
 
 Sensor = Annotated[
     str,

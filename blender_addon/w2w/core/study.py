@@ -20,7 +20,7 @@ from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
 from .motion.duplicates import mirrored_signatures
 from .motion.motion import Motion
-from .motion.variants import smoothed_root
+from .motion.variants import low_passed, smoothed_root
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.feature_kinds import SUMMARY, check_features, features_of
@@ -243,7 +243,12 @@ def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig
 
 
 def record_baked(
-    matrices: np.ndarray, rate: float, patches: PatchSet, labels: tuple[str, str, str], config: StudyConfig
+    matrices: np.ndarray,
+    rate: float,
+    patches: PatchSet,
+    labels: tuple[str, str, str],
+    config: StudyConfig,
+    root: np.ndarray | None = None,
 ) -> ImuRecording:
     """What sensors on all patches would record of a surface that Blender has moved.
 
@@ -257,12 +262,19 @@ def record_baked(
     labels : tuple of str
         Activity, subject and clip.
     config : StudyConfig
+    root : ndarray, shape (T, 3), optional
+        Path of the body's root in the world, without which it cannot be band-limited.
 
     Raises
     ------
     ValueError
-        If the motion is too short for the synthesis.
+        If the motion is too short for the synthesis, or the root's path is to be band-limited and not known.
     """
+    if config.root_band_hz is not None and config.root_band_hz < rate / 2:
+        if root is None:
+            raise ValueError("its root cannot be told from its surface: set the root band to 0")
+        matrices = matrices.copy()
+        matrices[..., :3, 3] += (low_passed(root, rate, config.root_band_hz) - root)[:, None]
     ideal = synthesize(matrices, rate, config.synthesis)
     named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
     return config.sensor_model().apply(named, seed=config.seed)

@@ -41,6 +41,8 @@ class Bake:
         Why that path, as a sentence for the person who waits.
     motion : Motion or None
         What the action does in the armature's space; None where no `Motion` can tell it.
+    root : ndarray, shape (T, 3), or None
+        Path of the root in the world; None on the general path, where more than the bones may move it.
     """
 
     matrices: np.ndarray
@@ -48,6 +50,7 @@ class Bake:
     path: Literal["fast", "general"]
     reason: str
     motion: Motion | None
+    root: np.ndarray | None = None
 
 
 class PatchBaker:
@@ -120,7 +123,8 @@ class PatchBaker:
             self._body = body_of(self.mesh)
         placed = _placed(motion, self.armature)
         matrices = patch_matrices(self._body, self.patches.triangles, placed)
-        return Bake(matrices, motion.rate, "fast", "the armature's f-curves alone move the body", motion)
+        reason = "the armature's f-curves alone move the body"
+        return Bake(matrices, motion.rate, "fast", reason, motion, placed.pelvis)
 
 
 def bake(

@@ -216,7 +216,7 @@ def _signals(
     """Work for a thread: a clip's signals and features into the cache; gives their key."""
 
     def work(told: Callable[[float], None]) -> str:
-        recording = record_baked(bake.matrices, bake.rate, patches, labels, config)
+        recording = record_baked(bake.matrices, bake.rate, patches, labels, config, bake.root)
         told(0.5)
         features, is_test = describe(recording, config)
         windows = ClipWindows(is_test, _signature(bake), (len(is_test),))

@@ -23,6 +23,7 @@ STEPS = (
     ("preview_clip", "show_source"),
     ("place_patches", "remove_patches"),
     ("add_placement", "load_placements", "remove_placement"),
+    ("start_sensor", "load_sensor", "save_sensor"),
     ("run_all", "bake_signals", "rank_patches", "fit_range", "clear_pick"),
     ("wish_picked", "choose_sensors"),
     ("export_map", "export_table", "export_report", "export_signals", "save_results"),
@@ -87,8 +88,12 @@ class W2W_OT_add_study_preset(AddPresetBase, bpy.types.Operator):
     preset_subdir = PRESET_FOLDER
     preset_defines = ["study = bpy.context.scene.w2w.body.w2w"]
     preset_values = [
+        "study.own_sensor_text",
         "study.sensor",
         "study.rate",
+        "study.band",
+        "study.root_band",
+        "study.convention",
         "study.window_s",
         "study.classifier",
         "study.folds",

@@ -22,6 +22,7 @@ from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
 from . import on_character, placement_properties, shape, updates
 from .on_character import OwnCharacter
+from .own_sensor import OWN, OwnSensor
 from .placement_properties import Placement
 from .scores import EXPECTED, MEAN_VIEW, NOTHING, ON_THESE
 
@@ -54,8 +55,8 @@ _minus_items: list[tuple[str, str, str, int]] = []
 
 
 def sensor_items() -> list[tuple[str, str, str]]:
-    """Sensor presets for a menu."""
-    return [
+    """Sensor presets for a menu, then a part of one's own."""
+    presets = [
         (
             name,
             SENSOR_NAMES.get(name, name.upper() if len(name) < 10 else name.title()),
@@ -63,6 +64,7 @@ def sensor_items() -> list[tuple[str, str, str]]:
         )
         for name in PRESETS
     ]
+    return [*presets, (OWN, "Own Part", "A part of your own: its figures stand under Sensor and Bands")]
 
 
 def classifier_items() -> list[tuple[str, str, str]]:
@@ -134,7 +136,7 @@ class W2W_PG_activity(bpy.types.PropertyGroup):
     )
 
 
-class W2W_PG_study(Placement, OwnCharacter, bpy.types.PropertyGroup):
+class W2W_PG_study(Placement, OwnCharacter, OwnSensor, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")

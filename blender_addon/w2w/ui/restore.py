@@ -12,12 +12,12 @@ from typing import Any
 import bpy
 
 from ..core.clip_files import STORED, features_file, signals_file
-from ..core.imu.presets import PRESETS
 from ..core.study import StudyConfig
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from ..scene.study_record import StoredClip, StudyRecord, read_record, remove_record
 from . import advice, own_placements, results, signal_cache
+from .own_sensor import OWN, keep_own_sensor
 from .state import bake_settings, patches_of, rank_settings, without_updates
 from .wishes import take_over
 
@@ -131,9 +131,14 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
             config.patch_mode,
             config.seed,
         )
-        if config.sensor in PRESETS:  # a sensor of one's own has no place in the menu
+        if config.own_sensor is not None and config.own_sensor.name == config.sensor:
+            keep_own_sensor(study, config.own_sensor)
+            study.sensor = OWN
+        else:
             study.sensor = config.sensor
         study.rate, study.seed = config.synthesis.rate_hz, config.seed
+        study.band, study.root_band = config.synthesis.cutoff_hz or 0, config.root_band_hz or 0
+        study.convention = config.synthesis.convention
         study.window_s, study.classifier = config.windows.length_s, config.classifier
         study.folds, study.by_subject = config.folds, config.by_subject
         study.target, study.every_activity = config.target, config.every_activity

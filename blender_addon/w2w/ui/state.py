@@ -13,6 +13,8 @@ from dataclasses import replace
 import bpy
 
 from ..core.body.shapes import RANGES
+from ..core.imu.sensor import SensorModel
+from ..core.imu.synthesis import Synthesis
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import CLASSIFIERS, UtilityMap
 from ..core.ranking.windows import WindowSpec
@@ -21,6 +23,7 @@ from ..core.study import StudyConfig
 from ..core.wording import capital
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
+from .own_sensor import OWN, own_sensor
 
 SINGLE, DIGITS = 1e-6, 6
 """How far a property, in single precision, may be from the value it was given, and the decimals it keeps."""
@@ -88,8 +91,9 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         run,
         patches=study.patch_count,
         patch_mode=study.patch_method,
-        synthesis=replace(run.synthesis, rate_hz=_as_given(study.rate, run.synthesis.rate_hz)),
-        sensor=study.sensor,
+        synthesis=_synthesis(study, run.synthesis),
+        root_band_hz=_band(study, "root_band", run.root_band_hz),
+        **_sensor(study),
         windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
         classifier=study.classifier,
         folds=study.folds,
@@ -101,6 +105,29 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         constraints=constraints_of(study),
         seed=study.seed,
     )
+
+
+def _synthesis(study: bpy.types.PropertyGroup, run: Synthesis) -> Synthesis:
+    return replace(
+        run,
+        rate_hz=_as_given(study.rate, run.rate_hz),
+        cutoff_hz=_band(study, "band", run.cutoff_hz),
+        convention=study.convention if study.is_property_set("convention") else run.convention,
+    )
+
+
+def _band(study: bpy.types.PropertyGroup, name: str, given: float | None) -> float | None:
+    """A band limit, None for none; the run's where the panel has not set it."""
+    if not study.is_property_set(name):
+        return given
+    return _as_given(getattr(study, name), given or 0.0) or None
+
+
+def _sensor(study: bpy.types.PropertyGroup) -> dict[str, str | SensorModel]:
+    if study.sensor != OWN:
+        return {"sensor": study.sensor}
+    model = own_sensor(study)
+    return {"sensor": model.name, "own_sensor": model}
 
 
 def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
@@ -180,7 +207,19 @@ def unreadable_ranking(study: bpy.types.PropertyGroup) -> str:
 def bake_settings(study: bpy.types.PropertyGroup) -> str:
     """All that signals depend on besides the body and the motion."""
     text = f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
-    return f"{text} {_shape_text(study.shape)}".rstrip()
+    return f"{text}{_signals_text(study)} {_shape_text(study.shape)}".rstrip()
+
+
+def _signals_text(study: bpy.types.PropertyGroup) -> str:
+    """The own part, and what is not as at first of bands and convention."""
+    usual = study.bl_rna.properties
+    changed = [name for name in ("band", "root_band") if getattr(study, name) != usual[name].default]
+    parts = [f"{name}={getattr(study, name):g}" for name in changed]
+    if study.convention != usual["convention"].default:
+        parts.append(study.convention)
+    if study.sensor == OWN:
+        parts.append(study.own_sensor_text)
+    return "".join(f" {part}" for part in parts)
 
 
 def _shape_text(shape: bpy.types.PropertyGroup) -> str:

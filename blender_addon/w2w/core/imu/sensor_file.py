@@ -147,11 +147,16 @@ def sensor_from(content: Any, name: str) -> SensorModel:
 
 
 def write_sensor(path: str | Path, model: SensorModel) -> None:
-    """Write a sensor as `read_sensor` reads it: every field, bare numbers."""
+    """Write a sensor as `read_sensor` reads it."""
+    write_json(path, sensor_content(model))
+
+
+def sensor_content(model: SensorModel) -> dict[str, Any]:
+    """A sensor as `sensor_from` takes it: every field, bare numbers."""
     content = asdict(model)
     for field in GIVEN_ELSEWHERE:
         del content[field]
-    write_json(path, content)
+    return content
 
 
 def sensor_of_plain(values: Mapping[str, Any]) -> SensorModel:

@@ -93,6 +93,9 @@ BYTES_PER_POSE = 400
 """Sensors are worked on in chunks of at most so many, fewer where a long clip would take more memory."""
 
 
+CONVENTIONS = ("physical", "paper")
+
+
 @dataclass(frozen=True)
 class Synthesis:
     """How ideal signals are made from poses.
@@ -134,7 +137,7 @@ class Synthesis:
             raise ValueError(f"rate_hz must be positive, not {self.rate_hz}")
         if self.method not in ("spline", "finite-difference"):
             raise ValueError(f'method must be "spline" or "finite-difference", not {self.method!r}')
-        if self.convention not in ("physical", "paper"):
+        if self.convention not in CONVENTIONS:
             raise ValueError(f'convention must be "physical" or "paper", not {self.convention!r}')
         if self.cutoff_hz is not None and not (np.isfinite(self.cutoff_hz) and self.cutoff_hz > 0):
             raise ValueError(f"cutoff_hz must be positive, or None for no limit, not {self.cutoff_hz}")

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..filtering import butterworth
 from .motion import Motion
 
@@ -35,5 +37,9 @@ def smoothed_root(motion: Motion, cutoff_hz: float) -> Motion:
     ValueError
         If the cut-off is not between 0 and half the frame rate.
     """
-    path = butterworth(motion.pelvis.T, motion.rate, cutoff_hz, ORDER, zero_phase=True)
-    return replace(motion, pelvis=path.T)
+    return replace(motion, pelvis=low_passed(motion.pelvis, motion.rate, cutoff_hz))
+
+
+def low_passed(path: np.ndarray, rate: float, cutoff_hz: float) -> np.ndarray:
+    """A path (T, 3) low-passed without delay, as `smoothed_root` does it."""
+    return butterworth(path.T, rate, cutoff_hz, ORDER, zero_phase=True).T

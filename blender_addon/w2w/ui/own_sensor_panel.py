@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensor and Bands, below step 4: the figures of an own part, its file, the bands and the convention."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy_extras.io_utils import ExportHelper
+
+from ..core.imu.presets import PRESETS, preset
+from ..core.imu.sensor_file import read_sensor, write_sensor
+from . import jobs
+from .own_sensor import OWN, keep_own_sensor, own_sensor
+from .result_panels import W2WPanel
+from .state import current_body
+from .step2_motions import can_change
+from .text import draw_text
+
+Context = bpy.types.Context
+
+
+class _OnStudy:
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be a body."""
+        return can_change(cls, context)
+
+
+class W2W_OT_start_sensor(_OnStudy, bpy.types.Operator):
+    """Take the figures of a preset for a part of your own, to alter them"""
+
+    bl_idname = "w2w.start_sensor"
+    bl_label = "Start from Preset"
+
+    like: EnumProperty(
+        name="Preset", description="Whose figures to take", items=[(name, name, "") for name in PRESETS]
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        """Take them."""
+        study = current_body(context).w2w
+        keep_own_sensor(study, preset(self.like))
+        study.sensor = OWN
+        return {"FINISHED"}
+
+
+class W2W_OT_load_sensor(_OnStudy, bpy.types.Operator):
+    """Read a part of your own from a file (json), as w2w run --sensor takes it"""
+
+    bl_idname = "w2w.load_sensor"
+    bl_label = "Load Sensor"
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        """Ask for the file."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> set[str]:
+        """Read it."""
+        path = Path(bpy.path.abspath(self.filepath))
+        try:
+            model = read_sensor(path)
+        except OSError as error:
+            return jobs.show_error(self, f"{path.name} cannot be read: {error.strerror or error}")
+        except ValueError as error:
+            return jobs.show_error(self, str(error))
+        study = current_body(context).w2w
+        keep_own_sensor(study, model)
+        study.sensor = OWN
+        text = f"Read the sensor {own_sensor(study).name} from {path.name}"
+        jobs.message = jobs.Message(text, False)
+        self.report({"INFO"}, text)
+        return {"FINISHED"}
+
+
+class W2W_OT_save_sensor(_OnStudy, bpy.types.Operator, ExportHelper):
+    """Save your part as a file (json) that w2w run --sensor reads"""
+
+    bl_idname = "w2w.save_sensor"
+    bl_label = "Save Sensor"
+    bl_options = {"REGISTER"}
+    filename_ext = ".json"
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def execute(self, context: Context) -> set[str]:
+        """Write it."""
+        path = Path(bpy.path.abspath(self.filepath))
+        try:
+            write_sensor(path, own_sensor(current_body(context).w2w))
+        except OSError as error:
+            return jobs.show_error(self, f"{path.name} cannot be written: {error.strerror or error}")
+        text = f"Saved {path.name}"
+        jobs.message = jobs.Message(text, False)
+        self.report({"INFO"}, text)
+        return {"FINISHED"}
+
+
+class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
+    """How signals are made, beyond the choice of a part."""
+
+    bl_label = "Sensor and Bands"
+    bl_idname = "W2W_PT_sensor"
+    bl_parent_id = "W2W_PT_signals"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """There must be a body."""
+        return current_body(context) is not None
+
+    def draw(self, context: Context) -> None:
+        """Draw the bands, and the figures of an own part where that is chosen."""
+        study, layout = current_body(context).w2w, self.layout.column()
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.enabled = jobs.running is None
+        for name in ("band", "root_band", "convention"):
+            layout.prop(study, name)
+        if study.sensor == OWN:
+            _draw_part(study, layout)
+        else:
+            draw_text(layout, context, "For a part of your own, start from a preset or load a file")
+        row = layout.row(align=True)
+        row.operator_menu_enum("w2w.start_sensor", "like", text="Start from Preset")
+        row.operator("w2w.load_sensor", text="Load", icon="FILE_FOLDER")
+        row.operator("w2w.save_sensor", text="Save", icon="EXPORT")
+
+
+def _draw_part(study: bpy.types.PropertyGroup, layout: bpy.types.UILayout) -> None:
+    layout.prop(study, "own_sensor_name")
+    for title, kind in (("Accelerometer", "acc"), ("Gyroscope", "gyr")):
+        column = layout.column(align=True, heading=title)
+        for field in ("range", "noise", "bias", "drift"):
+            column.prop(study, f"{kind}_{field}")
+    layout.prop(study, "misalignment")
+
+
+CLASSES = (W2W_OT_start_sensor, W2W_OT_load_sensor, W2W_OT_save_sensor, W2W_PT_sensor)
