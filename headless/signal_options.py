@@ -9,7 +9,9 @@ from typing import Annotated
 
 import typer
 
+from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import PRESETS, preset
+from w2w.core.imu.recording import FURTHER
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
@@ -49,6 +51,50 @@ Convention = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+
+Record = Annotated[
+    str,
+    typer.Option(
+        help=f"Record these beside acc and gyr, comma-separated: {', '.join(FURTHER)}.",
+        rich_help_panel=PANEL,
+    ),
+]
+Features = Annotated[
+    str,
+    typer.Option(help="Recognise by these, too, of those that --record names.", rich_help_panel=PANEL),
+]
+Location = Annotated[
+    str,
+    typer.Option(
+        help="Latitude and longitude, degrees, whose magnetic field the magnetometer is in.",
+        rich_help_panel=PANEL,
+    ),
+]
+AS_LOCATED = f"{FurtherSensors().latitude:g},{FurtherSensors().longitude:g}"
+
+
+def further_sensors(record: str, features: str, location: str) -> FurtherSensors:
+    """`--record`, `--features` and `--location` as `FurtherSensors`.
+
+    Raises
+    ------
+    ValueError
+        If a name or the location is wrong; the message names the option.
+    """
+    try:
+        latitude, longitude = (float(part) for part in location.split(","))
+    except ValueError:
+        raise ValueError(
+            f"--location must be latitude and longitude in degrees, such as 50,10, not {location}"
+        ) from None
+    try:
+        return FurtherSensors(_names(record), _names(features), latitude, longitude)
+    except ValueError as error:
+        raise ValueError(f"--record, --features, --location: {error}") from error
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
 
 
 def chosen_sensor(text: str) -> SensorModel:

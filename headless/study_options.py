@@ -46,11 +46,16 @@ from .runs.monitor import EventLog, RunMonitor, event_line
 from .runs.workers import Engine
 from .signal_options import (
     AS_DEFAULT,
+    AS_LOCATED,
     Band,
     Convention,
+    Features,
+    Location,
     Rate,
+    Record,
     RootBand,
     Sensor,
+    further_sensors,
     sensor_settings,
     synthesis_settings,
 )
@@ -87,6 +92,9 @@ class StudyOptions:
     band: Band = AS_DEFAULT.cutoff_hz
     root_band: RootBand = None
     convention: Convention = AS_DEFAULT.convention
+    record: Record = ""
+    features: Features = ""
+    location: Location = AS_LOCATED
     window: Window = 2.0
     stride: Stride = None
     classifier: Classifier = "ridge"
@@ -151,6 +159,7 @@ class StudyOptions:
             placements=tuple(read_placements(self.placements).items()) if self.placements else (),
             synthesis=synthesis_settings(self.rate, self.band, self.convention),
             root_band_hz=self.root_band,
+            further=further_sensors(self.record, self.features, self.location),
             **sensor_settings(self.sensor),
             windows=window_spec(self.window, self.stride),
             classifier=self.classifier,

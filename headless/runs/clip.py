@@ -152,7 +152,7 @@ def _refuse_too_long(motion: Motion, task: ClipTask) -> None:
     """Refuse signals that would take more than their share of the worker's memory."""
     config = task.config
     rate = max(config.synthesis.rate_hz, config.sensor_model().rate_hz or 0.0)
-    per_second = rate * config.patches * SAMPLE_BYTES
+    per_second = rate * config.patches * (SAMPLE_BYTES + config.further.sample_bytes)
     longest = task.memory / SIGNALS_SHARE / per_second
     if motion.duration > longest:
         raise UnusableMotion(

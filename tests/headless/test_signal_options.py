@@ -8,9 +8,13 @@ import pytest
 from typer.testing import CliRunner
 
 from headless.__main__ import APP
+from headless.signal_options import AS_LOCATED, further_sensors
+from w2w.core.clip_files import features_file
 from w2w.core.files import write_npz
+from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.presets import preset
-from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.recording import FURTHER, ImuRecording
+from w2w.core.study import StudyConfig
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -118,3 +122,48 @@ def test_sensors_shows_one_whole_and_writes_it(tmp_path):
     assert w2w("sensors", "--out", tmp_path / "x.json")[0] == 2
     code, output = w2w("sensors", "bmi270", "--out", tmp_path / "no" / "x.json")
     assert (code, "cannot be written" in output) == (1, True)
+
+
+def test_further_sensors_are_read_from_the_options():
+    found = further_sensors("Barometer, orientation", "barometer", "-33.9, 151.2")
+    assert found == FurtherSensors(("barometer", "orientation"), ("barometer",), -33.9, 151.2)
+    assert further_sensors("", "", AS_LOCATED) == NOTHING
+    for record, features, location, words in (
+        ("gps", "", AS_LOCATED, "orientation, magnetometer, barometer, not 'gps'"),
+        ("", "barometer", AS_LOCATED, "barometer must be recorded"),
+        ("", "", "here", "must be latitude and longitude in degrees, such as 50,10, not here"),
+        ("", "", "95,10", "latitude of -90 to 90"),
+    ):
+        with pytest.raises(ValueError, match=words) as caught:
+            further_sensors(record, features, location)
+        assert str(caught.value).startswith("--")
+
+
+def test_without_further_sensors_the_parameters_are_what_they_were():
+    config = StudyConfig()
+    assert "further" not in config.as_dict()
+    assert "further" not in config.signal_parameters()
+    assert StudyConfig.from_dict(config.as_dict()) == config
+    full = StudyConfig(further=FurtherSensors(("barometer",), ("barometer",), altitude_m=300.0))
+    assert StudyConfig.from_dict(json.loads(json.dumps(full.as_dict()))) == full
+    assert full.signal_parameters() != config.signal_parameters()
+    with pytest.raises(ValueError, match="multi3net learns from acc and gyr alone, not from barometer"):
+        StudyConfig(classifier="multi3net", further=full.further)
+
+
+@pytest.mark.slow
+def test_what_else_is_recorded_stands_beside_acc_and_gyr_and_changes_nothing_of_them(library, tmp_path):
+    every = ",".join(FURTHER)
+    copied = ("--augment", "remount", "--copies", 1)
+    _, plain = run(library, tmp_path / "plain")
+    config, full = run(library, tmp_path / "full", "--record", every, "--features", every, *copied)
+    np.testing.assert_array_equal(full.acc, plain.acc)
+    np.testing.assert_array_equal(full.gyr, plain.gyr)
+    assert plain.further == {}
+    assert {name: array.shape[2] for name, array in full.further.items()} == FURTHER
+    assert np.isfinite(full.magnetometer).all()
+    assert config["further"]["features"] == list(FURTHER)
+    widths = [
+        np.load(features_file(tmp_path / name, "fast_0"))["features"].shape[2] for name in ("plain", "full")
+    ]
+    assert widths[1] == widths[0] + 30 + 20 + 4

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from .body.body import Body
 from .imu.augmentation import Augmentation
 from .imu.copies import record_copies
+from .imu.further import NOTHING, FurtherSensors, further_signals
 from .imu.presets import DEFAULT_SENSOR, preset
 from .imu.recording import ImuRecording
 from .imu.sensor import SensorModel
@@ -25,6 +26,7 @@ from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.feature_kinds import SUMMARY, check_features, features_of
 from .ranking.folds import same_motion_groups
+from .ranking.further_features import further_features
 from .ranking.utility import CLASSIFIERS, inputs_of
 from .ranking.windows import WindowSpec, cut_windows
 from .selection.constraints import Constraints
@@ -54,6 +56,8 @@ class StudyConfig:
         A sensor of one's own (`sensor_file.read_sensor`); counts where `sensor` is its name.
     root_band_hz : float or None
         Band limit of the root's path, Hz, for motions whose suit did not measure it (`smoothed_root`).
+    further : FurtherSensors
+        What is recorded beside acc and gyr, and recognised by; nothing by default.
     windows : WindowSpec
     augmentation : Augmentation or None
         Copies of every clip to train on.
@@ -95,6 +99,7 @@ class StudyConfig:
     sensor: str = DEFAULT_SENSOR
     own_sensor: SensorModel | None = None
     root_band_hz: float | None = None
+    further: FurtherSensors = NOTHING
     windows: WindowSpec = field(default_factory=WindowSpec)
     augmentation: Augmentation | None = None
     classifier: str = "ridge"
@@ -130,6 +135,9 @@ class StudyConfig:
             )
         if self.root_band_hz is not None and not self.root_band_hz > 0:
             raise ValueError(f"root_band_hz must be positive, or None for none, not {self.root_band_hz}")
+        if self.further.features and inputs_of(self.classifier) == "windows":
+            names = ", ".join(self.further.features)
+            raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")
         self.sensor_model()
 
     def sensor_model(self) -> SensorModel:
@@ -147,6 +155,8 @@ class StudyConfig:
             chosen |= {"features": self.features}
         if self.placements:
             chosen |= {"placements": plain(self.placements)}
+        if self.further != NOTHING:
+            chosen |= {"further": plain(self.further)}
         if self.augmentation is not None:
             chosen |= {"augmentation": plain(self.augmentation), "keep_copies": self.keeps_copies()}
         return chosen
@@ -157,7 +167,10 @@ class StudyConfig:
 
     def as_dict(self) -> dict[str, Any]:
         """Every parameter as plain values, the sensor's own ones spelled out."""
-        return {**plain(self), "sensor_model": plain(self.sensor_model())}
+        values = {**plain(self), "sensor_model": plain(self.sensor_model())}
+        if self.further == NOTHING:
+            del values["further"]
+        return values
 
     @classmethod
     def from_dict(cls, parameters: Mapping[str, Any]) -> StudyConfig:
@@ -168,6 +181,8 @@ class StudyConfig:
             **given["synthesis"] | {"gravity": tuple(given["synthesis"]["gravity"])}
         )
         given["windows"] = WindowSpec(**given["windows"])
+        names = {name: tuple(given["further"][name]) for name in ("record", "features")}
+        given["further"] = FurtherSensors(**given["further"] | names)
         wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
         costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
         given["constraints"] = Constraints(**wishes, costs=costs)
@@ -217,7 +232,9 @@ def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -
         If the motion is too short for the synthesis.
     """
     motion = _measured(motion, config)
-    return record_motion(body, patches, motion, config.synthesis, config.sensor_model(), config.seed)
+    return record_motion(
+        body, patches, motion, config.synthesis, config.sensor_model(), config.seed, config.further
+    )
 
 
 def _measured(motion: Motion, config: StudyConfig) -> Motion:
@@ -238,8 +255,9 @@ def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig
     if config.augmentation is not None:
         motion = _measured(motion, config)
         yield from record_copies(
-            body, patches, motion, config.augmentation, config.synthesis, config.sensor_model(), config.seed
-        )
+            body, patches, motion, config.augmentation, config.synthesis, config.sensor_model(), config.seed,
+            config.further,
+        )  # fmt: skip
 
 
 def record_baked(
@@ -277,7 +295,11 @@ def record_baked(
         matrices[..., :3, 3] += (low_passed(root, rate, config.root_band_hz) - root)[:, None]
     ideal = synthesize(matrices, rate, config.synthesis)
     named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
-    return config.sensor_model().apply(named, seed=config.seed)
+    sensor = config.sensor_model()
+    others = further_signals(
+        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed
+    )
+    return replace(sensor.apply(named, seed=config.seed), **others)
 
 
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:
@@ -296,6 +318,9 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
     """
     windows = cut_windows(recording, config.windows)
     features = features_of(windows.signals, recording.rate, config.features, config.seed)
+    if config.further.features:
+        others = further_features(recording, config.windows, config.further.features)
+        features = np.concatenate([features, others], axis=2)
     return features, windows.is_test
 
 

@@ -246,9 +246,15 @@ def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generato
     axis = rng.normal(size=(n_sensors, 3))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     angle = np.radians(angle_deg) * rng.normal(size=(n_sensors, 1))
-    turned = Rotation.from_rotvec(axis * angle).as_matrix()
-    acc, gyr = (np.einsum("tni,nij->tnj", signal, turned) for signal in (recording.acc, recording.gyr))
-    return replace(recording, acc=acc, gyr=gyr)
+    turns = Rotation.from_rotvec(axis * angle)
+    turned = turns.as_matrix()
+    kinds = [name for name in ("acc", "gyr", "magnetometer") if getattr(recording, name) is not None]
+    changed = {name: np.einsum("tni,nij->tnj", getattr(recording, name), turned) for name in kinds}
+    if recording.orientation is not None:
+        before = Rotation.from_quat(recording.orientation[..., [1, 2, 3, 0]].reshape(-1, 4))
+        after = before * Rotation.from_quat(np.tile(turns.as_quat(), (recording.n_samples, 1)))
+        changed["orientation"] = after.as_quat()[:, [3, 0, 1, 2]].reshape(recording.orientation.shape)
+    return replace(recording, **changed)
 
 
 def _straight_line(path: np.ndarray) -> np.ndarray:

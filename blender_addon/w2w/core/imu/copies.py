@@ -15,6 +15,7 @@ from ..body.shapes import bundled_targets, shaped
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet
 from .augmentation import Augmentation, remounted
+from .further import NOTHING, FurtherSensors
 from .recording import ImuRecording
 from .sensor import SensorModel
 from .synthesis import Synthesis
@@ -36,6 +37,7 @@ def record_copies(
     settings: Synthesis,
     sensor: SensorModel,
     seed: int,
+    further: FurtherSensors = NOTHING,
 ) -> Iterator[ImuRecording]:
     """Record variants of a motion, under its own labels.
 
@@ -50,6 +52,8 @@ def record_copies(
     sensor : SensorModel
     seed : int
         The same seed and clip give the same copies.
+    further : FurtherSensors, optional
+        What is recorded beside acc and gyr.
 
     Yields
     ------
@@ -67,7 +71,7 @@ def record_copies(
             wearer = body_variant(body, copy, seed)
             moved = replace(variant, pelvis=variant.pelvis * (wearer.height / body.height))
         specimen = seed + 1 + copy if plan.noise else seed
-        recording = record_motion(wearer, patches, moved, settings, sensor, specimen)
+        recording = record_motion(wearer, patches, moved, settings, sensor, specimen, further)
         if plan.remount_deg:
             recording = remounted(recording, plan.remount_deg, np.random.default_rng([own, copy, 1]))
         yield recording

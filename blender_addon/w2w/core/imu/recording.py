@@ -10,7 +10,10 @@ import numpy as np
 
 from ..files import read_arrays, write_npz
 
-FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip")
+FURTHER = {"orientation": 4, "magnetometer": 3, "barometer": 1}
+"""What else may be recorded -> the numbers in a sample of it."""
+
+FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip", *FURTHER)
 MAX_BYTES = 8 * 2**30
 """No recording is larger; hours of hundreds of sensors are less."""
 
@@ -31,6 +34,12 @@ class ImuRecording:
         Name of the place each sensor sits on; N of them, or none.
     activity, subject, clip : str
         Label, person and name of the clip; empty where unknown.
+    orientation : ndarray, shape (T, N, 4), float32, optional
+        Quaternions w, x, y, z from the sensor's frame to the clip's world.
+    magnetometer : ndarray, shape (T, N, 3), float32, optional
+        Magnetic field in the sensor's frame, microtesla.
+    barometer : ndarray, shape (T, N, 1), float32, optional
+        Pressure, Pa.
 
     Raises
     ------
@@ -45,6 +54,9 @@ class ImuRecording:
     activity: str = ""
     subject: str = ""
     clip: str = ""
+    orientation: np.ndarray | None = None
+    magnetometer: np.ndarray | None = None
+    barometer: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "acc", np.ascontiguousarray(self.acc, dtype=np.float32))
@@ -59,8 +71,25 @@ class ImuRecording:
             raise ValueError("the recording holds infinite values")
         if not (np.isfinite(self.rate) and self.rate > 0):
             raise ValueError(f"the sample rate must be positive, not {self.rate}")
+        for name, values in FURTHER.items():
+            self._check_further(name, values)
         if self.sites and len(self.sites) != self.n_sensors:
             raise ValueError(f"sites must name all {self.n_sensors} sensors or none, not {len(self.sites)}")
+
+    def _check_further(self, name: str, values: int) -> None:
+        if (given := getattr(self, name)) is None:
+            return
+        array = np.ascontiguousarray(given, dtype=np.float32)
+        object.__setattr__(self, name, array)
+        wanted = (*self.acc.shape[:2], values)
+        if array.shape != wanted or np.isinf(array).any():
+            raise ValueError(f"{name} must have shape {wanted} and be finite, not {array.shape}")
+
+    @property
+    def further(self) -> dict[str, np.ndarray]:
+        """What is recorded beside acc and gyr, by name."""
+        held = {name: getattr(self, name) for name in FURTHER}
+        return {name: array for name, array in held.items() if array is not None}
 
     @property
     def n_samples(self) -> int:
@@ -89,6 +118,7 @@ class ImuRecording:
                 "activity": np.array(self.activity),
                 "subject": np.array(self.subject),
                 "clip": np.array(self.clip),
+                **self.further,
             },
         )
 
@@ -108,6 +138,8 @@ class ImuRecording:
                 raise ValueError(f"it lacks {', '.join(sorted(missing))}")
             labels = {name: str(data[name]) for name in ("activity", "subject", "clip") if name in data}
             sites = tuple(np.atleast_1d(data["sites"]).astype(str).tolist()) if "sites" in data else ()
-            return cls(acc=data["acc"], gyr=data["gyr"], rate=float(data["rate"]), sites=sites, **labels)
+            further = {name: data[name] for name in FURTHER if name in data}
+            rate = float(data["rate"])
+            return cls(acc=data["acc"], gyr=data["gyr"], rate=rate, sites=sites, **labels, **further)
         except (ValueError, TypeError) as error:
             raise ValueError(f"{path} is not a W2W recording: {error}") from error

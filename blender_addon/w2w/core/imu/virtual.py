@@ -15,7 +15,8 @@ from ..motion.motion import Motion
 from ..motion.skinning import frames_from_edges, skin, skinning_transforms
 from ..patches.naming import resolve
 from ..patches.patches import PatchSet, sample_patches
-from .recording import ImuRecording
+from .further import NOTHING, FurtherSensors, further_signals
+from .recording import FURTHER, ImuRecording
 from .sensor import SensorModel
 from .synthesis import Synthesis, synthesize
 
@@ -34,6 +35,7 @@ def record_motion(
     settings: Synthesis = AS_DEFAULT,
     sensor: SensorModel = IDEAL,
     seed: int = 0,
+    further: FurtherSensors = NOTHING,
 ) -> ImuRecording:
     """Recording of a sensor on every patch, in memory bounded by the recording itself.
 
@@ -49,6 +51,8 @@ def record_motion(
         Ideal by default.
     seed : int
         Of the sensors' errors.
+    further : FurtherSensors, optional
+        What is recorded beside acc and gyr; nothing by default.
 
     Returns
     -------
@@ -60,6 +64,7 @@ def record_motion(
     n_samples = count_resampled(n_ideal, settings.rate_hz, rate)
     acc = np.empty((n_samples, len(patches.triangles), 3), dtype=np.float32)
     gyr = np.empty_like(acc)
+    others = {name: np.empty((*acc.shape[:2], FURTHER[name]), np.float32) for name in further.record}
     transforms = skinning_transforms(body, motion)
     size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
     for start in range(0, len(patches.triangles), size):
@@ -69,6 +74,9 @@ def record_motion(
         labelled = ImuRecording(acc=ideal.acc, gyr=ideal.gyr, rate=ideal.rate, clip=motion.clip)
         read = sensor.apply(labelled, seed, first_sensor=start)
         acc[:, part], gyr[:, part] = read.acc, read.gyr
+        found = further_signals(poses, motion.rate, settings, sensor, further, motion.clip, seed, start)
+        for name, values in found.items():
+            others[name][:, part] = values
     return ImuRecording(
         acc=acc,
         gyr=gyr,
@@ -77,6 +85,7 @@ def record_motion(
         activity=motion.activity,
         subject=motion.subject,
         clip=motion.clip,
+        **others,
     )
 
 

@@ -141,6 +141,27 @@ def window_starts(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
     return _whole_windows(_prepared(recording, spec), recording, spec)
 
 
+def cut_alike(values: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
+    """Cut what was recorded beside acc and gyr into the windows that `cut_windows` makes of these.
+
+    Parameters
+    ----------
+    values : ndarray, shape (T, N, k)
+    recording : ImuRecording
+    spec : WindowSpec
+
+    Returns
+    -------
+    ndarray, shape (W, N, k, samples)
+        A view, where the recording is not shorter than a window.
+    """
+    samples = spec.samples(recording.rate)
+    starts = window_starts(recording, spec)
+    if len(values) < samples:
+        values = values[_played(len(values), samples, spec.short)[0]]
+    return np.lib.stride_tricks.sliding_window_view(values, samples, axis=0)[starts]
+
+
 def _prepared(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
     """Signals (T, N, 6) with short gaps bridged, and at least a window long."""
     samples = spec.samples(recording.rate)
@@ -202,11 +223,16 @@ def _refuse_too_short(recording: ImuRecording, spec: WindowSpec) -> None:
 
 def _extend(signals: np.ndarray, samples: int, how: ShortClips) -> np.ndarray:
     """Repeat (T, N, 6) signals, forwards and backwards in turn or as a cycle, to `samples` samples."""
-    n_frames = len(signals)
-    lap, position = np.divmod(np.arange(samples), n_frames)
-    if how == "cycle":
-        return signals[position]
-    backwards = lap % 2 == 1
-    extended = signals[np.where(backwards, n_frames - 1 - position, position)]
+    frames, backwards = _played(len(signals), samples, how)
+    extended = signals[frames]
     extended[backwards, :, 3:] *= -1.0
     return extended
+
+
+def _played(n_frames: int, samples: int, how: ShortClips) -> tuple[np.ndarray, np.ndarray]:
+    """Which frame is played at each sample, and whether backwards."""
+    lap, position = np.divmod(np.arange(samples), n_frames)
+    if how == "cycle":
+        return position, np.zeros(samples, dtype=bool)
+    backwards = lap % 2 == 1
+    return np.where(backwards, n_frames - 1 - position, position), backwards

@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensors that some parts have beside accelerometer and gyroscope: orientation, magnetometer, barometer."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..blas import multiply
+from ..filtering import count_resampled
+from ..rotations import decompose
+from . import errors
+from .earth import SEA_LEVEL_PA, magnetic_field, pressure_at
+from .errors import SensorStreams
+from .gaps import bridge
+from .recording import FURTHER
+from .sensor import ALL_CLIPS, SensorModel
+from .synthesis import CHUNK_SENSORS, Poses, Synthesis
+from .trajectory import spline_windows
+
+ORIENTATION, MAGNETOMETER, BAROMETER = FURTHER
+
+
+@dataclass(frozen=True)
+class FurtherSensors:
+    """What is recorded beside specific force and angular velocity, where, and with which errors.
+
+    Random constants are drawn anew for every sensor and clip, Gaussian, with the given value as their
+    standard deviation. A part without errors (`SensorModel.is_ideal`) has none here either.
+
+    Parameters
+    ----------
+    record : tuple of str
+        Some of "orientation", "magnetometer", "barometer".
+    features : tuple of str
+        Those of them that activities are recognised by, too.
+    latitude, longitude : float
+        Where on earth, degrees, for the magnetic field. Which way is north is drawn anew for every clip.
+    tilt_deg, heading_deg : float
+        Error of the orientation about the horizontal axes and about the vertical.
+    magnetometer_noise_ut : float
+        Standard deviation of a sample's noise, microtesla.
+    hard_iron_ut : float
+        Offset of each axis that calibration leaves, microtesla.
+    soft_iron : float
+        Error of each entry of the matrix by which magnetised parts nearby bend the field; 0.01 is one per
+        cent.
+    altitude_m : float
+        Of the floor above the sea.
+    pressure_noise_pa : float
+        Standard deviation of a sample's noise.
+    pressure_offset_pa : float
+        Offset of a sensor.
+    weather_pa : float
+        Standard deviation of the pressure at sea level, the same for all sensors of a clip.
+    """
+
+    record: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
+    latitude: float = 50.0
+    longitude: float = 10.0
+    tilt_deg: float = 0.5
+    heading_deg: float = 1.0
+    magnetometer_noise_ut: float = 0.19
+    hard_iron_ut: float = 2.0
+    soft_iron: float = 0.02
+    altitude_m: float = 0.0
+    pressure_noise_pa: float = 1.0
+    pressure_offset_pa: float = 50.0
+    weather_pa: float = 700.0
+
+    def __post_init__(self) -> None:
+        for name in (*self.record, *self.features):
+            if name not in FURTHER:
+                raise ValueError(
+                    f"what can be recorded beside acc and gyr is {', '.join(FURTHER)}, not {name!r}"
+                )
+        missing = [name for name in self.features if name not in self.record]
+        if missing:
+            raise ValueError(f"{', '.join(missing)} must be recorded to recognise activities by")
+        if not (abs(self.latitude) <= 90 and abs(self.longitude) <= 360):
+            raise ValueError(
+                f"a location has a latitude of -90 to 90 and a longitude of -180 to 180 degrees, not "
+                f"{self.latitude}, {self.longitude}"
+            )
+
+    @property
+    def sample_bytes(self) -> int:
+        """Bytes of a sample of one sensor."""
+        return 4 * sum(FURTHER[name] for name in self.record)
+
+
+NOTHING = FurtherSensors()
+
+
+def further_signals(
+    poses: Poses,
+    rate: float,
+    settings: Synthesis,
+    sensor: SensorModel,
+    further: FurtherSensors,
+    clip: str,
+    seed: int,
+    first_sensor: int = 0,
+) -> dict[str, np.ndarray]:
+    """What these sensors read on moving frames that also carry `sensor`.
+
+    Parameters
+    ----------
+    poses : ndarray, shape (T, N, 4, 4), or anything that slices like one
+    rate : float
+        Frames per second.
+    settings : Synthesis
+        Rate and band limit.
+    sensor : SensorModel
+        Whose mounting, misalignment and losses they share.
+    further : FurtherSensors
+    clip : str
+    seed : int
+    first_sensor : int
+        Number of the first sensor, where it is a part of a larger set.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (samples, N, values), float32
+        Orientation as quaternions w, x, y, z from the sensor's frame to the clip's world; the magnetic field
+        in the sensor's frame, microtesla; pressure, Pa.
+
+    Raises
+    ------
+    ValueError
+        If the sensor has a rate of its own.
+    """
+    if not further.record:
+        return {}
+    if sensor.rate_hz not in (None, settings.rate_hz):
+        raise ValueError(f"{', '.join(further.record)} cannot be recorded at a rate of the sensor's own")
+    n_frames, n_sensors = poses.shape[:2]
+    n_samples = count_resampled(n_frames, rate, settings.rate_hz)
+    signals = {name: np.empty((n_samples, n_sensors, FURTHER[name]), np.float32) for name in further.record}
+    for start in range(0, n_sensors, CHUNK_SENSORS):
+        part = slice(start, min(start + CHUNK_SENSORS, n_sensors))
+        numbers = range(first_sensor + part.start, first_sensor + part.stop)
+        turned, heights = _placed(poses[:, part], rate, settings, sensor, clip, seed, numbers)
+        for name, values in signals.items():
+            values[:, part] = _READ[name](turned, heights, sensor, further, clip, seed, numbers)
+        _lose(sensor, signals, part, settings, SensorStreams(seed, clip, numbers))
+    return signals
+
+
+def north_of(clip: str, seed: int) -> float:
+    """Turn about the vertical from the clip's world to the earth's, rad: people face any way."""
+    return float(_of_clip(clip, seed, "north").uniform(-np.pi, np.pi))
+
+
+def _of_clip(clip: str, seed: int, what: str) -> np.random.Generator:
+    digest = hashlib.sha256(f"{seed}\0{clip}\0{what}".encode()).digest()
+    return np.random.default_rng(np.frombuffer(digest[:16], dtype="<u4"))
+
+
+def _placed(
+    poses: np.ndarray,
+    rate: float,
+    settings: Synthesis,
+    sensor: SensorModel,
+    clip: str,
+    seed: int,
+    numbers: range,
+) -> tuple[Rotation, np.ndarray]:
+    """Turns from sensor to world, sample by sample and sensor by sensor, and heights (samples, n)."""
+    positions, quaternions = decompose(poses, numbers.start)
+    bridge(positions, quaternions, rate, settings.max_gap_s, numbers.start)
+    n_samples = count_resampled(poses.shape[0], rate, settings.rate_hz)
+    paths = np.concatenate([quaternions, positions[2:]])
+    sampled = np.empty((5, n_samples, poses.shape[1]))
+    for window in spline_windows(poses.shape[0], rate, settings.rate_hz, settings.band_hz):
+        frames = slice(window.frames.start, window.frames.stop)
+        sampled[:, window.samples] = multiply(window.operators[0], paths[:, frames].astype(np.float32))
+    turned = Rotation.from_quat(sampled[[1, 2, 3, 0]].transpose(1, 2, 0).reshape(-1, 4))
+    heights, n = sampled[4], poses.shape[1]
+    worn = SensorStreams(seed, clip, numbers).constants("mounting", 2, 3)
+    lasting = SensorStreams(seed, ALL_CLIPS, numbers).constants("mounting", 2, 3)
+    turned = turned * _each_sample(np.radians(sensor.fixed_misalignment_deg) * lasting[:, 0], n_samples)
+    if sensor.mounting_shift_m:
+        shifts = np.tile(sensor.mounting_shift_m * worn[:, 1], (n_samples, 1))
+        heights = heights + turned.apply(shifts)[:, 2].reshape(n_samples, n)
+    return turned * _each_sample(np.radians(sensor.mounting_turn_deg) * worn[:, 0], n_samples), heights
+
+
+def _each_sample(turns: np.ndarray, n_samples: int) -> Rotation:
+    return Rotation.from_rotvec(np.tile(turns, (n_samples, 1)))
+
+
+def _streams(clip: str, seed: int, name: str, numbers: range) -> SensorStreams:
+    """Streams of their own, so that what acc and gyr draw stays as it was."""
+    return SensorStreams(seed, f"{clip}\0{name}", numbers)
+
+
+def _orientation(
+    turned: Rotation, heights: np.ndarray, sensor: SensorModel, further: FurtherSensors,
+    clip: str, seed: int, numbers: range,
+) -> np.ndarray:  # fmt: skip
+    if not sensor.is_ideal:
+        drawn = _streams(clip, seed, ORIENTATION, numbers).normal("constants", 3)
+        wrong = np.radians([further.tilt_deg, further.tilt_deg, further.heading_deg]) * drawn
+        turned = _each_sample(wrong, len(heights)) * turned
+    found = turned.as_quat()[:, [3, 0, 1, 2]].reshape(*heights.shape, 4)
+    flips = np.sign((found[1:] * found[:-1]).sum(axis=2))
+    found[1:] *= np.cumprod(np.where(flips < 0, -1, 1), axis=0)[..., None]
+    return found
+
+
+def _magnetometer(
+    turned: Rotation, heights: np.ndarray, sensor: SensorModel, further: FurtherSensors,
+    clip: str, seed: int, numbers: range,
+) -> np.ndarray:  # fmt: skip
+    field = Rotation.from_rotvec([0, 0, north_of(clip, seed)]).apply(
+        magnetic_field(further.latitude, further.longitude)
+    )
+    read = turned.inv().apply(field).reshape(*heights.shape, 3)
+    if sensor.is_ideal:
+        return read
+    streams = _streams(clip, seed, MAGNETOMETER, numbers)
+    drawn = streams.normal("constants", 12)
+    iron = np.eye(3) + further.soft_iron * drawn[:, 3:].reshape(-1, 3, 3)
+    noise = streams.normal("acc noise", 3, len(heights)).transpose(2, 0, 1)
+    read = np.einsum("nij,tnj->tni", iron, read) + further.hard_iron_ut * drawn[:, :3]
+    return read + further.magnetometer_noise_ut * noise
+
+
+def _barometer(
+    _turned: Rotation, heights: np.ndarray, sensor: SensorModel, further: FurtherSensors,
+    clip: str, seed: int, numbers: range,
+) -> np.ndarray:  # fmt: skip
+    above_sea = further.altitude_m + heights
+    if sensor.is_ideal:
+        return pressure_at(above_sea)[..., None]
+    weather = further.weather_pa * _of_clip(clip, seed, "weather").normal()
+    streams = _streams(clip, seed, BAROMETER, numbers)
+    offset = further.pressure_offset_pa * streams.normal("constants", 1)[:, 0]
+    noise = further.pressure_noise_pa * streams.normal("acc noise", len(heights)).T
+    return (pressure_at(above_sea, SEA_LEVEL_PA + weather) + offset + noise)[..., None]
+
+
+_READ = {ORIENTATION: _orientation, MAGNETOMETER: _magnetometer, BAROMETER: _barometer}
+
+
+def _lose(
+    sensor: SensorModel,
+    signals: dict[str, np.ndarray],
+    part: slice,
+    settings: Synthesis,
+    streams: SensorStreams,
+) -> None:
+    """Lose the samples that acc and gyr lose, in place."""
+    if not sensor.drop_fraction:
+        return
+    n_samples = len(next(iter(signals.values())))
+    mean_length = max(1.0, sensor.drop_duration_s * settings.rate_hz)
+    for number, generator in zip(range(part.start, part.stop), streams.generators("drops"), strict=True):
+        kept = errors.kept_samples(generator, n_samples, sensor.drop_fraction, mean_length)
+        for values in signals.values():
+            errors.lose(values[:, number].T, kept, sensor.dropped)
