@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""glTF through Blender's importer."""
+"""glTF, and VRM, which is made of it, through Blender's importer."""
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 import bpy
 
 from ..core.motion.gltf_check import check_gltf
+from ..core.motion.vrm import VRM_SUFFIXES, as_plain_glb
 
 GLTF_RATE = 60
 """Frames per second that glTF is read at: it has times, no rate."""
@@ -19,9 +21,16 @@ def import_gltf(path: Path) -> None:
     Raises
     ------
     UnusableMotion
-        If it is damaged, of another version, or lies in several files.
+        If it is damaged, of another version, lies in several files, or is no VRM though named as one.
     """
-    check_gltf(path)
+    is_vrm = path.suffix.lower() in VRM_SUFFIXES
+    check_gltf(path, skin=not is_vrm)
     render = bpy.context.scene.render
     render.fps, render.fps_base = GLTF_RATE, 1.0
-    bpy.ops.import_scene.gltf(filepath=str(path))
+    if not is_vrm:
+        bpy.ops.import_scene.gltf(filepath=str(path))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, "vrm.glb")
+        plain.write_bytes(as_plain_glb(path))
+        bpy.ops.import_scene.gltf(filepath=str(plain))

@@ -18,6 +18,7 @@ from ..core.motion.repair import repaired
 from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
 from ..core.motion.stillness import is_pose, motion_amount, refuse_pose
+from ..core.motion.usd_check import USD_SUFFIXES, check_usd
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
 from .gltf import import_gltf
 from .importers import check_fbx, import_fault
@@ -55,7 +56,7 @@ def read_clip(path: str | Path) -> SourceMotion:
     Parameters
     ----------
     path : str or Path
-        An FBX, BVH or glTF file.
+        An FBX, BVH, glTF, VRM or USD file.
 
     Returns
     -------
@@ -94,7 +95,7 @@ def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
 
 
 def import_file(path: Path) -> None:
-    """Import an FBX, BVH or glTF file with Blender's importer into the open scene.
+    """Import an FBX, BVH, glTF, VRM or USD file with Blender's importer into the open scene.
 
     Raises
     ------
@@ -111,6 +112,8 @@ def import_file(path: Path) -> None:
             bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
         elif kind in GLTF_SUFFIXES:
             import_gltf(path)
+        elif kind in USD_SUFFIXES:
+            _import_usd(path)
         else:
             raise UnusableMotion(
                 f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
@@ -223,6 +226,17 @@ def _import_fbx(path: Path) -> None:
         bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
     else:
         bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
+
+
+def _import_usd(path: Path) -> None:
+    """Blender's importer, at the file's own time codes a second, which it does not take over."""
+    if "usd_import" not in dir(bpy.ops.wm):
+        raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
+    rate = check_usd(path)
+    render = bpy.context.scene.render
+    render.fps = max(1, round(rate))
+    render.fps_base = render.fps / rate
+    bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)
 
 
 def _has_cpp_importer() -> bool:

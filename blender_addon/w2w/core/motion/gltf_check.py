@@ -16,8 +16,14 @@ JSON_CHUNK = 0x4E4F534A
 MAX_JSON_BYTES = 256 * 2**20
 
 
-def check_gltf(path: Path) -> None:
+def check_gltf(path: Path, skin: bool = True) -> None:
     """Refuse a glTF file that is damaged, moves nothing, or reads other files.
+
+    Parameters
+    ----------
+    path : Path
+    skin : bool
+        Whether it must have one.
 
     Raises
     ------
@@ -42,7 +48,7 @@ def check_gltf(path: Path) -> None:
                 raise UnusableMotion(f"its {kind} lie in other files: save it as one file, .glb")
     if not _items(content, "animations"):
         raise UnusableMotion("it holds no animation")
-    if not _items(content, "skins"):
+    if skin and not _items(content, "skins"):
         raise UnusableMotion("it holds no skeleton (skin)")
 
 
@@ -56,7 +62,7 @@ def _items(content: dict[str, Any], kind: str) -> list[dict[str, Any]]:
 def _json_of(path: Path, size: int, head: bytes) -> bytes:
     """The JSON of a .gltf, or of the first chunk of a .glb."""
     if not head.startswith(MAGIC):
-        if path.suffix.lower() == ".glb":
+        if path.suffix.lower() != ".gltf":
             raise ValueError("it does not begin as one")
         if size > MAX_JSON_BYTES:
             raise ValueError("it is too large")

@@ -17,10 +17,14 @@ from .asf_amc import AMC_SUFFIX
 from .joint_files import ARRAY_SUFFIXES, TEXT_SUFFIXES, may_hold_joints
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .mvnx import MVNX_SUFFIX
+from .usd_check import USD_SUFFIXES
+from .vrm import VRM_SUFFIXES
 
-GLTF_SUFFIXES = (".glb", ".gltf")
+GLTF_SUFFIXES = (".glb", ".gltf", *VRM_SUFFIXES)
 
-MOTION_SUFFIXES = (".fbx", ".bvh", *GLTF_SUFFIXES, ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES)
+MOTION_SUFFIXES = (
+    ".fbx", ".bvh", *GLTF_SUFFIXES, *USD_SUFFIXES, ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES,
+)  # fmt: skip
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
 WORK_FOLDER = ".w2w"
