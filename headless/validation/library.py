@@ -18,17 +18,15 @@ from w2w.core.ranking.inputs import as_blocks
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
+from w2w.core.validation.across_sources import AcrossSources, across_sources, between_sources
 from w2w.core.validation.library_names import RULES
+from w2w.core.validation.library_repeats import Repeats, repeats
 from w2w.core.validation.protocol import first_rule
 from w2w.core.validation.source_test import told_sources
 from w2w.core.validation.within_sources import (
     MixedWindows,
-    Repeats,
     SourcedMap,
-    across_sources,
-    between_sources,
     rank_within_sources,
-    repeats,
 )
 
 LABELS = "labels.csv"
@@ -148,7 +146,7 @@ class LibraryFindings:
         Rho of an activity's maps in different sources.
     told : dict of str to UtilityMap
         How well sources are told within an activity.
-    across : UtilityMap or None
+    across : AcrossSources or None
         One source left out at a time; None where no two activities allow it.
     """
 
@@ -161,7 +159,7 @@ class LibraryFindings:
     curve_activities: tuple[str, ...]
     between: dict[str, float]
     told: dict[str, UtilityMap]
-    across: UtilityMap | None
+    across: AcrossSources | None
 
 
 def study_library(
@@ -206,7 +204,7 @@ def study_library(
     return LibraryFindings(windows, within, at_once, whole, whole_at_once, curve, many, between, told, across)
 
 
-def _across(windows: MixedWindows, seed: int) -> UtilityMap | None:
+def _across(windows: MixedWindows, seed: int) -> AcrossSources | None:
     """One source left out at a time; None where no two activities are shown by two sources."""
     try:
         return across_sources(windows, seed)

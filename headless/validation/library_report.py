@@ -11,6 +11,8 @@ import numpy as np
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import json_number, write_json, write_text
 from w2w.core.ranking.reliability import WANTED, clips_needed
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.validation.library_repeats import MeansAgree
 
 from .library import ENOUGH, LibraryFindings
 
@@ -31,7 +33,7 @@ def write_library(out: Path, found: LibraryFindings) -> str:
     write_text(out / TABLE, csv_text([list(rows[0]), *([_plain(v) for v in row.values()] for row in rows)]))
     write_json(out / CONTENT, _content(found, rows))
     lines = ["# A library of several sources", "", *_sizes(found), "", *_whole(found), ""]
-    lines += [verdict(found), "", *_activities(rows), "", *_curve(found)]
+    lines += [verdict(found), "", *_means(found), "", *_activities(rows), "", *_across(found), *_curve(found)]
     if found.curve:
         from .figures import curve_figure  # matplotlib is slow to import
 
@@ -127,14 +129,46 @@ def _whole(found: LibraryFindings) -> list[str]:
         before = " | ".join(_two(float(cell)) for cell in (mean.max(), mean.mean(), _mean(again.f1)))
         after = f"{_two(_mean(again.raw))} | {_two(again.mean_by_activity)}"
         lines.append(f"| {name} | {len(ranked.activities)} | {before} | {_spread(again.mean)} | {after} |")
-    if found.across is not None:
-        mean = found.across.mean
-        lines += [
-            "",
-            f"One source left out at a time, {len(found.across.activities)} activities that several sources "
-            f"show: F1 {mean.max():.2f} at the best patch, {mean.mean():.2f} over all.",
-        ]
     return lines
+
+
+def _means(found: LibraryFindings) -> list[str]:
+    """How far two ways to average all activities repeat, with all sources and less one."""
+    again = found.repeats
+    lines = ["| sources | rho of halves, mean over activities | mean over sources |", "|---|---|---|"]
+    lines.append(f"| all | {_spread(again.mean)} | {_spread(again.of_sources)} |")
+    for source, pairs in again.left_out.items():
+        lines.append(f"| less {source} | {' | '.join(_spread(rho) for rho in np.array(pairs).T)} |")
+    return [*lines, "", "Mean over sources: each source's map is the mean over its own activities."]
+
+
+def _across(found: LibraryFindings) -> list[str]:
+    """Activities that several sources show, where their source was never seen."""
+    if found.across is None:
+        return ["No two activities are shown by two sources each.", ""]
+    unseen, seen, sources = found.across
+    lines = [
+        f"One source left out at a time, the {len(unseen.activities)} activities that several sources show; "
+        f"beside it the same windows, performers left out:",
+        "",
+        "| activity | motions | F1, source never seen: best patch | mean | F1, performer never seen: best "
+        "patch | mean |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name in unseen.activities:
+        motions = ", ".join(f"{source} {count}" for source, count in sources[name].items())
+        lines.append(
+            f"| {name} | {motions} | {_best_and_mean(unseen, name)} | {_best_and_mean(seen, name)} |"
+        )
+    means = " | ".join(f"{ranked.mean.max():.2f} | {ranked.mean.mean():.2f}" for ranked in (unseen, seen))
+    return [*lines, f"| **all** | | {means} |", ""]
+
+
+def _best_and_mean(ranked: UtilityMap, activity: str) -> str:
+    if activity not in ranked.activities:
+        return " | "
+    f1 = ranked.f1[:, ranked.activities.index(activity)]
+    return f"{f1.max():.2f} | {f1.mean():.2f}"
 
 
 def _activities(rows: list[dict[str, Any]]) -> list[str]:
@@ -176,6 +210,16 @@ def _content(found: LibraryFindings, rows: list[dict[str, Any]]) -> dict[str, An
         "rho_of_halves_by_halving": [_plain(float(rho)) for rho in found.repeats.mean],
         "rho_of_halves_by_raw_f1": _plain(_mean(found.repeats.raw)),
         "rho_of_halves_by_activity": _plain(found.repeats.mean_by_activity),
+        "rho_of_halves_by_source_means": _plain(_mean(found.repeats.of_sources)),
+        "rho_of_halves_by_source_means_by_halving": [_plain(float(r)) for r in found.repeats.of_sources],
+        "rho_of_halves_less_a_source": {
+            source: {
+                name: [_plain(float(rho)) for rho in values]
+                for name, values in zip(MeansAgree._fields, zip(*pairs, strict=True), strict=True)
+            }
+            for source, pairs in found.repeats.left_out.items()
+        },
+        "source_never_seen": _across_content(found),
         "rho_of_halves_all_at_once": _plain(_mean(found.repeats_at_once.mean)),
         "sentence": verdict(found),
         "curve": [
@@ -189,6 +233,23 @@ def _content(found: LibraryFindings, rows: list[dict[str, Any]]) -> dict[str, An
             for size, *values in zip(sizes, mean, by_activity, f1, strict=True)
         ],
         "left_out": found.within.left_out,
+    }
+
+
+def _across_content(found: LibraryFindings) -> dict[str, Any] | None:
+    if found.across is None:
+        return None
+    unseen, seen, sources = found.across
+    return {
+        "activities": {
+            name: {
+                "motions": sources[name],
+                "f1_source_never_seen": _plain(float(unseen.f1[:, number].mean())),
+            }
+            for number, name in enumerate(unseen.activities)
+        },
+        "macro_f1_source_never_seen": _plain(float(unseen.mean.mean())),
+        "macro_f1_performer_never_seen": _plain(float(seen.mean.mean())),
     }
 
 

@@ -1,42 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Activities compared within their source: the source is no help, and halves share no performer."""
+"""Activities compared within their source: the source is no help, and no performer is seen before."""
 
 import numpy as np
 import pytest
 
-from w2w.core.ranking.inputs import ArrayBlocks
-from w2w.core.validation.within_sources import (
-    MixedWindows,
-    across_sources,
-    between_sources,
-    rank_within_sources,
-    repeats,
-)
+from w2w.core.validation.across_sources import between_sources
+from w2w.core.validation.within_sources import rank_within_sources
 
-PATCHES, GOOD = 12, 4
-"""Of so many patches the first few tell activities apart."""
-
-
-def windows(activities_of, performers=4, clips=3, source_shift=0.0, signal=2.5, seed=0):
-    """Each performer shows each activity of their source some times; sources differ by a shift."""
-    rng = np.random.default_rng(seed)
-    rows = [
-        (activity, source, f"{source} {who}", f"{source} {who} {activity} {clip}")
-        for source, activities in activities_of.items()
-        for activity in activities
-        for who in range(performers)
-        for clip in range(clips)
-    ]
-    activity, source, performer, motion = np.array(rows).T
-    features = rng.normal(size=(len(rows), PATCHES, 8)).astype(np.float32)
-    for number, name in enumerate(np.unique(activity)):
-        features[activity == name, :GOOD, number] += signal
-    for number, name in enumerate(np.unique(source)):
-        features[source == name, :, 6 + number] += source_shift
-    return MixedWindows(ArrayBlocks(features), activity, motion, source, performer, np.ones(len(rows), bool))
-
-
-APART = {"film": ("a", "b"), "lab": ("c", "d")}
+from .mixed_library import APART, GOOD, PATCHES, windows
 
 
 def test_the_source_raises_no_score():
@@ -83,34 +54,9 @@ def test_one_performer_is_never_trained_on_and_tested():
     assert rank_within_sources(made).f1.mean() < 0.7
 
 
-def test_halves_agree_where_there_is_a_map_and_not_where_there_is_none():
-    shape = {"film": ("a", "b", "c"), "lab": ("a", "d")}
-    real = repeats(windows(shape, performers=8, signal=1.5), halvings=3)
-    assert real.mean.shape == (3,)
-    assert real.mean.mean() > 0.6
-    assert set(real.by_activity) == {"a", "b", "c", "d"}
-    assert real.mean_by_activity > 0.4
-    noise = repeats(windows(shape, performers=8, signal=0.0), halvings=3)
-    assert noise.mean.mean() < 0.4
-    assert noise.f1.mean() < real.f1.mean()
-
-
-def test_fewer_clips_repeat_less():
-    made = windows({"film": ("a", "b", "c")}, performers=8, clips=6, signal=0.9)
-    few, many = (repeats(made, halvings=4, clips=clips) for clips in (3, 20))
-    assert few.f1.mean() < many.f1.mean()
-    assert few.mean.mean() < many.mean.mean()
-
-
-def test_performers_who_cannot_be_halved_give_no_number():
-    found = repeats(windows(APART, performers=2), halvings=2)
-    assert np.isnan(found.mean).all()
-
-
-def test_one_source_is_left_out_at_a_time():
-    made = windows({"film": ("a", "b", "c"), "lab": ("a", "b")}, source_shift=1.0)
-    found = across_sources(made)
-    assert found.activities == ("a", "b")  # c has one source
-    assert found.protocol == "leave one of 2 subjects out"
-    with pytest.raises(ValueError, match="two activities"):
-        across_sources(windows(APART))
+def test_a_map_without_one_source_is_that_of_the_others():
+    found = rank_within_sources(windows({"film": ("a", "b", "c"), "lab": ("a", "b")}))
+    less = found.without("film")
+    assert less.activities == ("a", "b")
+    np.testing.assert_array_equal(less.f1, found.parts["lab"].f1)
+    assert less.without("lab") is None

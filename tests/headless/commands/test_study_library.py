@@ -67,7 +67,9 @@ def test_the_page_says_how_far_the_map_repeats(studied):
     assert "| film | 8 | 4 | 2 |" in page
     assert "| within each source | 2 |" in page
     assert "No learning curve: fewer than two activities have 20 clips." in page
-    assert "One source left out at a time, 2 activities that several sources show" in page
+    assert "One source left out at a time, the 2 activities that several sources show" in page
+    assert "| fast | film 4, lab 4 | " in page
+    assert "| less film | " in page
     assert not (out / "library_curve.png").exists()
     assert "Maps of disjoint halves of the performers agree at rho" in " ".join(told.split())
 

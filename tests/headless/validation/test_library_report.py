@@ -9,12 +9,20 @@ import pytest
 from headless.validation.library import LibraryFindings
 from headless.validation.library_report import verdict, write_library
 from w2w.core.ranking.inputs import ArrayBlocks
-from w2w.core.validation.within_sources import MixedWindows, Repeats, rank_within_sources
+from w2w.core.validation.library_repeats import MeansAgree, Repeats
+from w2w.core.validation.within_sources import MixedWindows, rank_within_sources
 
 
 def again(*rho):
     values = np.array(rho)
-    return Repeats(values, {"jump": values - 0.1, "wave": values}, values / 5, np.full(len(values), 0.6))
+    return Repeats(
+        values,
+        {"jump": values - 0.1, "wave": values},
+        values / 5,
+        np.full(len(values), 0.6),
+        values + 0.05,
+        {"film": [MeansAgree(one, one / 2) for one in rho]},
+    )
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +54,15 @@ def test_the_page_its_curve_and_its_values_agree(findings, tmp_path):
     assert "| 3 | 0.30 | 0.25 | 0.60 |" in page
     assert "| 5 | 0.50 | 0.45 | 0.60 |" in page
     assert "0.70 (0.60 to 0.80) | 0.14 | 0.65 |" in page
+    assert "| all | 0.70 (0.60 to 0.80) | 0.75 (0.65 to 0.85) |" in page
+    assert "| less film | 0.70 (0.60 to 0.80) | 0.35 (0.30 to 0.40) |" in page
+    assert "No two activities are shown by two sources each." in page
     assert (tmp_path / "library_curve.png").read_bytes().startswith(b"\x89PNG")
     content = json.loads((tmp_path / "library.json").read_text())
     assert content["rho_of_halves_by_halving"] == [0.6, 0.8]
+    assert content["rho_of_halves_by_source_means"] == 0.75
+    assert content["rho_of_halves_less_a_source"]["film"]["of_sources"] == [0.3, 0.4]
+    assert content["source_never_seen"] is None
     assert content["curve"][1] == {"clips": 5, "rho_of_halves": 0.5, "rho_by_activity": 0.45, "f1": 0.6}
     assert content["activities"][0]["rho_between_sources"] is None
     assert (

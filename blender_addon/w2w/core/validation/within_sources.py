@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rank a library of several sources source by source, and see how far its map repeats.
+"""Rank a library of several sources source by source.
 
 Simulated sensors recognise the source of a clip. Compared with clips of its own source alone, an activity
 cannot be told by its source; its score is the mean over the sources that show it.
@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..ranking.agreement import spearman_rows
-from ..ranking.halves import deal_halves
 from ..ranking.inputs import PatchBlocks, SomeWindows
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap, utility_map
@@ -100,32 +98,10 @@ class SourcedMap:
         """The sources in which an activity was compared with others."""
         return [source for source, found in self.parts.items() if activity in found.activities]
 
-
-@dataclass(frozen=True, eq=False)
-class Repeats:
-    """How far maps of disjoint halves of the performers agree, over several halvings.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (H,)
-        Spearman's rho of the mean over activities.
-    by_activity : dict of str to ndarray, shape (H,)
-        NaN where a half could not test the activity.
-    raw : ndarray, shape (H,)
-        Spearman's rho of macro F1, neither pooled over the skin nor shrunk.
-    f1 : ndarray, shape (H,)
-        Macro F1 of a half, at its best patch, as the other half's best patch delivers it.
-    """
-
-    mean: np.ndarray
-    by_activity: dict[str, np.ndarray]
-    raw: np.ndarray
-    f1: np.ndarray
-
-    @property
-    def mean_by_activity(self) -> float:
-        """Mean rho over activities and halvings."""
-        return float(np.nanmean(list(self.by_activity.values())))
+    def without(self, source: str) -> SourcedMap | None:
+        """The map of the other sources; None where there are none."""
+        others = {name: found for name, found in self.parts.items() if name != source}
+        return sourced_map(others, self.left_out) if others else None
 
 
 def rank_within_sources(
@@ -147,6 +123,11 @@ def rank_within_sources(
             left_out[source] = str(error)
     if not parts:
         raise ValueError("; ".join(f"{source}: {why}" for source, why in left_out.items()))
+    return sourced_map(parts, left_out)
+
+
+def sourced_map(parts: dict[str, UtilityMap], left_out: dict[str, str]) -> SourcedMap:
+    """The map of activities, each the mean over the sources whose maps hold it."""
     activities = tuple(sorted({name for found in parts.values() for name in found.activities}))
     expected, f1 = (
         np.stack([_mean_over(parts, name, kind) for name in activities], axis=1)
@@ -175,95 +156,3 @@ def _mean_over(parts: dict[str, UtilityMap], activity: str, kind: str) -> np.nda
         ],
         axis=0,
     )
-
-
-def repeats(
-    windows: MixedWindows,
-    pooling: Pooling | None = None,
-    halvings: int = 4,
-    clips: int | None = None,
-    seed: int = 0,
-) -> Repeats:
-    """Compare the maps of disjoint halves of the performers of every source.
-
-    Parameters
-    ----------
-    windows : MixedWindows
-    pooling : Pooling, optional
-    halvings : int
-    clips : int, optional
-        Motions of each activity in a half, over as many performers as there are; all where not given.
-    seed : int
-    """
-    pairs = np.char.add(np.char.add(windows.source, "\n"), windows.activity)
-    labels = np.unique(pairs, return_inverse=True)[1].ravel()
-    names = sorted(set(windows.activity.tolist()))
-    mean, raw, f1 = (np.full(halvings, np.nan) for _ in range(3))
-    by_activity = {name: np.full(halvings, np.nan) for name in names}
-    for number, side in enumerate(deal_halves(labels, windows.performer, seed, halvings)):
-        halves = [windows.part(side), windows.part(~side)]
-        if clips is not None:
-            halves = [_drawn(half, clips, seed + number) for half in halves]
-        try:
-            one, other = (rank_within_sources(half, pooling, seed) for half in halves)
-        except ValueError:
-            continue  # a half in which nothing can be compared says nothing of the other
-        shared = [name for name in one.activities if name in other.activities]
-        if not shared:
-            continue
-        maps = one.of(shared), other.of(shared)
-        for name, rho in zip(shared, _agreement(*(found.T for found in maps)), strict=True):
-            by_activity[name][number] = rho
-        mean[number] = _agreement(*(found.mean(axis=1)[None] for found in maps))[0]
-        raw[number] = _agreement(*(found.of(shared, "f1").mean(axis=1)[None] for found in (one, other)))[0]
-        best = [int(found.expected.mean(axis=1).argmax()) for found in (one, other)]
-        f1[number] = np.mean([other.f1[best[0]].mean(), one.f1[best[1]].mean()])
-    return Repeats(mean, by_activity, raw, f1)
-
-
-def _agreement(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Rho of each row; a flat map agrees with none."""
-    return np.nan_to_num(spearman_rows(first, second))
-
-
-def _drawn(windows: MixedWindows, clips: int, seed: int) -> MixedWindows:
-    """So many motions of each activity at most, from its performers in turn."""
-    rng = np.random.default_rng([seed, clips])
-    kept = np.zeros(len(windows.activity), dtype=bool)
-    for name in np.unique(windows.activity):
-        here = windows.activity == name
-        motions, first = np.unique(windows.motion[here], return_index=True)
-        order = rng.permutation(len(motions))
-        performer = windows.performer[here][first][order]
-        turn = np.array([(performer[:place] == who).sum() for place, who in enumerate(performer.tolist())])
-        chosen = motions[order][np.argsort(turn, kind="stable")[:clips]]
-        kept |= here & np.isin(windows.motion, chosen)
-    return windows.part(kept)
-
-
-def between_sources(found: SourcedMap) -> dict[str, float]:
-    """Rho between the maps of an activity in different sources, the mean over their pairs."""
-    rho = {}
-    for name in found.activities:
-        maps = [part.expected_f1[:, part.activities.index(name)] for part in
-                (found.parts[source] for source in found.sources_of(name))]  # fmt: skip
-        pairs = [(a, b) for number, a in enumerate(maps) for b in maps[number + 1 :]]
-        if pairs:
-            rho[name] = float(np.mean([_agreement(a[None], b[None])[0] for a, b in pairs]))
-    return rho
-
-
-def across_sources(windows: MixedWindows, seed: int = 0) -> UtilityMap:
-    """Leave one source out at a time: train on the others, test on it.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two activities are shown by two sources; the message says why.
-    """
-    sources = windows.count("source")
-    kept = windows.part(np.isin(windows.activity, [name for name, count in sources.items() if count > 1]))
-    return utility_map(
-        kept.inputs, kept.activity, kept.motion, kept.source, kept.is_test,
-        sorted(set(kept.activity.tolist())), seed=seed, resamples=RESAMPLES, halvings=0,
-    )  # fmt: skip
