@@ -59,7 +59,7 @@ Record = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
-Features = Annotated[
+RecogniseBy = Annotated[
     str,
     typer.Option(help="Recognise by these, too, of those that --record names.", rich_help_panel=PANEL),
 ]
@@ -74,7 +74,7 @@ AS_LOCATED = f"{FurtherSensors().latitude:g},{FurtherSensors().longitude:g}"
 
 
 def further_sensors(record: str, features: str, location: str) -> FurtherSensors:
-    """`--record`, `--features` and `--location` as `FurtherSensors`.
+    """`--record`, `--recognise-by` and `--location` as `FurtherSensors`.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def further_sensors(record: str, features: str, location: str) -> FurtherSensors
     try:
         return FurtherSensors(_names(record), _names(features), latitude, longitude)
     except ValueError as error:
-        raise ValueError(f"--record, --features, --location: {error}") from error
+        raise ValueError(f"--record, --recognise-by, --location: {error}") from error
 
 
 def _names(text: str) -> tuple[str, ...]:

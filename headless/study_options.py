@@ -49,9 +49,9 @@ from .signal_options import (
     AS_LOCATED,
     Band,
     Convention,
-    Features,
     Location,
     Rate,
+    RecogniseBy,
     Record,
     RootBand,
     Sensor,
@@ -93,7 +93,7 @@ class StudyOptions:
     root_band: RootBand = None
     convention: Convention = AS_DEFAULT.convention
     record: Record = ""
-    features: Features = ""
+    recognise_by: RecogniseBy = ""
     location: Location = AS_LOCATED
     window: Window = 2.0
     stride: Stride = None
@@ -159,7 +159,7 @@ class StudyOptions:
             placements=tuple(read_placements(self.placements).items()) if self.placements else (),
             synthesis=synthesis_settings(self.rate, self.band, self.convention),
             root_band_hz=self.root_band,
-            further=further_sensors(self.record, self.features, self.location),
+            further=further_sensors(self.record, self.recognise_by, self.location),
             **sensor_settings(self.sensor),
             windows=window_spec(self.window, self.stride),
             classifier=self.classifier,
