@@ -25,42 +25,11 @@ from w2w.core.ranking.utility import unavailable
 from w2w.core.ranking.weights import read_weights
 from w2w.core.study import StudyConfig
 
-from .options import (
-    Background,
-    Classifier,
-    Costs,
-    EveryActivity,
-    Features,
-    Forbid,
-    MaxPlaces,
-    Must,
-    Only,
-    Weights,
-    parse_bodies,
-    parse_wishes,
-    words,
-)
-from .pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
+from . import options, pose_options, signal_options, window_options
 from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
 from .runs.workers import Engine
-from .signal_options import (
-    AS_DEFAULT,
-    AS_LOCATED,
-    Band,
-    Convention,
-    Location,
-    Rate,
-    RecogniseBy,
-    Record,
-    RootBand,
-    Sensor,
-    further_sensors,
-    sensor_settings,
-    synthesis_settings,
-)
 from .stopping import STOPPED, say_for_machines
-from .window_options import Stride, Window, window_spec
 
 
 @dataclass(frozen=True)
@@ -87,27 +56,27 @@ class StudyOptions:
             "on the body at rest, z up, soles at z = 0)."
         ),
     ] = None
-    rate: Rate = 50.0
-    sensor: Sensor = DEFAULT_SENSOR
-    band: Band = AS_DEFAULT.cutoff_hz
-    root_band: RootBand = None
-    convention: Convention = AS_DEFAULT.convention
-    record: Record = ""
-    recognise_by: RecogniseBy = ""
-    location: Location = AS_LOCATED
-    window: Window = 2.0
-    stride: Stride = None
-    classifier: Classifier = "ridge"
-    features: Features = SUMMARY
+    rate: signal_options.Rate = 50.0
+    sensor: signal_options.Sensor = DEFAULT_SENSOR
+    band: signal_options.Band = signal_options.AS_DEFAULT.cutoff_hz
+    root_band: signal_options.RootBand = None
+    convention: signal_options.Convention = signal_options.AS_DEFAULT.convention
+    record: signal_options.Record = ""
+    recognise_by: signal_options.RecogniseBy = ""
+    location: signal_options.Location = signal_options.AS_LOCATED
+    window: window_options.Window = 2.0
+    stride: window_options.Stride = None
+    classifier: options.Classifier = "ridge"
+    features: options.Features = SUMMARY
     target: Annotated[float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")] = 0.90
-    every_activity: EveryActivity = 0.0
-    background: Background = ""
-    weights: Weights = None
-    only: Only = ""
-    forbid: Forbid = ""
-    must: Must = ""
-    max_places: MaxPlaces = None
-    costs: Costs = None
+    every_activity: options.EveryActivity = 0.0
+    background: options.Background = ""
+    weights: options.Weights = None
+    only: options.Only = ""
+    forbid: options.Forbid = ""
+    must: options.Must = ""
+    max_places: options.MaxPlaces = None
+    costs: options.Costs = None
     augment: Annotated[
         str,
         typer.Option(
@@ -131,10 +100,10 @@ class StudyOptions:
         list[Path] | None,
         typer.Option(help="Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable."),
     ] = None
-    pose_rate: PoseRate = None
-    pose_unit: PoseUnit = ""
-    pose_up: PoseUp = ""
-    pose_joints: PoseJoints = ""
+    pose_rate: pose_options.PoseRate = None
+    pose_unit: pose_options.PoseUnit = ""
+    pose_up: pose_options.PoseUp = ""
+    pose_joints: pose_options.PoseJoints = ""
     clip_limit: Annotated[float, typer.Option(min=1, help="Time limit per clip, seconds.")] = LIMIT_S
     clip_memory: Annotated[float, typer.Option(min=0.5, help="Memory limit per clip, GiB.")] = MEMORY / 2**30
     scheduler: Annotated[
@@ -157,11 +126,11 @@ class StudyOptions:
         config = StudyConfig(
             patches=self.patches,
             placements=tuple(read_placements(self.placements).items()) if self.placements else (),
-            synthesis=synthesis_settings(self.rate, self.band, self.convention),
+            synthesis=signal_options.synthesis_settings(self.rate, self.band, self.convention),
             root_band_hz=self.root_band,
-            further=further_sensors(self.record, self.recognise_by, self.location),
-            **sensor_settings(self.sensor),
-            windows=window_spec(self.window, self.stride),
+            further=signal_options.further_sensors(self.record, self.recognise_by, self.location),
+            **signal_options.sensor_settings(self.sensor),
+            windows=window_options.window_spec(self.window, self.stride),
             classifier=self.classifier,
             features=self.features,
             augmentation=parse_augmentation(self.augment, self.copies),
@@ -169,10 +138,10 @@ class StudyOptions:
             by_subject=self.by_subject,
             target=self.target,
             every_activity=self.every_activity,
-            background=words(self.background),
+            background=options.words(self.background),
             weights=read_weights(self.weights) if self.weights else (),
             max_places=self.max_places,
-            constraints=parse_wishes(self.only, self.forbid, self.must, self.costs),
+            constraints=options.parse_wishes(self.only, self.forbid, self.must, self.costs),
             seed=self.seed,
             title=self.title.strip(),
         )
@@ -188,7 +157,7 @@ class StudyOptions:
         ValueError
             If a description is not understood.
         """
-        return parse_bodies(self.bodies)
+        return options.parse_bodies(self.bodies)
 
     def engine(self) -> Engine:
         """Who does the clips, and how they are read.
@@ -198,7 +167,7 @@ class StudyOptions:
         ValueError, OSError
             If a bone map or a fact of joint positions is wrong.
         """
-        pose = pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
+        pose = pose_options.pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
         bone_maps = tuple(BoneMap.load(path) for path in self.bone_map or ())
         memory = round(self.clip_memory * 2**30)
         return Engine(self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose)
