@@ -56,14 +56,8 @@ _minus_items: list[tuple[str, str, str, int]] = []
 
 def sensor_items() -> list[tuple[str, str, str]]:
     """Sensor presets for a menu, then a part of one's own."""
-    presets = [
-        (
-            name,
-            SENSOR_NAMES.get(name, name.upper() if len(name) < 10 else name.title()),
-            f"Signals as of {name}",
-        )
-        for name in PRESETS
-    ]
+    spelled = {name: name.upper() if len(name) < 10 else name.title() for name in PRESETS} | SENSOR_NAMES
+    presets = [(name, spelled[name], f"Signals as of {name}") for name in PRESETS]
     return [*presets, (OWN, "Own Part", "A part of your own: its figures stand under Sensor and Bands")]
 
 

@@ -182,8 +182,7 @@ class UtilityMap:
         content["left_out"] = json.loads(content["left_out"].item())
         content["level"], content["can_rank"] = float(content["level"]), bool(content["can_rank"])
         content["reliability"] = float(content["reliability"])
-        content["classifier"] = content["classifier"].item()
-        content["protocol"] = content["protocol"].item()
+        content |= {name: content[name].item() for name in ("classifier", "protocol")}
         return cls(**content)
 
 
