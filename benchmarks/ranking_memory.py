@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Peak memory of ranking patches, by the number of clips: it shall not grow with the library.
 
-    python -m benchmarks.ranking_memory [--clips 589 5000] [--patches 64] [--windows 5]
+    python -m benchmarks.ranking_memory [--clips 589 5000] [--patches 64] [--windows 5] [--sets]
 
 Each size is ranked in a process of its own from feature files as `w2w run` leaves them (random features with
 a trace of the activity; hard links to as many files as fit in 100 MB). Printed are the features' size, the
 process's peak resident memory and its processor time. More patches mean more blocks, not larger ones.
+With `--sets` two sensors to wear together are chosen as well.
 """
 
 from __future__ import annotations
@@ -20,11 +21,14 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.clip_files import ClipWindows
-from w2w.core.clip_ranking import LabelledClip, rank_clips
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_clips, set_tests
 from w2w.core.files import write_npz
 from w2w.core.motion.duplicates import SIZE
 from w2w.core.ranking.features import feature_names
 from w2w.core.ranking.inputs import FeatureFiles
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.selection.joint import grow
+from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 
 ACTIVITIES = 24
@@ -37,10 +41,11 @@ def main() -> None:
     parser.add_argument("--clips", type=int, nargs="+", default=[589, 5000])
     parser.add_argument("--patches", type=int, default=64)
     parser.add_argument("--windows", type=int, default=5)
+    parser.add_argument("--sets", action="store_true")
     parser.add_argument("--rank", type=Path, help=argparse.SUPPRESS)
     choice = parser.parse_args()
     if choice.rank is not None:
-        _rank(choice.rank, choice.clips[0], choice.windows)
+        _rank(choice.rank, choice.clips[0], choice.windows, choice.sets)
         return
     print("  clips   features MB   peak MB   processor s")
     for n_clips in choice.clips:
@@ -49,6 +54,7 @@ def main() -> None:
             command = [
                 sys.executable, "-m", "benchmarks.ranking_memory",
                 "--rank", place, "--clips", str(n_clips), "--windows", str(choice.windows),
+                *(["--sets"] if choice.sets else []),
             ]  # fmt: skip
             said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
         print(
@@ -72,14 +78,18 @@ def _write_features(place: Path, n_clips: int, windows: int, patches: int) -> in
     return n_clips * size
 
 
-def _rank(place: Path, n_clips: int, windows: int) -> None:
-    """Rank, and print peak memory (MB) and processor time (s)."""
+def _rank(place: Path, n_clips: int, windows: int, sets: bool) -> None:
+    """Rank, choose a pair where sets are wanted, and print peak memory (MB) and processor time (s)."""
     rng = np.random.default_rng(1)
     is_test = np.arange(windows) % 2 == 0
     clips = [LabelledClip(str(number), f"activity {number % ACTIVITIES}", "") for number in range(n_clips)]
     found = [ClipWindows(is_test, rng.normal(size=SIZE), (windows,)) for _ in range(n_clips)]
     files = FeatureFiles([place / f"{number}.npz" for number in range(n_clips)])
-    rank_clips(clips, found, files, StudyConfig())
+    config = StudyConfig()
+    utility, ranked = rank_clips(clips, found, files, config)
+    if sets:
+        tests = set_tests(files, WindowLabels.of(ranked, found), config, Pooling.none(files.shape[1]))
+        grow(tests.whole, Terms.checked(utility.counted_f1, 2, None, (), None), 2, utility.expected_mean)
     used = resource.getrusage(resource.RUSAGE_SELF)
     print(used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from w2w.core.selection.promise import promise
+from w2w.core.selection.promise import promise, rising
 from w2w.core.selection.terms import Terms
 
 N, K = 60, 3
@@ -79,3 +79,8 @@ def test_subjects_left_out_one_at_a_time_say_nothing_of_a_better_choice():
     level = reached(np.full(N, 0.5), range(K))[1:].mean()
     alone, halves = (np.mean([world(0.1, seed, kind)[0] for seed in range(50)]) for kind in (False, True))
     assert alone - level < 0.6 * (halves - level)
+
+
+def test_a_set_takes_in_no_luck_of_the_sizes_before_it():
+    np.testing.assert_allclose(rising(np.array([0.5, 0.4, 0.7, 0.6])), [0.5, 0.5, 0.65, 0.65])
+    np.testing.assert_array_equal(rising(np.array([0.3])), [0.3])

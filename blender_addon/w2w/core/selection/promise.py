@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import isotonic_regression
 from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
@@ -105,7 +106,7 @@ def promise(
     shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
     believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
     f1 = level_of[tests.whole] + believed * np.nansum(gains, axis=0) / shown
-    mean = np.maximum.accumulate(np.clip([alone[0], *mean_over(f1[1:], tests.weights)], 0, 1))
+    mean = rising(np.clip([alone[0], *mean_over(f1[1:], tests.weights)], 0, 1))
     f1 = np.clip(f1 + (mean - mean_over(f1, tests.weights))[:, None], 0, 1)
     mean_of = partial(known_mean, weights=tests.weights)
     apart = [mean_of(level_of[one]) - mean_of(level_of[other]) for one, other in tests.pairs]
@@ -118,6 +119,16 @@ def promise(
     low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
     low[0], high[0] = alone[1:]
     return Promise(f1, mean, low, high, raw, known=bool(gains))
+
+
+def rising(by_size: np.ndarray) -> np.ndarray:
+    """Values (K,) that never fall, nearest to those given and never below the first.
+
+    A sensor that is worn can be ignored. The running maximum would take in the luck of every size before.
+    """
+    if len(by_size) < 2:
+        return by_size
+    return np.concatenate([by_size[:1], np.maximum(isotonic_regression(by_size[1:]).x, by_size[0])])
 
 
 def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:

@@ -23,6 +23,9 @@ from .terms import Terms
 MOST_WINDOWS = 1000
 """Windows that a choice rests on, evenly drawn where there are more: time grows with their square."""
 
+READ_BYTES = 32 * 2**20
+"""Features read at a time: they stand beside those of all patches, which are held."""
+
 SET_HALVINGS = 2
 """Ways in which the clips are halved: each half chooses sets of its own, which takes most of the time."""
 
@@ -185,7 +188,7 @@ def _held(source: PatchBlocks) -> np.ndarray:
     """Features (N, W, D) about their means, read once."""
     n_windows, n_patches, width = source.shape
     held = np.empty((n_patches, n_windows, width), dtype=np.float32)
-    for first, last in spans(source):
+    for first, last in spans(source, READ_BYTES):
         held[first:last] = source.patches(first, last).swapaxes(0, 1)
         held[first:last] -= held[first:last].mean(axis=1, keepdims=True)
     return held
