@@ -96,7 +96,7 @@ def test_an_activity_that_is_not_ticked_is_left_out_and_said(finished_run: Path,
     saved = StudyResults.load(tmp_path / "saved")
     assert saved.utility.activities == ("bow", "walk_left")
     assert summary["clips"] == {"found": 10, "used": 6, "ranked": 6, "skipped": 4}
-    assert {"run is not ticked"} < {entry["reason"] for entry in summary["skipped"]}
+    assert {"run is left out"} < {entry["reason"] for entry in summary["skipped"]}
 
 
 def test_a_folder_with_something_in_it_is_left_alone(finished_run: Path, tmp_path: Path) -> None:

@@ -147,7 +147,10 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert study.regions[0].high == pytest.approx(high)
     study.activities[0].use = False
     fewer = utility.expected_f1[:, 1:].mean(axis=1)
-    assert f"expected F1 {fewer.max():.2f} over the ticked" in results.findings(study, utility, patches)[1][0]
+    assert (
+        f"expected F1 {fewer.max():.2f} over the activities"
+        in results.findings(study, utility, patches)[1][0]
+    )
     assert study.regions[0].f1 == pytest.approx(fewer.max(), abs=1e-6)
 
 

@@ -29,6 +29,7 @@ from . import (
     run_all,
     save_results,
     scene_animation,
+    side_by_side,
     source_view,
     upkeep,
 )
@@ -53,6 +54,7 @@ MODULES: tuple[ModuleType, ...] = (
     own_ops,
     signal_ops,
     utility_ops,
+    side_by_side,
     wish_ops,
     choosing,
     run_all,

@@ -23,7 +23,7 @@ from ..core.selection.advice import Advice, advise
 from ..core.selection.joint import JointSet
 from ..core.study import StudyConfig
 from ..core.wording import capital
-from . import jobs, results, scores, signal_cache
+from . import counting, jobs, results, signal_cache
 from .baking import as_labelled, body_as_run, ranked_clips, ranking_source
 from .jobs import Step, Steps, in_thread
 from .on_body import on_body
@@ -101,16 +101,17 @@ def missing_for_choice(body: bpy.types.Object) -> str:
 def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     """Choose in a thread, then keep and mark what was chosen.
 
-    Clips of activities that are not ticked are left out, and the others ranked without them, as
-    Save Results leaves them out.
+    Clips of activities that are left out are not looked at, and the others ranked without them, as by
+    Save Results. Where activities count otherwise than in the ranking, it is made anew, as by `w2w place`.
     """
     missing = missing_for_choice(mesh)
     if missing:
         raise ValueError(missing)
     patches, utility, config = patches_of(mesh), utility_of(mesh.w2w), config_of(mesh.w2w)
-    left_out, finished, pooling = scores.left_out(mesh.w2w), None, None
-    if together or left_out:
-        finished, pooling = yield from _gather_steps(mesh, config, left_out)
+    left_out, finished, pooling = counting.left_out(mesh.w2w), None, None
+    reweighed = counting.is_reweighed(mesh.w2w, utility)
+    if together or left_out or reweighed:
+        finished, pooling = yield from _gather_steps(mesh, config, left_out, reweighed)
         utility = finished.utility
     advice = yield from in_thread(
         lambda _told: advise(utility, patches, config.target, config.max_places, config.constraints),
@@ -123,6 +124,8 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
         worn, advice, tested = yield from in_thread(
             _together(finished, config, advice, pooling), "choosing what to wear", 0.4, 1.0
         )
+    if reweighed and not left_out:
+        results.store(mesh, utility, mesh.w2w.ranked_as)
     content = advice_content(advice, utility, patches, tested, worn)
     results.advise(mesh, content)
     sentence = (content["worn_together"] or content["subset"])["sentence"]
@@ -131,14 +134,15 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
 
 
 def _gather_steps(
-    mesh: bpy.types.Object, config: StudyConfig, left_out: Sequence[str]
+    mesh: bpy.types.Object, config: StudyConfig, left_out: Sequence[str], reweighed: bool
 ) -> Generator[Step, None, tuple[SceneResults, Pooling]]:
-    """The study in the scene without some activities, ranked anew where there are such."""
+    """The study in the scene without some activities, ranked anew where there are such or weights changed."""
     gather = _gathering(mesh, config, left_out)
     finished = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
     pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.05, 0.2)
-    if left_out:
-        labels, text = finished.labels(), f"ranking without {', '.join(left_out)}"
+    if left_out or reweighed:
+        labels = finished.labels()
+        text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
         utility = yield from in_thread(
             lambda told: rank_windows(finished.source, labels, config, told, pooling=pooling), text, 0.2, 0.3
         )

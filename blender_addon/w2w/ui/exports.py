@@ -16,17 +16,20 @@ from ..core.findings.summary import patch_table
 from ..core.imu.formats import FORMATS, write_recording
 from ..core.imu.recording import ImuRecording
 from ..core.motion.library import unique_names
+from ..core.ranking.utility import UtilityMap
 from ..core.selection.advice import SAME_OPINION, redundancy_clusters
+from ..core.selection.headline import mean_title
 from ..scene.heatmap import MEAN, ON_THESE_CLIPS
 from . import jobs, signal_cache
 from .baking import body_as_run, ranked_clips
+from .counting import is_as_ranked
 from .headless_door import run_headless
 from .jobs import Step, Steps, in_thread
 from .legend import legend
 from .on_body import on_body
 from .overlay import picks
 from .save_results import save_steps
-from .scores import EXPECTED, colour_range, minus_index, shown_scores, view_index
+from .scores import EXPECTED, beside_of, colour_range, minus_index, shown_scores, view_index
 from .state import current_body, patches_of, utility_of
 from .step2_motions import can_change
 
@@ -182,12 +185,13 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     study, utility, patches = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh)
     scores = shown_scores(study, utility)
     index = view_index(study)
-    title = "All activities (mean)" if index == 0 else _title(utility.activities[index - 1])
+    title = _mean_title(study, utility) if index == 0 else _title(utility.activities[index - 1])
     best = int(scores.argmax())
     subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
     subtitle += f"Best patch: {patches.names[best]} ({scores[best]:.2f})"
     label = MEAN if study.scores == EXPECTED else ON_THESE_CLIPS
-    ends = colour_range(study, scores, utility) if study.fix_range else (None, None)
+    one_scale = study.fix_range or beside_of(study) is not None
+    ends = colour_range(study, scores, utility) if one_scale else (None, None)
     body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
     if minus_index(study) >= 0:
         shown = legend(study, utility)
@@ -282,6 +286,10 @@ def _writer(
         write_recording(path, recording, kind)
 
     return write
+
+
+def _mean_title(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
+    return mean_title(utility) if is_as_ranked(study, utility) else "Activities that count (mean)"
 
 
 def _title(activity: str) -> str:

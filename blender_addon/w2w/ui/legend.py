@@ -10,6 +10,7 @@ import bpy
 from ..core.colours import DIFFERENCE_MAP, difference_range
 from ..core.ranking.utility import UtilityMap
 from .scores import EXPECTED, colour_range, minus_index, range_note, shown_scores, view_index
+from .second_map import name_of
 
 
 class Legend(NamedTuple):
@@ -23,6 +24,8 @@ class Legend(NamedTuple):
     note: str
     number: str
     """How scores are written."""
+    beside: str = ""
+    """Name of the map beside."""
 
 
 def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
@@ -33,7 +36,8 @@ def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
         return Legend(name, "Difference of F1", *difference_range(scores), DIFFERENCE_MAP, "", "+.2f")
     low, high = colour_range(study, scores, utility)
     title = "Expected F1" if study.scores == EXPECTED else "F1 on these clips"
-    return Legend(name, title, low, high, study.colour_map, range_note(study, scores, utility), ".2f")
+    note = range_note(study, scores, utility)
+    return Legend(name, title, low, high, study.colour_map, note, ".2f", name_of(study))
 
 
 def map_name(study: bpy.types.PropertyGroup, index: int) -> str:

@@ -8,8 +8,12 @@ from pathlib import Path
 import bpy
 
 from .baking import UNBAKED
+from .counting import COUNTED
 from .scores import activity_scores
 from .state import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, utility_of
+
+WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
+"""Of a weight and a score, in heights of a row."""
 
 ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
 
@@ -47,19 +51,26 @@ class W2W_UL_clips(bpy.types.UIList):
 
 
 class W2W_UL_activities(bpy.types.UIList):
-    """Activities: whether they count, name, F1 of the best patch."""
+    """Activities: what part they take, name, weight, F1 of the best patch."""
 
     def draw_item(
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
     ) -> None:  # fmt: skip
         """Draw a row."""
         row = layout.row(align=True)
-        row.prop(item, "use", text="", emboss=False, icon=_tick(item.use))
-        row.label(text=item.name, translate=False)
+        row.prop(item, "part", text="", emboss=False, icon_only=True)
+        name = row.row()
+        name.active = item.part == COUNTED
+        name.label(text=item.name, translate=False)
+        if item.part == COUNTED:
+            weight = row.row()
+            weight.ui_units_x = WEIGHT_WIDTH
+            weight.prop(item, "weight", text="")
         utility = utility_of(data)
         if utility is not None and index < utility.f1.shape[1]:
             best = row.row()
             best.alignment = "RIGHT"
+            best.ui_units_x = SCORE_WIDTH
             best.label(text=f"{activity_scores(data, utility)[:, index].max():.2f}")
 
 

@@ -24,7 +24,7 @@ STEPS = (
     ("place_patches", "remove_patches"),
     ("add_placement", "load_placements", "remove_placement"),
     ("start_sensor", "load_sensor", "save_sensor"),
-    ("run_all", "bake_signals", "rank_patches", "fit_range", "clear_pick"),
+    ("run_all", "bake_signals", "rank_patches", "fit_range", "side_by_side", "clear_pick"),
     ("wish_picked", "choose_sensors"),
     ("export_map", "export_table", "export_report", "export_signals", "save_results"),
 )

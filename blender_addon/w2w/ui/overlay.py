@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import bpy
 import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
 
 from ..core.colours import colour_table
 from ..core.patches.patches import PatchSet
@@ -16,7 +18,7 @@ from . import signal_cache
 from .advice import leading
 from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .legend import legend
-from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card
+from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
 from .results import patch_lines
 from .scores import activity_scores, colour_range
 from .state import current_body, patches_of, playing_clip, utility_of
@@ -32,6 +34,9 @@ BAR_WIDTH, BAR_HEIGHT = 16, 190
 BAR_TICKS = 5
 BAR_TITLE, BAR_BOX = 96, 200
 """Least and most room for the colour bar's title, pixels."""
+
+OVER_HEAD = 0.08
+"""Metres from a head to the name over it."""
 
 _handler: object | None = None
 
@@ -73,15 +78,15 @@ def draw() -> None:
     free = _free_part(context)
     if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
         _draw_colour_bar(body, free, scale)
+        _draw_names(context, body, scale)
     surface = Surface(context, body, patches)
     _draw_chosen(surface, body, scale)
     _draw_own(surface, body.w2w, scale)
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
-    _draw_cards(
-        [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)], free, scale
-    )
+    cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
+    _draw_cards(on_one_scale(cards), free, scale)
 
 
 def _free_part(context: bpy.types.Context) -> Free:
@@ -109,23 +114,47 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     """Draw title, colours and numbers at the right, over the bottom."""
     shown = legend(body.w2w, utility_of(body.w2w))
     low, high, note = shown.low, shown.high, shown.note
-    name = clipped(shown.name, BAR_BOX * scale, 12 * scale)
-    widest = max(width_of(name, 12 * scale), width_of(note, 10 * scale), BAR_TITLE * scale)
+    names = [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
+    widest = max(
+        *(width_of(name, 12 * scale) for name in names), width_of(note, 10 * scale), BAR_TITLE * scale
+    )
     box = widest + 24 * scale
     width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
     left, bottom = free.right - box, free.bottom + 30 * scale
     foot = 16 * scale if note else 0.0
     bottom += foot
-    rectangle(left - 12 * scale, bottom - 16 * scale - foot, box, height + 62 * scale + foot, BACKGROUND)
+    rectangle(
+        left - 12 * scale,
+        bottom - 16 * scale - foot,
+        box,
+        height + (46 + 16 * len(names)) * scale + foot,
+        BACKGROUND,
+    )
     bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
     for tick in np.linspace(0, 1, BAR_TICKS):
         y = bottom + tick * height
         rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
         number = format(low + tick * (high - low), shown.number)
         text(left + width + 8 * scale, y - 4 * scale, number, 11 * scale, PALE)
-    text(left, bottom + height + 28 * scale, name, 12 * scale, PALE)
+    for line, name in enumerate(names):
+        text(left, bottom + height + (28 + 16 * line) * scale, name, 12 * scale, PALE)
     text(left, bottom + height + 14 * scale, shown.title, 10 * scale, GREY)
     text(left, bottom - 20 * scale, note, 10 * scale, GREY)
+
+
+def _draw_names(context: bpy.types.Context, body: bpy.types.Object, scale: float) -> None:
+    """Write over the heads of two bodies side by side which map each shows."""
+    shown = legend(body.w2w, utility_of(body.w2w))
+    for item, name in ((body, shown.name), (body.w2w.beside, shown.beside)) if shown.beside else ():
+        evaluated = item.evaluated_get(context.view_layer.depsgraph)
+        corners = [evaluated.matrix_world @ Vector(corner) for corner in evaluated.bound_box]
+        middle = sum(corners, Vector()) / len(corners)
+        middle.z = max(corner.z for corner in corners) + OVER_HEAD
+        point = location_3d_to_region_2d(context.region, context.region_data, middle)
+        if point is not None:
+            half = width_of(name, 13 * scale) / 2 + 8 * scale
+            rectangle(point.x - half, point.y - 6 * scale, 2 * half, 20 * scale, BACKGROUND)
+            text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
 
 
 def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:

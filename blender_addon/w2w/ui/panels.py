@@ -9,6 +9,7 @@ from ..core.wording import capital
 from ..scene.source_beside import source_collections
 from . import jobs
 from .baking import UNBAKED
+from .counting import is_reweighed
 from .result_panels import W2WPanel
 from .run_all import TITLE as RUN_ALL
 from .run_all import draw_run_all
@@ -282,6 +283,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
             body is not None
             and utility_of(body.w2w) is not None
             and body.w2w.ranked_as == rank_settings(body.w2w)
+            and not is_reweighed(body.w2w, utility_of(body.w2w))
         )
 
     def draw_step(self, context: Context, layout: Layout) -> None:
@@ -303,6 +305,8 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
             draw_text(layout, context, missing, icon="INFO")
         elif ranked and study.ranked_as != rank_settings(study):
             layout.label(text="Settings or clips have changed: rank again", icon="INFO")
+        elif ranked and is_reweighed(study, utility_of(study)):
+            draw_text(layout, context, "Activities count otherwise now: rank again", icon="INFO")
 
 
 CLASSES = (

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +16,9 @@ WIDTH, MARGIN, LINE = 350, 12, 15
 """Sizes at a scale of 1, pixels."""
 
 PLOT_HEIGHT, PLOT_GAP = 52, 21
+PLOTS = ("Acceleration, m/s²", "Angular velocity, rad/s")
+"""Titles of the plots."""
+
 MANY_ACTIVITIES = 6
 """With more activities than these, bars stand in two columns."""
 
@@ -51,6 +55,8 @@ class Card:
         What the signals show, or why there are none.
     time : float
         Playhead, seconds from the clip's start.
+    limits : tuple of (float, float)
+        Ends of the plots' scales, one a signal; `on_one_scale` finds them.
     """
 
     mark: str
@@ -66,6 +72,11 @@ class Card:
     patch: int
     clip: str
     time: float
+    limits: tuple[tuple[float, float], ...] = ()
+
+    def signals(self) -> tuple[np.ndarray, np.ndarray]:
+        """Acceleration and angular velocity of the patch, each of shape (T, 3)."""
+        return self.recording.acc[:, self.patch], self.recording.gyr[:, self.patch]
 
     def height(self, scale: float) -> float:
         """Height in pixels."""
@@ -98,11 +109,8 @@ class Card:
         if self.recording is None:
             return
         top -= 6 * scale
-        for name, unit, signal in (
-            ("Acceleration", "m/s²", self.recording.acc[:, self.patch]),
-            ("Angular velocity", "rad/s", self.recording.gyr[:, self.patch]),
-        ):
-            self._plot(left, right, top - (PLOT_HEIGHT + PLOT_GAP) * scale, scale, f"{name}, {unit}", signal)
+        for title, signal, limits in zip(PLOTS, self.signals(), self.limits, strict=True):
+            self._plot(left, right, top - (PLOT_HEIGHT + PLOT_GAP) * scale, scale, title, signal, limits)
             top -= (PLOT_HEIGHT + PLOT_GAP) * scale
 
     def _rows(self) -> int:
@@ -129,11 +137,18 @@ class Card:
         return top - (rows + 0.5) * LINE * scale
 
     def _plot(
-        self, left: float, right: float, y: float, scale: float, title: str, signal: np.ndarray
+        self,
+        left: float,
+        right: float,
+        y: float,
+        scale: float,
+        title: str,
+        signal: np.ndarray,
+        limits: tuple[float, float],
     ) -> None:
         """Draw three axes of a signal over the clip, and a cursor at the playhead."""
         rate = self.recording.rate
-        low, high = _limits(signal)
+        low, high = limits
         height, width = PLOT_HEIGHT * scale, right - left
         now = min(max(self.time, 0.0), (len(signal) - 1) / rate)
         text(left, y + height + 5 * scale, title, 11 * scale, PALE)
@@ -156,6 +171,13 @@ class Card:
             value = "lost" if np.isnan(sample[axis]) else f"{sample[axis]:.1f}"
             text(right, y, f"{'xyz'[axis]} {value}", 10 * scale, AXES[axis], "RIGHT")
             right -= 52 * scale
+
+
+def on_one_scale(cards: Sequence[Card]) -> list[Card]:
+    """The cards, their plots of one signal between the same limits, so that heights can be compared."""
+    shown = [card.signals() for card in cards if card.recording is not None]
+    limits = tuple(_limits(np.concatenate(signals)) for signals in zip(*shown, strict=True))
+    return [replace(card, limits=limits) for card in cards]
 
 
 def _limits(signal: np.ndarray) -> tuple[float, float]:

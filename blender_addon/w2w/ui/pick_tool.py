@@ -9,6 +9,7 @@ from bpy.props import BoolProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
 from ..scene.evaluated import EvaluatedVertices
+from .second_map import owner_of
 from .state import current_body, patches_of
 from .step5_ranking import pick
 
@@ -42,6 +43,7 @@ class W2W_OT_pick_patch(bpy.types.Operator):
         direction = region_2d_to_vector_3d(context.region, context.region_data, mouse)
         depsgraph = context.evaluated_depsgraph_get()
         hit, point, _, face, item, _ = context.scene.ray_cast(depsgraph, origin, direction)
+        shown, item = item, (owner_of(item) or item) if hit else None
         if not hit or item.type != "MESH" or not item.w2w.is_body:
             self.report({"INFO"}, "Click on a body that has patches")
             return {"CANCELLED"}
@@ -49,7 +51,7 @@ class W2W_OT_pick_patch(bpy.types.Operator):
             self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (step 3)")
             return {"CANCELLED"}
         context.scene.w2w.body = item
-        patch, vertex = spot_at(depsgraph, item, face, np.array(point))
+        patch, vertex = spot_at(depsgraph, item, face, np.array(point), shown)
         pick(context, item, patch, self.compare, vertex)
         return {"FINISHED"}
 
@@ -75,7 +77,11 @@ class W2W_WT_pick(bpy.types.WorkSpaceTool):
 
 
 def spot_at(
-    depsgraph: bpy.types.Depsgraph, body: bpy.types.Object, face: int, point: np.ndarray
+    depsgraph: bpy.types.Depsgraph,
+    body: bpy.types.Object,
+    face: int,
+    point: np.ndarray,
+    shown: bpy.types.Object | None = None,
 ) -> tuple[int, int]:
     """Patch that a point of the body's evaluated surface belongs to, and the vertex nearest to it.
 
@@ -87,6 +93,8 @@ def spot_at(
         Polygon of the evaluated mesh that the point is on.
     point : ndarray, shape (3,)
         The point in the world.
+    shown : Object, optional
+        What was clicked, where it is a copy of the body.
 
     Returns
     -------
@@ -94,7 +102,7 @@ def spot_at(
         The vertex is -1 where a modifier has made others than the body has.
     """
     patches = patches_of(body)
-    evaluated = body.evaluated_get(depsgraph)
+    evaluated = (shown or body).evaluated_get(depsgraph)
     mesh, world = evaluated.data, np.array(evaluated.matrix_world)
     if len(mesh.vertices) == len(patches.labels):
         corners = list(mesh.polygons[face].vertices)

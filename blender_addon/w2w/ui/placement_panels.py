@@ -12,10 +12,10 @@ from ..core.wording import capital
 from . import jobs
 from .advice import advice_of
 from .choosing import TITLE, missing_for_choice
+from .counting import left_out
 from .overlay import picks
 from .own_placements import spot_name
 from .result_panels import ResultPanel, can_change_now, draw_rows
-from .scores import left_out
 from .state import COST, current_body, patches_of
 from .text import draw_outcome, draw_text
 from .wishes import is_understood
@@ -136,7 +136,9 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
     draw_rows(layout, study, study.worn, numbered=True)
     draw_text(layout, context, _sentence(worn["sentence"]))
     if left_out(study):
-        draw_text(layout, context, "Chosen from a ranking of the ticked activities alone.", icon="INFO")
+        draw_text(
+            layout, context, "Chosen from a ranking without the activities that are left out.", icon="INFO"
+        )
 
 
 def _exact(content: dict[str, Any]) -> str:

@@ -20,11 +20,13 @@ from ..core.patches.patches import DEFAULT_PATCHES
 from ..core.ranking.utility import CLASSIFIERS
 from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
-from . import on_character, placement_properties, shape, updates
+from . import activity_properties, on_character, placement_properties, shape, updates
+from .activity_properties import W2W_PG_activity
 from .on_character import OwnCharacter
 from .own_sensor import OWN, OwnSensor
 from .placement_properties import Placement
 from .scores import EXPECTED, MEAN_VIEW, NOTHING, ON_THESE
+from .side_by_side import SecondMap
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
@@ -67,7 +69,7 @@ def classifier_items() -> list[tuple[str, str, str]]:
 
 
 def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
-    _view_items[:] = [(MEAN_VIEW, "Mean of Activities", "Mean over the ticked activities", 0)]
+    _view_items[:] = [(MEAN_VIEW, "Mean of Activities", "Mean over the activities that count", 0)]
     for number, activity in enumerate(self.activities, start=1):
         _view_items.append((f"A{number}", activity.name, f"F1 for telling '{activity.name}' apart", number))
     return _view_items
@@ -118,19 +120,7 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
     )
 
 
-class W2W_PG_activity(bpy.types.PropertyGroup):
-    """An activity of the ranking."""
-
-    name: StringProperty(name="Activity")
-    use: BoolProperty(
-        name="Use",
-        description="Count this activity in the mean and in the choice of sensors",
-        default=True,
-        update=updates.reweigh,
-    )
-
-
-class W2W_PG_study(Placement, OwnCharacter, OwnSensor, bpy.types.PropertyGroup):
+class W2W_PG_study(Placement, OwnCharacter, OwnSensor, SecondMap, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -323,8 +313,8 @@ CLASSES = (
     *shape.CLASSES,
     *placement_properties.CLASSES,
     *on_character.CLASSES,
+    *activity_properties.CLASSES,
     W2W_PG_clip,
-    W2W_PG_activity,
     W2W_PG_study,
     W2W_PG_scene,
 )

@@ -8,7 +8,8 @@ import bpy
 from ..core.selection.headline import short
 from . import jobs
 from .results import findings
-from .scores import minus_index
+from .scores import beside_of, minus_index
+from .side_by_side import draw_side_by_side
 from .state import current_body, patches_of, utility_of
 from .text import draw_text
 
@@ -78,12 +79,14 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
         row.label(text="Activity")
         best = row.row()
         best.alignment = "RIGHT"
-        best.label(text="Best Patch's F1")
+        best.label(text="Weight, Best F1")
         layout.template_list(
             "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
         )
         layout.use_property_split = True
-        layout.prop(study, "minus")
+        draw_side_by_side(layout, current_body(context))
+        if beside_of(study) is None:
+            layout.prop(study, "minus")
         layout.prop(study, "scores")
         if minus_index(study) >= 0:  # a difference has colours of its own
             return

@@ -7,17 +7,18 @@ from collections.abc import Mapping
 from typing import Any
 
 import bpy
-import numpy as np
 
 from ..core.colours import score_range
 from ..core.findings.sources import Shown, source_caution, system_of
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
+from ..core.ranking.weights import counted_columns
 from ..core.selection.headline import (
     CANNOT_RANK,
     as_good_as,
     best_spot_sentence,
     mean_caution,
+    mean_sentence,
     reliability_sentence,
 )
 from ..core.selection.subsets import best_single, greedy_subset
@@ -25,21 +26,23 @@ from ..core.wording import capital
 from ..scene import heatmap
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
-from . import advice, on_character
+from . import advice, on_character, second_map
+from .counting import is_as_ranked, list_activities, shown_weights
 from .scores import (
     EXPECTED,
     MEAN_VIEW,
     NOTHING,
     activity_scores,
+    beside_of,
     colour_range,
     expected_mean,
     mean_scores,
     minus_index,
+    raw_mean,
     shown_scores,
-    ticked,
     view_index,
 )
-from .state import config_of, patches_of, usable, utility_of, without_updates
+from .state import config_of, patches_of, run_of, usable, utility_of, without_updates
 
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
@@ -54,17 +57,14 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     study = body.w2w
     if not study.utility_key:
         study.show_patches = False  # hundreds of axes would hide the colours
-    ticked = {activity.name: activity.use for activity in study.activities}
+    same = [activity.name for activity in study.activities] == list(utility.activities)
     study.utility_text, study.utility_key = pack(utility)
     study.ranked_as = ranked_as
     study.source_caution = _source_caution(study, utility)
-    study.activities.clear()
     with without_updates():
-        for name in utility.activities:
-            activity = study.activities.add()
-            activity.name = name
-            activity.use = ticked.get(name, True)
-        study.view, study.minus = MEAN_VIEW, NOTHING
+        list_activities(study, utility.activities, run_of(study))
+        if not same:
+            study.view, study.minus = MEAN_VIEW, NOTHING
     if not body.data.materials:
         body.data.materials.append(heatmap.heatmap_material())
     paint(body)
@@ -82,6 +82,7 @@ def clear(body: bpy.types.Object) -> None:
     advice.forget(study)
     study.picked = study.compared = -1
     on_character.clear(body)
+    second_map.remove(body)
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
         bpy.data.collections.remove(study.chosen_collection)
@@ -99,10 +100,10 @@ def _source_caution(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
 def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
     """A caution where the clips cannot rank, else empty; and the headline, sentence by sentence."""
     caution = "" if utility.can_rank else f"{CANNOT_RANK}."
-    if not ticked(study).all():
+    if not is_as_ranked(study, utility):
         mean = expected_mean(study, utility)
         best = int(mean.argmax())
-        score = f"expected F1 {mean[best]:.2f} over the ticked activities"
+        score = f"expected F1 {mean[best]:.2f} over the activities that count"
         return caution, [
             f"{patches.names[best].capitalize()}, {score}. Intervals are of all activities alone."
         ]
@@ -110,16 +111,16 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: Patch
     sentences = [f"{best_spot_sentence(best, utility, patches)}."]
     if len(as_good_as(best, utility)) > 1:
         sentences.append(f"The highest of them: {patches.names[best]}.")
-    return caution, [*sentences, f"{reliability_sentence(utility)}."]
+    sentences += [f"{text}." for text in (mean_sentence(utility), reliability_sentence(utility)) if text]
+    return caution, sentences
 
 
 def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:
     """A patch's scores in words: what other clips would show, then what these showed."""
-    counting = ticked(study)
-    expected, raw = expected_mean(study, utility), utility.f1[:, counting].mean(axis=1)
+    expected, raw = expected_mean(study, utility), raw_mean(study, utility)
     rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
-    if not counting.all():
-        score = f"expected F1 {expected[patch]:.2f} over the ticked activities, {rank}"
+    if not is_as_ranked(study, utility):
+        score = f"expected F1 {expected[patch]:.2f} over the activities that count, {rank}"
         return score, f"on these clips {raw[patch]:.2f}"
     low, high = utility.expected_low[patch], utility.expected_high[patch]
     raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
@@ -143,8 +144,8 @@ def fit_range(body: bpy.types.Object) -> None:
     paint(body)
 
 
-def paint(body: bpy.types.Object) -> None:
-    """Colour the body's heatmaps, and show the one chosen."""
+def paint(body: bpy.types.Object, follow: bool = True) -> None:
+    """Colour the body's heatmaps, and show the one chosen; bodies beside which it is shown may follow."""
     study, patches = body.w2w, patches_of(body)
     utility = utility_of(study)
     if utility is None or patches is None:
@@ -152,7 +153,8 @@ def paint(body: bpy.types.Object) -> None:
     if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
         _waiting.add(body.name)
         return
-    low, high = colour_range(study, np.zeros(1), utility) if study.fix_range else (None, None)
+    one_scale = study.fix_range or beside_of(study) is not None
+    low, high = colour_range(study, shown_scores(study, utility), utility) if one_scale else (None, None)
     heatmap.add_heatmaps(
         body,
         patches,
@@ -168,7 +170,10 @@ def paint(body: bpy.types.Object) -> None:
     if minus_index(study) >= 0:
         heatmap.add_difference(body, patches, shown_scores(study, utility))
     on_character.paint(body)
+    second_map.paint(body)
     show(body)
+    for other in second_map.bodies_beside(body) if follow else ():
+        paint(other, follow=False)
 
 
 def paint_waiting() -> None:
@@ -198,7 +203,7 @@ def list_regions(body: bpy.types.Object) -> None:
     if utility is None or patches is None:
         return
     mean = expected_mean(study, utility)
-    whole = ticked(study).all() and not mean_caution(utility)
+    whole = is_as_ranked(study, utility) and not mean_caution(utility)
     for patch in patches.best_of_regions(mean)[:TABLE_ROWS]:
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
@@ -216,7 +221,8 @@ def choose(body: bpy.types.Object) -> None:
     config = config_of(study)
     try:
         terms = config.constraints.terms(patches)
-        subset = greedy_subset(utility.f1[:, ticked(study)], config.target, config.max_places, **terms)
+        f1 = counted_columns(utility.f1, shown_weights(study))
+        subset = greedy_subset(f1, config.target, config.max_places, **terms)
     except ValueError as error:
         study.verdict = capital(error)
         mark_chosen(body)

@@ -15,7 +15,7 @@ from ..core.motion.motion import Motion
 from ..core.study import StudyConfig
 from ..scene.actions import read_action
 from ..scene.body import armature_of
-from . import signal_cache
+from . import counting, signal_cache
 from .baking import body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread, start
 from .on_body import on_body
@@ -63,7 +63,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
     study = mesh.w2w
     if study.ranked_as != rank_settings(study):
         raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
-    left_out = {activity.name for activity in study.activities if not activity.use}
+    left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, utility_of(study))
     ranked = ranked_clips(study)
     lost = [clip.name for clip in ranked if not signal_cache.has(clip.signals)]
     if lost:
@@ -80,13 +80,15 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
         body,
         patches,
         tuple(saved),
-        utility_of(study) if len(clips) == len(ranked) else None,
+        utility_of(study) if len(clips) == len(ranked) and not reweighed else None,
         _library(study, saved, left_out),
         {"python": platform.python_version(), "bpy": bpy.app.version_string},
     )
     yield from in_thread(lambda told: write_folder(folder, parts, told), f"writing {folder.name}", 0.3, 1.0)
     text = f"Saved {len(clips)} clips and their ranking in {folder}"
-    return f"{text}, ranked anew without {', '.join(sorted(left_out))}" if parts.utility is None else text
+    if left_out:
+        return f"{text}, ranked anew without {', '.join(sorted(left_out))}"
+    return f"{text}, ranked anew by the new weights" if reweighed else text
 
 
 def _config(study: bpy.types.PropertyGroup, n_patches: int) -> StudyConfig:
@@ -126,7 +128,7 @@ def _motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str
 def _library(study: bpy.types.PropertyGroup, saved: list[SavedClip], left_out: set[str]) -> Library:
     skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
     skipped += [
-        (clip.name, f"{clip.activity} is not ticked") for clip in study.clips if clip.activity in left_out
+        (clip.name, f"{clip.activity} is left out") for clip in study.clips if clip.activity in left_out
     ]
     return Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
 

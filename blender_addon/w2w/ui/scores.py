@@ -8,6 +8,10 @@ import numpy as np
 
 from ..core.colours import score_range, span_note
 from ..core.ranking.utility import UtilityMap
+from ..core.ranking.weights import mean_over
+from .counting import is_as_ranked, shown_weights
+from .on_body import is_there
+from .state import utility_of
 
 EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
 """Values of the study's `scores`."""
@@ -19,35 +23,28 @@ NOTHING = "NOTHING"
 """Value of the study's `minus` where no difference is shown."""
 
 
-def ticked(study: bpy.types.PropertyGroup) -> np.ndarray:
-    """Which activities count, shape (A,), bool; all where none is ticked."""
-    used = np.array([activity.use for activity in study.activities], dtype=bool)
-    return used if used.any() else np.ones(len(used), dtype=bool)
-
-
-def left_out(study: bpy.types.PropertyGroup) -> list[str]:
-    """Names of the activities that do not count; none where none is ticked."""
-    return [
-        activity.name for activity, counts in zip(study.activities, ticked(study), strict=True) if not counts
-    ]
-
-
 def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
     """Expected F1 over the activities that count, shape (N,)."""
-    counting = ticked(study)
-    return utility.expected_mean if counting.all() else utility.expected_f1[:, counting].mean(axis=1)
+    if is_as_ranked(study, utility):
+        return utility.expected_mean
+    return mean_over(utility.expected_f1, shown_weights(study))
 
 
-def activity_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+def raw_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """F1 on these clips over the activities that count, shape (N,)."""
+    return utility.mean if is_as_ranked(study, utility) else mean_over(utility.f1, shown_weights(study))
+
+
+def activity_scores(study: bpy.types.PropertyGroup, utility: UtilityMap, kind: str = "") -> np.ndarray:
     """Scores of the heatmaps of the activities, shape (N, A): expected, or on these clips."""
-    return utility.expected_f1 if study.scores == EXPECTED else utility.f1
+    return utility.expected_f1 if (kind or study.scores) == EXPECTED else utility.f1
 
 
-def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap, kind: str = "") -> np.ndarray:
     """Scores of the heatmap of the mean over the activities that count, shape (N,)."""
-    if study.scores == EXPECTED:
+    if (kind or study.scores) == EXPECTED:
         return expected_mean(study, utility)
-    return utility.f1[:, ticked(study)].mean(axis=1)
+    return raw_mean(study, utility)
 
 
 def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
@@ -56,22 +53,41 @@ def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndar
     return scores if minus < 0 else scores - _scores_of(study, utility, minus)
 
 
-def _scores_of(study: bpy.types.PropertyGroup, utility: UtilityMap, index: int) -> np.ndarray:
+def beside_of(study: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
+    """The study whose map stands beside the one shown; None where none does."""
+    if study.beside is None or not is_there(study.beside):
+        return None
+    other = study.beside_body
+    return other.w2w if other is not None and is_there(other) and utility_of(other.w2w) is not None else study
+
+
+def beside_scores(study: bpy.types.PropertyGroup) -> np.ndarray | None:
+    """Scores of the map beside, of the kind shown, one a patch of its body; None where there is none."""
+    other = beside_of(study)
+    if other is None or utility_of(other) is None:
+        return None
+    return _scores_of(other, utility_of(other), max(view_of(other, study.beside_view), 0), study.scores)
+
+
+def _scores_of(study: bpy.types.PropertyGroup, utility: UtilityMap, index: int, kind: str = "") -> np.ndarray:
     """Scores of a heatmap by its number."""
-    return mean_scores(study, utility) if index == 0 else activity_scores(study, utility)[:, index - 1]
+    if index == 0:
+        return mean_scores(study, utility, kind)
+    return activity_scores(study, utility, kind)[:, index - 1]
 
 
 def view_index(study: bpy.types.PropertyGroup) -> int:
     """Number of the heatmap that is shown: 0 is the mean, then the activities."""
-    return max(_index(study, study.view), 0)
+    return max(view_of(study, study.view), 0)
 
 
 def minus_index(study: bpy.types.PropertyGroup) -> int:
     """Number of the heatmap that is taken off the one shown; -1 is none."""
-    return _index(study, study.minus)
+    return view_of(study, study.minus)
 
 
-def _index(study: bpy.types.PropertyGroup, view: str) -> int:
+def view_of(study: bpy.types.PropertyGroup, view: str) -> int:
+    """Number of the heatmap that a view names; -1 where it names none."""
     if view in ("", NOTHING):
         return -1
     index = 0 if view == MEAN_VIEW else int(view[1:])
@@ -81,12 +97,19 @@ def _index(study: bpy.types.PropertyGroup, view: str) -> int:
 def colour_range(
     study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap
 ) -> tuple[float, float]:
-    """F1 at the two ends of the colours."""
+    """F1 at the two ends of the colours, which a map beside shares."""
     if study.fix_range:
         return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
-    return score_range(scores, utility.colour_span)
+    return score_range(_with_beside(study, scores), utility.colour_span)
 
 
 def range_note(study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap) -> str:
     """What the colour bar says where its colours span more than the scores; else empty."""
-    return "" if study.fix_range else span_note(scores, *colour_range(study, scores, utility))
+    if study.fix_range:
+        return ""
+    return span_note(_with_beside(study, scores), *colour_range(study, scores, utility))
+
+
+def _with_beside(study: bpy.types.PropertyGroup, scores: np.ndarray) -> np.ndarray:
+    beside = beside_scores(study)
+    return scores if beside is None else np.concatenate([scores.ravel(), beside])

@@ -23,10 +23,9 @@ from ..core.study import StudyConfig
 from ..core.wording import capital
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
+from .counting import counted_in
 from .own_sensor import OWN, own_sensor
-
-SINGLE, DIGITS = 1e-6, 6
-"""How far a property, in single precision, may be from the value it was given, and the decimals it keeps."""
+from .precision import as_given
 
 _depth = 0
 
@@ -85,8 +84,9 @@ def body_of_object(item: bpy.types.Object | None) -> bpy.types.Object | None:
 
 def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
     """The study's parameters as core takes them; what the panel does not show is as in the run opened."""
-    run = StudyConfig.from_dict(json.loads(study.parameters)) if study.parameters else StudyConfig()
-    length = _as_given(study.window_s, run.windows.length_s)
+    run = run_of(study)
+    length = as_given(study.window_s, run.windows.length_s)
+    background, weights = counted_in(study, run)
     return replace(
         run,
         patches=study.patch_count,
@@ -98,8 +98,10 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         classifier=study.classifier,
         folds=study.folds,
         by_subject=study.by_subject,
-        target=_as_given(study.target, run.target),
-        every_activity=_as_given(study.every_activity, run.every_activity),
+        background=background,
+        weights=weights,
+        target=as_given(study.target, run.target),
+        every_activity=as_given(study.every_activity, run.every_activity),
         max_places=study.max_places or None,
         placements=own_placed(study),
         constraints=constraints_of(study),
@@ -107,10 +109,15 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
     )
 
 
+def run_of(study: bpy.types.PropertyGroup) -> StudyConfig:
+    """The parameters of the run that a study was opened from; the usual ones where it was not."""
+    return StudyConfig.from_dict(json.loads(study.parameters)) if study.parameters else StudyConfig()
+
+
 def _synthesis(study: bpy.types.PropertyGroup, run: Synthesis) -> Synthesis:
     return replace(
         run,
-        rate_hz=_as_given(study.rate, run.rate_hz),
+        rate_hz=as_given(study.rate, run.rate_hz),
         cutoff_hz=_band(study, "band", run.cutoff_hz),
         convention=study.convention if study.is_property_set("convention") else run.convention,
     )
@@ -120,7 +127,7 @@ def _band(study: bpy.types.PropertyGroup, name: str, given: float | None) -> flo
     """A band limit, None for none; the run's where the panel has not set it."""
     if not study.is_property_set(name):
         return given
-    return _as_given(getattr(study, name), given or 0.0) or None
+    return as_given(getattr(study, name), given or 0.0) or None
 
 
 def _sensor(study: bpy.types.PropertyGroup) -> dict[str, str | SensorModel]:
@@ -136,7 +143,7 @@ def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
     for wish in study.wishes:
         for words in (part.strip() for part in wish.place.split(",")):
             if words:
-                cost = _as_given(wish.cost, float(wish.given or "nan"))
+                cost = as_given(wish.cost, float(wish.given or "nan"))
                 found[wish.kind].append((words, cost) if wish.kind == COST else words)
     return Constraints(*(tuple(wishes) for wishes in found.values()))
 
@@ -165,12 +172,9 @@ def advice_settings(study: bpy.types.PropertyGroup) -> str:
     config = config_of(study)
     ticks = [activity.name for activity in study.activities if not activity.use]
     parts = [study.ranked_as, study.utility_key, config.target, config.every_activity, config.max_places]
+    if config.background or config.weights:
+        parts += [config.background, config.weights]
     return hashlib.sha256(repr([*parts, config.constraints, ticks]).encode()).hexdigest()[:24]
-
-
-def _as_given(shown: float, given: float) -> float:
-    """A property's value: the run's where it is that in single precision, else in few decimals."""
-    return given if abs(shown - given) <= SINGLE * abs(given) else round(shown, DIGITS)
 
 
 def patches_of(body: bpy.types.Object) -> PatchSet | None:

@@ -85,7 +85,7 @@ def show_view(study: Group, context: Context) -> None:
         return
     with without_updates():
         study.activity_index = scores.view_index(study) - 1
-    if scores.minus_index(study) >= 0:
+    if scores.minus_index(study) >= 0 or scores.beside_of(study) is not None:
         results.paint(study.id_data)
     else:
         results.show(study.id_data)

@@ -9,6 +9,7 @@ import bpy
 
 from ..scene.character import MARK
 from ..scene.patches import PATCH
+from ..scene.second_body import BESIDE, remove_beside
 from . import jobs, results
 from .on_body import is_there
 
@@ -37,13 +38,14 @@ def updated(scene: bpy.types.Scene, *_: object) -> None:
 
 
 def take_along() -> float | None:
-    """Remove what bodies in no scene any more leave: patches, sensors on characters, their collections."""
+    """Remove what bodies in no scene any more leave: patches, sensors on characters, second bodies."""
     if jobs.running is not None:
         return BUSY
-    lost = {*_lost_empties(), *_lost_marks()}
+    lost, beside = {*_lost_empties(), *_lost_marks()}, _lost_beside()
     homes = {collection for item in lost for collection in item.users_collection}
     emptied = [home for home in homes if not home.children and lost.issuperset(home.objects)]
     bpy.data.batch_remove([*lost, *emptied])
+    remove_beside(beside)
     for scene in bpy.data.scenes:
         if scene.library is None and scene.w2w.body is not None and not is_there(scene.w2w.body):
             scene.w2w.body = None
@@ -74,6 +76,14 @@ def _lost_marks() -> Iterator[bpy.types.Object]:
         ours = home.library is None and home not in shown and all(MARK in item for item in home.objects)
         if ours:
             yield from home.objects
+
+
+def _lost_beside() -> list[bpy.types.Object]:
+    """Second bodies whose body is in no scene."""
+    copies = [item for item in bpy.data.objects if BESIDE in item and item.library is None]
+    studies = [item for item in bpy.data.objects if item.type == "MESH" and is_there(item)] if copies else ()
+    shown = {item.w2w.beside for item in studies}
+    return [item for item in copies if item not in shown]
 
 
 HANDLERS = (
