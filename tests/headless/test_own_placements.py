@@ -3,6 +3,8 @@
 
 import csv
 import json
+import re
+import shutil
 
 import numpy as np
 import pytest
@@ -62,6 +64,36 @@ def test_they_have_signals_scores_a_rank_and_a_loss(finished):
         assert signals["acc"].shape[1] == 14
     with (out / "utility.csv").open(newline="") as stream:
         assert len(list(csv.DictReader(stream))) == 14
+
+
+def test_the_report_shows_them_with_score_rank_and_loss(finished):
+    out, _ = finished
+    code, output = run("report", out)
+    assert code == 0, output
+    page = (out / "report.html").read_text(encoding="utf-8")
+    section = page[page.index('<section class="wide" id="own">') :].partition("</section>")[0]
+    rows = [
+        re.findall(r">([^<>]+)<", row.replace("\n", ""))
+        for row in re.findall(r"<tr>(.*?)</tr>", section, re.DOTALL)[1:]
+    ]
+    told = json.loads((out / "summary.json").read_text())["own_placements"]
+    for cells, own in zip(rows, told, strict=True):
+        said = " ".join(cell.strip() for cell in cells)
+        assert said.startswith(f"{own['name']} {own['region']} ")
+        assert f"{own['expected_f1']:.2f}" in said
+        assert f"{own['rank']} of {own['of']}" in said
+        assert said.rstrip().endswith("as good as the best" if own["as_good"] else f"{own['loss']:.3f}")
+        assert f'data-patch="{own["patch"]}">{own["name"]}<' in section
+
+
+def test_a_report_without_them_says_nothing_of_them(finished, tmp_path):
+    out, _ = finished
+    shutil.copytree(out, tmp_path / "out")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    del summary["own_placements"]  # as an earlier version left it
+    (tmp_path / "out" / "summary.json").write_text(json.dumps(summary))
+    assert run("report", tmp_path / "out")[0] == 0
+    assert "Your placements" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_they_may_be_wished_for_by_name(finished):
