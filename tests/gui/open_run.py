@@ -32,6 +32,7 @@ def scenario() -> Script:
     yield from look_at_a_spot(driver)
     yield from undo(driver)
     yield from cancel_a_choice(driver)
+    yield from two_maps(driver)
     yield from delete_body(driver)
     yield from drop_summary(driver)
     (OUT / "report.json").write_text(json.dumps(report, indent=2))
@@ -127,6 +128,30 @@ def cancel_a_choice(driver: Driver) -> Script:
     yield from driver.key("ESC")
     yield from driver.turns(5)
     report["message_after_esc"] = jobs.message.text
+
+
+def two_maps(driver: Driver) -> Script:
+    """Press Side by Side, let an activity be background, press again."""
+    yield from driver.scroll_sidebar_to_top()
+    x, y = yield from driver.reach("w2w.side_by_side")
+    yield from driver.click(x, y)
+    yield from driver.until(lambda: study().beside is not None, 30)
+    study().view, study().beside_view = "A1", "A2"
+    yield from driver.key("NUMPAD_1")
+    yield from driver.key("HOME")
+    yield from driver.turns(30)
+    yield from driver.look("6_two_maps")
+    legend = sys.modules[f"{UI}.legend"].legend(study(), sys.modules[f"{UI}.state"].utility_of(study()))
+    report["two_maps"] = [legend.name, legend.beside]
+    before = study().regions[0].f1
+    study().activities["walk_left"].part = "BACKGROUND"
+    report["background_changes_the_table"] = study().regions[0].f1 != before
+    yield from driver.turns(10)
+    yield from driver.look("7_background")
+    study().activities["walk_left"].part = "COUNTED"
+    yield from driver.press("w2w.side_by_side")
+    yield from driver.turns(10)
+    report["beside_after_second_press"] = study().beside is not None
 
 
 def delete_body(driver: Driver) -> Script:

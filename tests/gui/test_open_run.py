@@ -18,7 +18,15 @@ from .sandbox import PROJECT, inside, newest_zip, run_in_window
 
 OUT = PROJECT / ".cache" / "gui_run"
 N_PATCHES = 512
-PICTURES = ("1_opened", "2_ranking", "3_signals", "4_choosing", "5_dropped")
+PICTURES = (
+    "1_opened",
+    "2_ranking",
+    "3_signals",
+    "4_choosing",
+    "5_dropped",
+    "6_two_maps",
+    "7_background",
+)
 
 pytestmark = pytest.mark.slow
 
@@ -66,6 +74,15 @@ def test_the_set_to_wear_is_shown_and_a_new_choice_can_be_cancelled(
     assert report["worn"] == [place["patch"] for place in worn["places"]]
     assert report["choosing"]
     assert report["message_after_esc"] == "Choose Sensors cancelled: nothing was changed"
+
+
+def test_two_maps_stand_side_by_side_until_the_button_is_pressed_again(report: dict[str, Any]) -> None:
+    assert report["two_maps"] == ["bow", "run"]
+    assert not report["beside_after_second_press"]
+
+
+def test_an_activity_as_background_changes_the_table_at_once(report: dict[str, Any]) -> None:
+    assert report["background_changes_the_table"]
 
 
 def test_a_deleted_body_takes_its_patches_along_and_undo_brings_them_back(report: dict[str, Any]) -> None:
