@@ -34,6 +34,10 @@ def test_it_stands_beside_the_body_and_moves_and_nothing_else_changes(body_in_sc
     assert stand.location.x == pytest.approx(ASIDE)
     assert armature.parent == stand
     assert np.ptp([bone_heads(armature, frame) for frame in (1, 6, 12)], axis=0).max() > 0.05
+    places = dict(zip((bone.name for bone in armature.pose.bones), bone_heads(armature, 6), strict=True))
+    head = next(place for name, place in places.items() if name.lower().endswith("head"))
+    trunk = head - np.mean([place for name, place in places.items() if "foot" in name.lower()], axis=0)
+    assert trunk[2] > 2 * np.hypot(*trunk[:2])  # it stands, whichever axis is up in the file
     assert timing() == before[2]
     assert bpy.context.selected_objects == [body_in_scene.mesh]
     assert bpy.context.view_layer.objects.active == body_in_scene.mesh
