@@ -10,6 +10,8 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, PARENTS
+from w2w.core.motion.bone_maps import best_match
+from w2w.scene.character import POINT
 
 
 @dataclass(frozen=True)
@@ -259,3 +261,35 @@ def add_skin(body: Body, armature: bpy.types.Object, joint_of: dict[str, str]) -
     mesh.modifiers.new("Armature", "ARMATURE").object = armature
     bpy.context.view_layer.update()
     return mesh
+
+
+def distance_from_itself(body: Body, mesh: bpy.types.Object) -> np.ndarray:
+    """How far each vertex of a skin of ours is from where it was laid, metres."""
+    values = np.empty(len(mesh.data.vertices) * 3, dtype=np.float32)
+    mesh.data.attributes[POINT].data.foreach_get("vector", values)
+    face, first, second = values.reshape(-1, 3).T
+    corners = body.vertices[body.faces[face.astype(int)]]
+    shares = np.stack([first, second, 1 - first - second], axis=1)
+    return np.linalg.norm(np.einsum("vc,vca->va", shares, corners) - body.vertices, axis=1)
+
+
+def fit_metarig(metarig: bpy.types.Object, body: Body) -> None:
+    """Move the bones of Rigify's human to the joints of a body, each with what hangs on it."""
+    _, matched = best_match([bone.name for bone in metarig.data.bones])
+    joint_of = {metarig.data.bones[bone].name: joint for joint, bone in matched.items()}
+    bpy.ops.object.mode_set(mode="EDIT")
+    bones = metarig.data.edit_bones
+    before = {bone.name: bone.head.copy() for bone in bones}
+    for bone in bones:
+        carrier = bone
+        while carrier.name not in joint_of and carrier.parent is not None:
+            carrier = carrier.parent
+        joint = joint_of.get(carrier.name, 0)
+        move = type(bone.head)(body.joints[joint]) - before[carrier.name]
+        if bone.name in joint_of:
+            bone.head = body.joints[joint]
+            if not bone.children or not bone.children[0].use_connect:
+                bone.tail = end_of(body, joint)
+        elif not bone.use_connect:
+            bone.head, bone.tail = before[bone.name] + move, bone.tail + move
+    bpy.ops.object.mode_set(mode="OBJECT")

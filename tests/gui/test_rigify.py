@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A rig that Rigify makes, in the Blender that brings Rigify along: Use Character knows its bones.
+
+Needs what `test_window.py` needs; skips where one is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+
+import pytest
+
+from .test_window import PROJECT, SANDBOX, TIMEOUT_S
+
+OUT = PROJECT / ".cache" / "gui_rigify"
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_character_on_a_generated_rig_finds_itself_on_our_body() -> None:
+    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
+    if not (SANDBOX / ".ready").exists() or not zips:
+        pytest.skip("no real Blender or no extension here: run tools/real_blender.sh and 'make extension'")
+    shutil.rmtree(OUT, ignore_errors=True)
+    OUT.mkdir(parents=True)
+    done = subprocess.run(
+        [
+            PROJECT / "tools" / "real_blender.sh", "run", f"W2W_ZIP=/project/dist/{zips[-1].name}",
+            "W2W_OUT=/project/.cache/gui_rigify", "blender", "--background", "--factory-startup",
+            "--python-exit-code", "1", "--python", "/project/tests/gui/rigify_character.py",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    report = json.loads((OUT / "report.json").read_text())
+    if not report["rigify"]:
+        pytest.skip("this Blender comes without Rigify")
+    assert (report["map"], report["joints"], report["deforming"]) == ("Rigify", 24, True)
+    assert report["bones"] > 300  # controls and mechanisms beside those that deform
+    assert report["twists"] == 8
+    assert report["meshes"] == ["Skin"]
+    assert report["from_itself"] < 0.03
