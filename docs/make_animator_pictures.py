@@ -26,6 +26,7 @@ CUTS = {
     "animator_patches": ("gui/pictures/3_patches", VIEW),
     "animator_heatmap": ("gui/pictures/5_mean", VIEW),
     "animator_pick": ("gui/pictures/6_compare", VIEW),
+    "animator_two_maps": ("gui_run/pictures/6_two_maps", VIEW),
     "animator_overnight": ("gui_run/pictures/3_signals", VIEW),
 }
 """Screenshot and cut of each picture."""

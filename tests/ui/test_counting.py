@@ -121,6 +121,14 @@ def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Pa
     assert (study.activities[0].use, study.activities[0].background) == (False, False)
 
 
+def test_run_all_ranks_again_by_new_weights(library: Path) -> None:
+    body = make_study(library)
+    body.w2w.activities[0].part = "BACKGROUND"
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert utility_of(body.w2w).weights.tolist() == [0.0, 1.0, 1.0]
+    assert jobs.message.text.startswith("Ranked 48 patches")
+
+
 def test_where_nothing_counts_the_ranking_says_so(library: Path) -> None:
     body = make_study(library)
     for activity in body.w2w.activities:

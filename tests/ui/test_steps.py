@@ -132,10 +132,8 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert results.findings(study, weak, patches)[0] == f"{CANNOT_RANK}."
     first, second = results.patch_lines(study, utility, best)
     assert mean_caution(utility)  # the library has few clips
-    assert first == (
-        f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval), as good as the best"
-    )
-    assert second == f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f}"
+    assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
+    assert second == f"rank 1 of {len(patches)}, as good as the best; on these clips {utility.mean[best]:.2f}"
     assert study.regions[0].high == 0
     monkeypatch.setattr(results, "mean_caution", lambda _: "")
     first, second = results.patch_lines(study, utility, best)

@@ -120,14 +120,14 @@ def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int)
     expected, raw = expected_mean(study, utility), raw_mean(study, utility)
     rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
     if not is_as_ranked(study, utility):
-        score = f"expected F1 {expected[patch]:.2f} over the activities that count, {rank}"
-        return score, f"on these clips {raw[patch]:.2f}"
+        score = f"expected F1 {expected[patch]:.2f} over the activities that count"
+        return score, f"{rank}; on these clips {raw[patch]:.2f}"
     low, high = utility.expected_low[patch], utility.expected_high[patch]
     raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
     equal = ", as good as the best" if utility.as_good[patch] else ""
     if mean_caution(utility):
-        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval){equal}"
-        return score, f"{rank}; on these clips {raw[patch]:.2f}"
+        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval)"
+        return score, f"{rank}{equal}; on these clips {raw[patch]:.2f}"
     return (
         f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
         f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",

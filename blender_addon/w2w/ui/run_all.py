@@ -11,6 +11,7 @@ import bpy
 from . import advice, jobs
 from .baking import bake_steps, rank_steps, to_bake
 from .choosing import choose_steps, missing_for_choice
+from .counting import is_reweighed
 from .jobs import Steps, part
 from .on_body import is_there, on_body
 from .own_placements import is_pending
@@ -131,8 +132,10 @@ def _parts(mesh: bpy.types.Object) -> list[Part]:
 
 
 def _is_ranked(mesh: bpy.types.Object) -> bool:
-    study = mesh.w2w
-    return utility_of(study) is not None and study.ranked_as == rank_settings(study)
+    study, utility = mesh.w2w, utility_of(mesh.w2w)
+    return (
+        utility is not None and study.ranked_as == rank_settings(study) and not is_reweighed(study, utility)
+    )
 
 
 def _is_chosen(mesh: bpy.types.Object) -> bool:

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long the panel takes from an empty scene to the first heatmap, on real clips.
+
+    python -m benchmarks.first_heatmap [--clips 20] [--patches 512] [--data ../shared/data]
+
+What the buttons start, as a window runs it, a slice of work a turn; a person's clicks between them are not
+in it. Beside the seconds by the clock stand the processor's, which tell more on a busy machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+
+import w2w as extension
+from w2w.ui import jobs, preferences
+from w2w.ui.motion_import import import_steps, wanted_in_folder
+from w2w.ui.run_all import run_all_steps
+from w2w.ui.state import utility_of
+
+from .longest_turn import make_library
+
+
+@contextmanager
+def timed(name: str) -> Iterator[None]:
+    """Print how long a part took."""
+    clock, processor = time.perf_counter(), time.process_time()
+    yield
+    spent, worked = time.perf_counter() - clock, time.process_time() - processor
+    print(f"{name:28} {spent:6.1f} s ({worked:.1f} of the processor)", flush=True)
+
+
+def until_heatmap(body: bpy.types.Object) -> None:
+    """Run All, as far as the ranking that paints the body."""
+    job = jobs.Job("Run All", run_all_steps(body))
+    while utility_of(body.w2w) is None:
+        jobs._advance(job, jobs.BUDGET)
+    job.steps.close()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--data", type=Path, default=Path("../shared/data"))
+    parser.add_argument("--clips", type=int, default=20)
+    parser.add_argument("--patches", type=int, default=512)
+    given = parser.parse_args()
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        preferences._own_folder = lambda: folder / "cache"
+        library = make_library(given.data, folder / "library", given.clips)
+        extension.register()
+        with timed("all"):
+            with timed("add body"):
+                bpy.ops.w2w.add_body()
+            body = bpy.context.scene.w2w.body
+            body.w2w.patch_count = given.patches
+            with timed(f"import, {len(wanted_in_folder(library))} clips"):
+                job = jobs.Job("Import", import_steps(body, wanted_in_folder(library)))
+                while jobs._advance(job, jobs.BUDGET) is None:
+                    pass
+            with timed("run all, to the heatmap"):
+                until_heatmap(body)
+
+
+if __name__ == "__main__":
+    main()
