@@ -12,7 +12,7 @@ import subprocess
 
 import pytest
 
-from .test_window import PROJECT, SANDBOX, TIMEOUT_S
+from .sandbox import PROJECT, TIMEOUT_S, inside, newest_zip
 
 OUT = PROJECT / ".cache" / "gui_rigify"
 
@@ -20,15 +20,13 @@ pytestmark = pytest.mark.slow
 
 
 def test_a_character_on_a_generated_rig_finds_itself_on_our_body() -> None:
-    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
-    if not (SANDBOX / ".ready").exists() or not zips:
-        pytest.skip("no real Blender or no extension here: run tools/real_blender.sh and 'make extension'")
+    extension = newest_zip()
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
     done = subprocess.run(
         [
-            PROJECT / "tools" / "real_blender.sh", "run", f"W2W_ZIP=/project/dist/{zips[-1].name}",
-            "W2W_OUT=/project/.cache/gui_rigify", "blender", "--background", "--factory-startup",
+            PROJECT / "tools" / "real_blender.sh", "run", f"W2W_ZIP={inside(extension)}",
+            f"W2W_OUT={inside(OUT)}", "blender", "--background", "--factory-startup",
             "--python-exit-code", "1", "--python", "/project/tests/gui/rigify_character.py",
         ],
         capture_output=True,
