@@ -26,6 +26,7 @@ from w2w.core.ranking.weights import read_weights
 from w2w.core.study import StudyConfig
 
 from . import options, pose_options, signal_options, window_options
+from .runs.garments import parse_garments
 from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
 from .runs.workers import Engine
@@ -56,6 +57,14 @@ class StudyOptions:
             "on the body at rest, z up, soles at z = 0)."
         ),
     ] = None
+    garment: Annotated[
+        str,
+        typer.Option(
+            help="What is worn: tshirt, trousers, or FILE.blend:OBJECT, one of yours that follows W2W's body "
+            "there; several comma-separated, the outer first. Patches that it covers are then on the "
+            "cloth, which Blender simulates: minutes a clip."
+        ),
+    ] = ""
     rate: signal_options.Rate = 50.0
     sensor: signal_options.Sensor = DEFAULT_SENSOR
     band: signal_options.Band = signal_options.AS_DEFAULT.cutoff_hz
@@ -126,6 +135,7 @@ class StudyOptions:
         config = StudyConfig(
             patches=self.patches,
             placements=tuple(read_placements(self.placements).items()) if self.placements else (),
+            garments=parse_garments(self.garment),
             synthesis=signal_options.synthesis_settings(self.rate, self.band, self.convention),
             root_band_hz=self.root_band,
             further=signal_options.further_sensors(self.record, self.recognise_by, self.location),

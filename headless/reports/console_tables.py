@@ -18,6 +18,7 @@ from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
+from w2w.core.findings.garments import garment_content, garment_sentence
 from w2w.core.findings.label_notes import label_notes
 from w2w.core.findings.own_placements import own_content
 from w2w.core.findings.sources import shown_in, source_caution
@@ -62,6 +63,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_window_warning(study.clips, study.config.windows, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
+    _show_garments(study, console)
     advice_text.show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
     own_table.show_own_placements(own_content(study), console)
@@ -80,6 +82,14 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
         console.print(f"\nNo {name}: {why}.", style="red", markup=False)
     if failed:
         console.print("Everything else is there; the same command goes on from here.")
+
+
+def _show_garments(study: Study, console: Console) -> None:
+    """Say which patches were on cloth, where any was."""
+    patches = study.results.patches
+    content = garment_content(study.results.out, study.config.garments, patches)
+    if sentence := garment_sentence(content, len(patches)):
+        console.print(f"{sentence}.", style="yellow", markup=False)
 
 
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:

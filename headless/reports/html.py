@@ -16,6 +16,7 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_text
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import clip_counts, counts_sentence, few_clips, interval_caution
+from w2w.core.findings.garments import garment_sentence
 from w2w.core.findings.joint import joint_content
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap
@@ -116,7 +117,7 @@ def page(
         where=spot["where"] if "where" in spot else headline.where_to_wear(best, utility, study.patches),
         score=headline.score_text(best, utility),
         repeats=headline.reliability_sentence(utility),
-        notes=_notes(summary),
+        notes=_notes(summary, len(study.patches)),
         left_out=left_out_sentences(utility.left_out),
         worn=worn,
         joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
@@ -163,11 +164,12 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
     return rows
 
 
-def _notes(summary: dict[str, Any]) -> list[str]:
-    """What stood out in the labels and the windows."""
+def _notes(summary: dict[str, Any], n_patches: int) -> list[str]:
+    """What stood out in the labels and the windows, and what was worn."""
     notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
-    return notes + ([f"{windows}."] if windows else [])
+    worn = garment_sentence(summary.get("garments", {}), n_patches)
+    return notes + [f"{sentence}." for sentence in (windows, worn) if sentence]
 
 
 def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:

@@ -27,6 +27,7 @@ from .clip_records import finished, mark_source, marked_source, write_record
 from .clip_task import ClipTask, unfinished
 from .guard import guarded, timed_out, untimed
 from .load_clip import load_clip
+from .worn import worn_in
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -117,7 +118,8 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
     _, motion, details = load_clip(task.clip, body, task.bone_maps, task.pose)
     _refuse_too_long(motion, task)
-    recording = record(body, patches, motion, task.config)
+    worn = worn_in(task, body, motion)
+    recording = record(body, patches, motion, task.config, worn)
     features, is_test = describe(recording, task.config)
     copies, copy_files = _make_copies(task, body, patches, motion)
     signature = motion_signature(motion)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
-from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
+from w2w.core.clip_files import FITTED, WORK, ClipWindows, ranking_inputs
 from w2w.core.clip_ranking import LabelledClip, rank_clips
 from w2w.core.files import write_json
 from w2w.core.findings.finished_study import ClipResult, Study
@@ -26,6 +26,7 @@ from w2w.core.study import StudyConfig, place_patches
 
 from .clip_task import ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers, versions
+from .garments import fit_garments
 from .monitor import RunMonitor
 from .rank_on_cluster import spread_over
 from .workers import Engine, run_tasks
@@ -123,9 +124,12 @@ def _prepare(body: Body, config: StudyConfig, out: Path) -> PatchSet:
     bundled = bundled_targets().fit(body)
     if config.augmentation and config.augmentation.bodies and not bundled:
         raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
+    if config.augmentation and config.garments:
+        raise StudyError("--augment alters the motion of the skin alone: leave it out with --garment")
     forget_running(out)
     try:
         patches = place_patches(Body.bundled() if bundled else body, config)
+        fit_garments(config, body, patches, out)
     except ValueError as error:
         raise StudyError(str(error)) from error
     body.save(out / WORK / "body.npz")
@@ -139,8 +143,9 @@ def _prepare(body: Body, config: StudyConfig, out: Path) -> PatchSet:
 
 def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
     config, engine = plan.config, plan.engine
+    files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
     inputs = hashlib.sha256(
-        b"".join((out / WORK / name).read_bytes() for name in ("body.npz", "patches.npz"))
+        b"".join((out / name).read_bytes() for name in files)
         + repr((config.signal_parameters(), engine.bone_maps, engine.pose)).encode()
         + code_sha256().encode()
     ).hexdigest()

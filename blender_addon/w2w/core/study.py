@@ -19,6 +19,7 @@ from .imu.sensor import SensorModel
 from .imu.sensor_file import sensor_of_plain
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
+from .imu.worn import Worn
 from .motion.duplicates import mirrored_signatures
 from .motion.motion import Motion
 from .motion.variants import low_passed, smoothed_root
@@ -48,6 +49,8 @@ class StudyConfig:
         Geodesic distances that the patches are sampled by (`patches.sample_patches`).
     placements : tuple of (str, int or tuple of 3 floats)
         Placements of one's own beside the sampled patches, as for `with_placements`.
+    garments : tuple of str
+        What is worn, the outer first: sensors of the patches that it covers are on it, not on the skin.
     synthesis : Synthesis
         How ideal signals are made; its `rate_hz` is the sensor's rate.
     sensor : str
@@ -95,6 +98,7 @@ class StudyConfig:
     patches: int = DEFAULT_PATCHES
     patch_mode: str = "exact"
     placements: tuple[tuple[str, int | tuple[float, ...]], ...] = ()
+    garments: tuple[str, ...] = ()
     synthesis: Synthesis = field(default_factory=Synthesis)
     sensor: str = DEFAULT_SENSOR
     own_sensor: SensorModel | None = None
@@ -138,6 +142,8 @@ class StudyConfig:
         if self.further.features and inputs_of(self.classifier) == "windows":
             names = ", ".join(self.further.features)
             raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")
+        if self.garments and self.further != NOTHING:
+            raise ValueError("a garment's sensors are accelerometer and gyroscope alone: leave others out")
         self.sensor_model()
 
     def sensor_model(self) -> SensorModel:
@@ -153,8 +159,9 @@ class StudyConfig:
         chosen |= {"sensor_model": plain(self.sensor_model())}
         if self.features != SUMMARY:
             chosen |= {"features": self.features}
-        if self.placements:
-            chosen |= {"placements": plain(self.placements)}
+        for name in ("placements", "garments"):
+            if getattr(self, name):
+                chosen |= {name: plain(getattr(self, name))}
         if self.further != NOTHING:
             chosen |= {"further": plain(self.further)}
         if self.augmentation is not None:
@@ -187,6 +194,7 @@ class StudyConfig:
         costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
         given["constraints"] = Constraints(**wishes, costs=costs)
         given["background"] = tuple(given["background"])
+        given["garments"] = tuple(given["garments"])
         given["weights"] = tuple((name, weight) for name, weight in given["weights"])
         given["placements"] = tuple(
             (name, tuple(where) if isinstance(where, list) else where) for name, where in given["placements"]
@@ -223,21 +231,26 @@ def place_patches(body: Body, config: StudyConfig) -> PatchSet:
     return with_placements(body, patches, dict(config.placements)) if config.placements else patches
 
 
-def record(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -> ImuRecording:
-    """What sensors on all patches would record of one motion.
+def record(
+    body: Body, patches: PatchSet, motion: Motion, config: StudyConfig, worn: Worn | None = None
+) -> ImuRecording:
+    """What sensors on all patches would record of one motion; of those that garments carry, as they moved.
 
     Raises
     ------
     ValueError
         If the motion is too short for the synthesis.
     """
-    motion = _measured(motion, config)
-    return record_motion(
-        body, patches, motion, config.synthesis, config.sensor_model(), config.seed, config.further
-    )
+    motion = measured(motion, config)
+    if worn is None:
+        return record_motion(
+            body, patches, motion, config.synthesis, config.sensor_model(), config.seed, config.further
+        )
+    ideal = record_motion(body, patches, motion, config.synthesis)
+    return config.sensor_model().apply(worn.over(ideal, config.synthesis), seed=config.seed)
 
 
-def _measured(motion: Motion, config: StudyConfig) -> Motion:
+def measured(motion: Motion, config: StudyConfig) -> Motion:
     """The motion with its root's path band-limited, where the config asks for it and the frames hold more."""
     if config.root_band_hz is None or config.root_band_hz >= motion.rate / 2:
         return motion
@@ -253,7 +266,7 @@ def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig
         If copies on other bodies are asked for and the body is not W2W's own.
     """
     if config.augmentation is not None:
-        motion = _measured(motion, config)
+        motion = measured(motion, config)
         yield from record_copies(
             body, patches, motion, config.augmentation, config.synthesis, config.sensor_model(), config.seed,
             config.further,
@@ -267,6 +280,7 @@ def record_baked(
     labels: tuple[str, str, str],
     config: StudyConfig,
     root: np.ndarray | None = None,
+    worn: Worn | None = None,
 ) -> ImuRecording:
     """What sensors on all patches would record of a surface that Blender has moved.
 
@@ -282,6 +296,8 @@ def record_baked(
     config : StudyConfig
     root : ndarray, shape (T, 3), optional
         Path of the body's root in the world, without which it cannot be band-limited.
+    worn : Worn, optional
+        The sensors that garments carry.
 
     Raises
     ------
@@ -289,11 +305,13 @@ def record_baked(
         If the motion is too short for the synthesis, or the root's path is to be band-limited and not known.
     """
     if config.root_band_hz is not None and config.root_band_hz < rate / 2:
-        if root is None:
+        if root is None or worn is not None:
             raise ValueError("its root cannot be told from its surface: set the root band to 0")
         matrices = matrices.copy()
         matrices[..., :3, 3] += (low_passed(root, rate, config.root_band_hz) - root)[:, None]
     ideal = synthesize(matrices, rate, config.synthesis)
+    if worn is not None:
+        ideal = worn.over(ideal, config.synthesis)
     named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
     sensor = config.sensor_model()
     others = further_signals(

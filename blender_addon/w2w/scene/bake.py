@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ..core.body.body import Body
+from ..core.imu.worn import Worn
 from ..core.motion.motion import Motion
 from ..core.motion.skinning import frames_from_edges, patch_matrices
 from ..core.patches.patches import PatchSet
@@ -43,6 +44,8 @@ class Bake:
         What the action does in the armature's space; None where no `Motion` can tell it.
     root : ndarray, shape (T, 3), or None
         Path of the root in the world; None on the general path, where more than the bones may move it.
+    worn : Worn or None
+        The sensors that garments carry; in `matrices` they are on the skin.
     """
 
     matrices: np.ndarray
@@ -51,6 +54,7 @@ class Bake:
     reason: str
     motion: Motion | None
     root: np.ndarray | None = None
+    worn: Worn | None = None
 
 
 class PatchBaker:

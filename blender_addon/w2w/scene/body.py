@@ -59,13 +59,29 @@ def add_body(body: Body, collection: bpy.types.Collection | None = None, name: s
     collection = collection or bpy.context.scene.collection
     name = name or body.name
     armature = _add_armature(body, f"{name} Armature", collection)
+    return BodyObjects(add_skinned(body, armature, collection, name), armature)
+
+
+def add_skinned(
+    body: Body, armature: bpy.types.Object, collection: bpy.types.Collection, name: str
+) -> bpy.types.Object:
+    """Add a mesh that an armature of `add_body` moves, in the body that it was made for."""
     mesh = bpy.data.objects.new(name, _new_mesh(body, name))
     collection.objects.link(mesh)
     _add_weights(mesh, body.weights)
     mesh.parent = armature
     modifier = mesh.modifiers.new("Armature", "ARMATURE")
     modifier.object = armature
-    return BodyObjects(mesh, armature)
+    return mesh
+
+
+def reskin(item: bpy.types.Object, body: Body) -> None:
+    """Give an object of `add_skinned` another mesh, with weights of its own."""
+    before = item.data
+    item.data = _new_mesh(body, item.name)
+    bpy.data.meshes.remove(before)
+    item.vertex_groups.clear()
+    _add_weights(item, body.weights)
 
 
 def body_of(mesh: bpy.types.Object) -> Body:

@@ -33,10 +33,26 @@ def why_not_fast(mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy
     return next(_obstacles(mesh, armature, action), "")
 
 
+def moved_besides_bones(
+    mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
+) -> str:
+    """What besides the action's bone curves moves the armature or reshapes the body; empty for nothing.
+
+    As `why_not_fast`, but modifiers of the mesh may do what they like.
+    """
+    return next(_besides(mesh, armature, action), "")
+
+
 def _obstacles(
     mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
 ) -> Iterator[str]:
     yield from _modifiers(mesh, armature)
+    yield from _besides(mesh, armature, action)
+
+
+def _besides(
+    mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
+) -> Iterator[str]:
     yield from _shape_keys(mesh)
     for item in _with_parents(mesh, armature):
         yield from _object_motion(item, armature)
@@ -53,7 +69,8 @@ def _modifiers(mesh: bpy.types.Object, armature: bpy.types.Object) -> Iterator[s
         m for m in mesh.modifiers if m.type == "ARMATURE" and m.object == armature and m.show_viewport
     ]
     for modifier in mesh.modifiers:
-        if modifier.show_viewport and modifier not in deforming:
+        moves = modifier.show_viewport and modifier.type != "COLLISION"
+        if moves and modifier not in deforming:
             yield f"'{mesh.name}' has the modifier '{modifier.name}'"
     if len(deforming) != 1:
         yield f"'{mesh.name}' has {len(deforming)} active armature modifiers"

@@ -11,6 +11,8 @@ from . import (
     character,
     choosing,
     exports,
+    garment_properties,
+    garments,
     import_dialog,
     jobs,
     lists,
@@ -43,6 +45,7 @@ from . import step5_wishes as wish_ops
 
 MODULES: tuple[ModuleType, ...] = (
     preferences,
+    garment_properties,
     properties,
     jobs,
     body_ops,
@@ -67,6 +70,7 @@ MODULES: tuple[ModuleType, ...] = (
     character,
     own_placement_panel,
     own_sensor_panel,
+    garments,
     result_panels,
     placement_panels,
     pick_tool,

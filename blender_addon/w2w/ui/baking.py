@@ -23,7 +23,9 @@ from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.study import StudyConfig, describe, record_baked
 from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
+from ..scene.garments import GarmentBaker
 from . import results, signal_cache
+from .garment_properties import baker_of
 from .jobs import EXPECTED, Step, Steps, in_thread
 from .on_body import is_there, on_body
 from .preferences import cache_folder
@@ -64,7 +66,7 @@ def bake_steps(
     """
     study, patches = mesh.w2w, patches_of(mesh)
     before = {index: _signals_of(study.clips[index]) for index in indices}
-    baker, failed = PatchBaker(mesh, patches), {}
+    baker, failed = baker_of(mesh, patches), {}
     finished = False
     try:
         for number, index in enumerate(indices):
@@ -87,7 +89,9 @@ def bake_steps(
     return _baked_text([study.clips[index] for index in indices], len(patches), failed)
 
 
-def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker, index: int, low: float, high: float) -> Steps:
+def _bake_clip(
+    mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, index: int, low: float, high: float
+) -> Steps:
     """Bake one clip."""
     study, settings = mesh.w2w, bake_settings(mesh.w2w)
     clip, between = study.clips[index], low + 0.8 * (high - low)
@@ -216,7 +220,7 @@ def _signals(
     """Work for a thread: a clip's signals and features into the cache; gives their key."""
 
     def work(told: Callable[[float], None]) -> str:
-        recording = record_baked(bake.matrices, bake.rate, patches, labels, config, bake.root)
+        recording = record_baked(bake.matrices, bake.rate, patches, labels, config, bake.root, bake.worn)
         told(0.5)
         features, is_test = describe(recording, config)
         windows = ClipWindows(is_test, _signature(bake), (len(is_test),))

@@ -24,6 +24,7 @@ from ..core.wording import capital
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
 from .counting import counted_in
+from .garment_properties import wardrobe_text, worn_by
 from .own_sensor import OWN, own_sensor
 from .precision import as_given
 
@@ -104,6 +105,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         every_activity=as_given(study.every_activity, run.every_activity),
         max_places=study.max_places or None,
         placements=own_placed(study),
+        garments=tuple(item.name for item in worn_by(study)) or run.garments,
         constraints=constraints_of(study),
         seed=study.seed,
     )
@@ -211,7 +213,8 @@ def unreadable_ranking(study: bpy.types.PropertyGroup) -> str:
 def bake_settings(study: bpy.types.PropertyGroup) -> str:
     """All that signals depend on besides the body and the motion."""
     text = f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
-    return f"{text}{_signals_text(study)} {_shape_text(study.shape)}".rstrip()
+    parts = (text + _signals_text(study), _shape_text(study.shape), wardrobe_text(study))
+    return " ".join(part for part in parts if part)
 
 
 def _signals_text(study: bpy.types.PropertyGroup) -> str:

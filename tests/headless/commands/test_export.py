@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 from headless.__main__ import APP
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from w2w.core.exports.bids import labels_of
-from w2w.core.exports.study_signals import at_rate
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.vendor_formats import read_orientation_sto, read_xsens_txt
 from w2w.core.motion.motion import SMPL_PELVIS, Motion, read_amass
+from w2w.core.motion.resample import at_rate
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import WindowSpec, cut_windows

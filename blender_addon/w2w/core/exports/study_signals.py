@@ -8,16 +8,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation, RotationSpline
 
 from ..body.body import Body
 from ..body.landmarks import SENSOR_SITES
 from ..clip_files import signals_file
-from ..filtering import count_resampled
 from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
 from ..motion.motion import Motion
+from ..motion.resample import at_rate
 from ..motion.skinning import patch_matrices
 from ..patches.naming import resolve
 from ..patches.own_placements import patches_at
@@ -142,6 +140,11 @@ def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorMode
             "the run was made with --convention paper, whose signals are in no one frame: they cannot be "
             "turned back; run it with the physical convention"
         )
+    if config.garments:
+        raise ValueError(
+            f"the run wore {', '.join(config.garments)}, and signals on a garment are made by the run alone: "
+            "they stand in its folder signals, at the rate of the run"
+        )
     body = study.body()
     synthesis = replace(config.synthesis, rate_hz=rate)
     config = replace(config, synthesis=synthesis, sensor=sensor.name, own_sensor=sensor)
@@ -154,23 +157,6 @@ def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorMode
 
 def _orientations(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
     return patch_matrices(body, patches.triangles, motion)[..., :3, :3]
-
-
-def at_rate(motion: Motion, rate: float) -> Motion:
-    """The motion at another frame rate, along splines through its frames that bend smoothly."""
-    if motion.rate == rate:
-        return motion
-    own = np.arange(motion.n_frames) / motion.rate
-    times = np.arange(count_resampled(motion.n_frames, motion.rate, rate)) / rate
-    times = np.minimum(times, own[-1])  # rounding
-    rotations = np.stack(
-        [
-            RotationSpline(own, Rotation.from_matrix(motion.rotations[:, joint]))(times).as_matrix()
-            for joint in range(motion.rotations.shape[1])
-        ],
-        axis=1,
-    )
-    return replace(motion, rotations=rotations, pelvis=CubicSpline(own, motion.pelvis)(times), rate=rate)
 
 
 def _chosen(study: StudyResults) -> tuple[int, ...]:

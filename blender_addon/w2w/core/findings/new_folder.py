@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from ..body.body import Body
 from ..clip_files import (
+    FITTED,
     WORK,
     ClipWindows,
     copy_file,
@@ -27,6 +28,7 @@ from ..files import UNFINISHED, load_arrays, write_json, write_npz
 from ..imu.recording import ImuRecording
 from ..motion.library import Clip, Library
 from ..motion.motion import Motion
+from ..patches.garment_cover import Cover, save_covers
 from ..patches.patches import PatchSet
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
@@ -80,6 +82,8 @@ class StudyParts:
         The clips again, and what was left out.
     versions : dict of str to str
         Of the programs at work.
+    covers : mapping of str to Cover
+        What each garment of the config covers.
     """
 
     config: StudyConfig
@@ -89,6 +93,7 @@ class StudyParts:
     utility: UtilityMap | None
     library: Library
     versions: dict[str, str]
+    covers: Mapping[str, Cover] = field(default_factory=dict)
 
 
 def write_folder(folder: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
@@ -125,6 +130,8 @@ def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
         (out / name).mkdir(parents=True)
     parts.body.save(out / WORK / "body.npz")
     parts.patches.save(out / WORK / "patches.npz")
+    if parts.covers:
+        save_covers(out / FITTED, parts.covers, [""] * len(parts.covers))
     results = []
     for number, saved in enumerate(parts.clips):
         told(0.4 * number / len(parts.clips))

@@ -23,6 +23,7 @@ from .advice_content import advice_content
 from .best_regions import best_regions
 from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study
+from .garments import garment_content
 from .label_notes import label_content
 from .own_placements import own_scores
 from .sources import shown_in, source_caution
@@ -105,11 +106,18 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
+        **_worn_on(study),
         **advice_content(study.advice, utility, patches, study.together, study.worn),
         **map_content(utility, patches, study.config.placements),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),
     }
+
+
+def _worn_on(study: Study) -> dict[str, Any]:
+    """What garments carried, where any did."""
+    found = garment_content(study.results.out, study.config.garments, study.results.patches)
+    return {"garments": found} if found else {}
 
 
 def config_content(study: Study, versions: dict[str, str]) -> dict[str, Any]:

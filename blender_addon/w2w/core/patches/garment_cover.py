@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which patches of a body a garment covers, and where on the garment their sensors sit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from ..body.body import Body, vertex_normals
+from ..files import load_arrays, write_npz
+from ..motion.skinning import frames_from_edges
+from .carriers import carrier_triangles
+from .patches import PatchSet
+from .strip_graph import StripGraph
+
+REACH = 0.12
+"""A garment this far from the skin still covers it, metres."""
+
+BELOW = 0.01
+"""How far below the skin a garment may be drawn, metres: a tight one often is."""
+
+ASIDE = 0.02
+"""How far beside a patch the nearest vertex of the garment may be, metres; an edge on coarse meshes."""
+
+FACING = 0.3
+"""Least cosine between the normals of a garment and of the skin that it covers."""
+
+CANDIDATES, SKIN_NEAR = 64, 4
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """The patches that a garment covers.
+
+    Parameters
+    ----------
+    patches : ndarray of int, shape (K,)
+    triangles : ndarray of int, shape (K, 3)
+        Vertices of the garment that carry each sensor.
+    mounts : ndarray, shape (K, 3, 3)
+        Turn of each sensor against its triangle's frame: in the rest pose it is turned as on the skin.
+    """
+
+    patches: np.ndarray
+    triangles: np.ndarray
+    mounts: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.patches)
+
+    def matrices(self, corners: np.ndarray) -> np.ndarray:
+        """World matrices of the sensors, shape (T, K, 4, 4), from their triangles' corners (T, K, 3, 3)."""
+        found = _frames(corners)
+        found[..., :3, :3] = found[..., :3, :3] @ self.mounts
+        return found
+
+    def without(self, patches: np.ndarray) -> Cover:
+        """The same less some patches, which another garment covers."""
+        kept = ~np.isin(self.patches, patches)
+        return Cover(self.patches[kept], self.triangles[kept], self.mounts[kept])
+
+
+def cover(vertices: np.ndarray, faces: np.ndarray, body: Body, patches: PatchSet) -> Cover:
+    """The patches of a body that a mesh around it covers.
+
+    A patch is covered where the mesh passes over it, facing as the skin does; its sensor sits on
+    the nearest such vertex, on a triangle of vertices around that.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        The garment in the body's rest pose and space, metres.
+    faces : ndarray of int, shape (F, 3)
+    body : Body
+    patches : PatchSet
+        Of the body.
+    """
+    used, numbers = np.unique(faces, return_inverse=True)
+    if len(used) < 3:
+        return _nothing()
+    cloth = skinned_as(vertices[used], numbers.reshape(-1, 3), body)
+    places, normals = body.vertices[patches.vertices], body.vertex_normals[patches.vertices]
+    centre = _over(cloth, places, normals)
+    covered = np.flatnonzero(centre >= 0)
+    if not len(covered):
+        return _nothing()
+    graph = StripGraph.of(cloth.vertices, cloth.faces)
+    triangles = carrier_triangles(cloth, graph, centre[covered])
+    on_cloth = _frames(cloth.vertices[triangles])[:, :3, :3]
+    on_skin = _frames(body.vertices[patches.triangles[covered]])[:, :3, :3]
+    return Cover(covered, used[triangles], np.swapaxes(on_cloth, 1, 2) @ on_skin)
+
+
+def skinned_as(vertices: np.ndarray, faces: np.ndarray, body: Body, name: str = "garment") -> Body:
+    """A mesh around a body, facing outward and skinned as the nearest skin."""
+    distance, near = KDTree(body.vertices).query(vertices, k=SKIN_NEAR)
+    share = 1 / np.maximum(distance, 1e-6)
+    weights = np.einsum("vk,vkj->vj", share / share.sum(axis=1, keepdims=True), body.weights[near])
+    along = np.einsum("va,va->v", vertex_normals(vertices, faces), body.vertex_normals[near[:, 0]])
+    faces = faces if along.sum() >= 0 else faces[:, ::-1]
+    return Body(vertices, faces, body.joints, weights / weights.sum(axis=1, keepdims=True), name=name)
+
+
+def _over(cloth: Body, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Vertex of a garment over each place on the skin, -1 where there is none."""
+    count = min(CANDIDATES, len(cloth.vertices))
+    near = KDTree(cloth.vertices).query(places, k=count)[1].reshape(len(places), count)
+    gap = cloth.vertices[near] - places[:, None]
+    height = np.einsum("nka,na->nk", gap, normals)
+    aside = np.linalg.norm(gap - height[..., None] * normals[:, None], axis=2)
+    facing = np.einsum("nka,na->nk", cloth.vertex_normals[near], normals)
+    corners = cloth.vertices[cloth.faces]
+    edge = float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
+    over = (height > -BELOW) & (height < REACH) & (aside < max(ASIDE, edge)) & (facing > FACING)
+    cost = np.where(over, aside + height / 4, np.inf)
+    best = cost.argmin(axis=1)
+    rows = np.arange(len(places))
+    return np.where(np.isfinite(cost[rows, best]), near[rows, best], -1)
+
+
+def _frames(corners: np.ndarray) -> np.ndarray:
+    """Frames of triangles, shape (..., 4, 4), from their corners (..., 3, 3)."""
+    first, second, third = (corners[..., corner, :] for corner in range(3))
+    return frames_from_edges(corners.mean(axis=-2), second - first, third - first)
+
+
+def _nothing() -> Cover:
+    return Cover(np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.int64), np.empty((0, 3, 3)))
+
+
+def save_covers(path: str | Path, covers: Mapping[str, Cover], sources: Sequence[str]) -> None:
+    """Write what garments cover, by their names, to an npz file; `sources` are hashes of their files."""
+    whole = list(covers.values())
+    arrays = {
+        "names": np.array(list(covers)),
+        "sources": np.array(sources),
+        "owners": np.repeat(np.arange(len(whole)), [len(own) for own in whole]),
+        "patches": np.concatenate([own.patches for own in whole]),
+        "triangles": np.concatenate([own.triangles for own in whole]),
+        "mounts": np.concatenate([own.mounts for own in whole]),
+    }
+    write_npz(path, arrays)
+
+
+def load_covers(path: str | Path) -> dict[str, Cover]:
+    """Read what `save_covers` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the file does not hold it.
+    """
+    needed = ("names", "owners", "patches", "triangles", "mounts")
+    data = load_arrays(path, needed, "does not say what garments cover")
+    found = {}
+    for number, name in enumerate(data["names"]):
+        own = data["owners"] == number
+        found[str(name)] = Cover(*(data[part][own] for part in ("patches", "triangles", "mounts")))
+    return found
+
+
+def without_overlap(covers: Sequence[Cover]) -> list[Cover]:
+    """Covers of several garments, the outer first: each without the patches of those before it."""
+    taken = np.empty(0, dtype=np.int64)
+    found = []
+    for own in covers:
+        found.append(own.without(taken))
+        taken = np.concatenate([taken, own.patches])
+    return found

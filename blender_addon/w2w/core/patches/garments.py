@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A loose T-shirt and loose trousers for any body: its skin there, moved off by some ease and smoothed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
+
+from ..body.body import Body
+from ..body.regions import regions_of
+from ..body.skeleton import JOINT_INDEX
+from .naming import PARTS, SIDES
+
+KINDS = ("tshirt", "trousers")
+"""The garments that there are."""
+
+BLEND = ".blend"
+
+EASE = 0.025
+"""How far the cloth is off the skin before it is draped, metres: some 16 cm more around than the body."""
+
+SNUG, TAPER = 0.006, 0.08
+"""Ease at the edge that holds the garment, and how far from it the full ease is reached, metres."""
+
+HELD = 0.025
+"""Cloth this near to that edge stays where the skin carries it, metres."""
+
+SLEEVE, WAIST, ANKLE = 0.7, 0.22, 0.03
+"""Ends: the sleeve's on the upper arm, the waistband's from hips to shoulders, above the ankle in metres."""
+
+SMOOTHINGS, NORMALS_SMOOTHED = 12, 4
+
+CLOSEST = 0.9
+"""Least distance from the skin after smoothing, in eases."""
+
+APART = 0.003
+"""How far each leg of trousers stays from the middle at least, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Garment:
+    """A garment in the body's rest pose.
+
+    Parameters
+    ----------
+    cloth : Body
+        Its mesh, skinned as the skin below it.
+    held : ndarray of bool, shape (V,)
+        Vertices at the collar or the waistband: these go with the skin.
+    """
+
+    cloth: Body
+    held: np.ndarray
+
+
+def cut(kind: str, body: Body) -> Garment:
+    """Cut a garment for a body.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    body : Body
+        In any shape, with any mesh.
+
+    Raises
+    ------
+    ValueError
+        If there is no such garment, or the body's mesh has nothing where it goes.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"there is no garment called '{kind}': there are {' and '.join(KINDS)}")
+    chosen = _shirt(body) if kind == "tshirt" else _trousers(body)
+    skin, faces = _largest_piece(body.faces[chosen[body.faces].all(axis=1)], len(body.vertices))
+    if len(skin) < 3:
+        raise ValueError(f"the mesh of '{body.name}' has no surface where a {kind} goes")
+    points = body.vertices[skin]
+    links = _links(_sides_of(faces), len(skin))
+    edge = _holding_edge(kind, points, faces)
+    away = dijkstra(_lengths(links, points), indices=edge, min_only=True)
+    ease = np.interp(away, (0, TAPER), (SNUG, EASE))
+    loose = points + ease[:, None] * _soft_normals(body, skin, _average(links))
+    loose = _smoothed(loose, CLOSEST * ease, _sides_kept(kind, body, points), body, faces)
+    cloth = Body(loose, faces, body.joints, body.weights[skin], name=kind)
+    return Garment(cloth, away < HELD)
+
+
+def split_name(garment: str) -> tuple[str, str]:
+    """File and object of a garment written FILE.blend:OBJECT; without a file one of `KINDS`."""
+    file, mark, name = garment.partition(f"{BLEND}:")
+    return (file + BLEND, name) if mark else ("", garment)
+
+
+def _shirt(body: Body) -> np.ndarray:
+    """Vertices of the skin below a T-shirt."""
+    hip, _ = _heights(body)
+    trunk = _in_part(body, "torso") & (body.vertices[:, 2] > hip)
+    sleeves = np.zeros(len(trunk), dtype=bool)
+    for side in SIDES:
+        shoulder, elbow = (body.joints[JOINT_INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow"))
+        bone = elbow - shoulder
+        along = (body.vertices - shoulder) @ bone / (bone @ bone)
+        sleeves |= _named(body, (f"{side} shoulder", f"{side} upper arm")) & (along < SLEEVE)
+    return trunk | sleeves
+
+
+def _trousers(body: Body) -> np.ndarray:
+    """Vertices of the skin below trousers."""
+    hip, shoulder = _heights(body)
+    waist = hip + WAIST * (shoulder - hip)
+    ankle = max(body.joints[JOINT_INDEX[f"{side}_ankle"]][2] for side in SIDES) + ANKLE
+    height = body.vertices[:, 2]
+    return (_in_part(body, "torso") | _in_part(body, "leg")) & (height > ankle) & (height < waist)
+
+
+def _heights(body: Body) -> tuple[float, float]:
+    """Height of the hip joints and of the shoulder joints."""
+    joints = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "shoulder"))
+    return tuple(float(body.joints[pair, 2].mean()) for pair in joints)
+
+
+def _in_part(body: Body, part: str) -> np.ndarray:
+    codes, names = regions_of(body)
+    plain = [name.removeprefix("left ").removeprefix("right ") for name in names]
+    return np.isin(codes, [code for code, name in enumerate(plain) if name in PARTS[part]])
+
+
+def _named(body: Body, beginnings: tuple[str, ...]) -> np.ndarray:
+    codes, names = regions_of(body)
+    return np.isin(codes, [code for code, name in enumerate(names) if name.startswith(beginnings)])
+
+
+def _largest_piece(faces: np.ndarray, n_vertices: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of the largest piece in which triangles hang together, and its faces in their numbers."""
+    if not len(faces):
+        return np.empty(0, dtype=np.int64), faces
+    pieces = connected_components(_links(_sides_of(faces), n_vertices), directed=False)[1][faces[:, 0]]
+    vertices, numbers = np.unique(faces[pieces == np.bincount(pieces).argmax()], return_inverse=True)
+    return vertices, numbers.reshape(-1, 3)
+
+
+def _sides_of(faces: np.ndarray) -> np.ndarray:
+    """Pairs of vertices, one for each side of each triangle."""
+    return np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+
+
+def _borders(faces: np.ndarray) -> np.ndarray:
+    """Edges that belong to one triangle only, shape (E, 2)."""
+    found, count = np.unique(_sides_of(faces), axis=0, return_counts=True)
+    return found[count == 1]
+
+
+def _links(edges: np.ndarray, n_vertices: int) -> csr_matrix:
+    """Which vertices share an edge."""
+    both = np.concatenate([edges, edges[:, ::-1]])
+    links = coo_matrix((np.ones(len(both)), both.T), shape=(n_vertices, n_vertices)).tocsr()
+    links.data[:] = 1.0
+    return links
+
+
+def _lengths(links: csr_matrix, points: np.ndarray) -> csr_matrix:
+    found = links.tocoo()
+    lengths = np.linalg.norm(points[found.row] - points[found.col], axis=1)
+    return csr_matrix((lengths, (found.row, found.col)), shape=links.shape)
+
+
+def _holding_edge(kind: str, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Vertices of the edge that holds the garment: the highest, which is the waistband's or the collar's."""
+    edges = _borders(faces)
+    border = np.unique(edges)
+    loops = connected_components(_links(edges, len(points)), directed=False)[1][border]
+    height = points[border, 2].copy()
+    if kind == "tshirt":  # in the T-pose the sleeves' ends are as high, but far from the middle
+        height -= np.abs(points[border, 0] - np.median(points[:, 0]))
+    means = {loop: height[loops == loop].mean() for loop in np.unique(loops)}
+    return border[loops == max(means, key=means.get)]
+
+
+def _soft_normals(body: Body, skin: np.ndarray, average: csr_matrix) -> np.ndarray:
+    normals = body.vertex_normals[skin]
+    for _ in range(NORMALS_SMOOTHED):
+        normals = (normals + average @ normals) / 2
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def _average(links: csr_matrix) -> csr_matrix:
+    """Matrix that gives each vertex the mean of its neighbours."""
+    return diags(1 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)) @ links
+
+
+def _smoothed(
+    points: np.ndarray, least: np.ndarray, side: np.ndarray, body: Body, faces: np.ndarray
+) -> np.ndarray:
+    """The cloth without folds: nowhere nearer to the skin than `least`, each leg on its side of the middle.
+
+    Edges are smoothed as lines, for they would shrink.
+    """
+    edges = _borders(faces)
+    at_edge = np.zeros(len(points), dtype=bool)
+    at_edge[edges] = True
+    inner = diags((~at_edge).astype(float)) @ _average(_links(_sides_of(faces), len(points)))
+    average = inner + _average(_links(edges, len(points)))
+    skin, middle = KDTree(body.vertices), body.joints[:, 0].mean()
+    for _ in range(SMOOTHINGS):
+        points = (points + average @ points) / 2
+        near = skin.query(points)[1]
+        depth = np.einsum("va,va->v", points - body.vertices[near], body.vertex_normals[near])
+        points = points + np.maximum(least - depth, 0)[:, None] * body.vertex_normals[near]
+        off = points[:, 0] - middle
+        points[:, 0] = middle + np.where(side == 0, off, side * np.maximum(side * off, APART))
+    return points
+
+
+def _sides_kept(kind: str, body: Body, points: np.ndarray) -> np.ndarray:
+    """1 for vertices that stay on the left of the middle, -1 for those on the right, 0 for the rest."""
+    off = points[:, 0] - body.joints[:, 0].mean()
+    return np.where((np.abs(off) > APART) & (kind == "trousers"), np.sign(off), 0.0)

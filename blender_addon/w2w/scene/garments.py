@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes the sensors that garments carry, as Blender moves the garments with the body."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ..core.imu.worn import Worn
+from ..core.motion.motion import Motion
+from ..core.motion.run_up import SETTLE_S, with_run_up
+from ..core.patches.garment_cover import Cover, cover, without_overlap
+from ..core.patches.patches import PatchSet
+from . import actions
+from .actions import scene_rate, write_action
+from .bake import Bake, PatchBaker
+from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
+from .cloth_time import real_time_speed
+from .evaluated import EvaluatedVertices
+from .fast_path import moved_besides_bones
+from .playback import active_action, each_frame, playing, same_timing, without_empties
+
+FARTHEST = 3.0
+"""Metres between a sensor and the middle of all beyond which cloth has flown apart."""
+
+TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
+        "HOOK", "CAST", "MESH_CACHE", "MESH_SEQUENCE_CACHE")  # fmt: skip
+"""Modifiers by which a mesh may follow a body."""
+
+
+def check_garment(item: bpy.types.Object, mesh: bpy.types.Object) -> None:
+    """Refuse what cannot be worn as a garment.
+
+    Raises
+    ------
+    ValueError
+        If it is no mesh, is the body itself, follows nothing, or replays baked physics.
+    """
+    if item.type != "MESH" or not len(item.data.polygons):
+        raise ValueError(f"'{item.name}' is no mesh with faces: choose the mesh of a garment")
+    if item == mesh:
+        raise ValueError(f"'{item.name}' is the body itself: choose the mesh of a garment")
+    if item.parent is None and not any(modifier.type in TIED for modifier in item.modifiers):
+        raise ValueError(
+            f"'{item.name}' does not follow the body: give it a modifier that does (Armature, Cloth, Surface "
+            "Deform, Shrinkwrap, Lattice), or parent it"
+        )
+    for modifier in _simulated(item):
+        if modifier.point_cache.is_baked:
+            raise ValueError(
+                f"the physics of '{item.name}' are baked, so that it would move as in another clip: press "
+                "Delete Bake in its Cache panel"
+            )
+
+
+def cover_of(item: bpy.types.Object, mesh: bpy.types.Object, patches: PatchSet) -> Cover:
+    """The patches of a body that a garment covers, both as they are at rest.
+
+    Raises
+    ------
+    ValueError
+        If it covers none.
+    """
+    armature = armature_of(mesh)
+    to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(item.matrix_world)
+    points = rest_vertices(item) @ to_body[:3, :3].T + to_body[:3, 3]
+    found = cover(points, triangles_of(item.data), body_of(mesh), patches)
+    if not len(found):
+        raise ValueError(
+            f"'{item.name}' covers no patch of '{mesh.name}': it must be around the body in its rest pose"
+        )
+    return found
+
+
+class GarmentBaker:
+    """Bakes the patches of a body of which some are covered by garments, action by action.
+
+    Parameters
+    ----------
+    mesh : Object
+        The body's mesh.
+    patches : PatchSet
+    garments : sequence of Object
+        The outer first.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is no body that can be baked, or a garment cannot be worn or covers nothing.
+    """
+
+    def __init__(
+        self, mesh: bpy.types.Object, patches: PatchSet, garments: Sequence[bpy.types.Object]
+    ) -> None:
+        self.mesh = mesh
+        self.patches = patches
+        self.garments = tuple(garments)
+        self._skin = PatchBaker(mesh, patches)
+        for item in garments:
+            check_garment(item, mesh)
+        self.covers = without_overlap([cover_of(item, mesh, patches) for item in garments])
+
+    def by_frame(self, action: bpy.types.Action | None = None) -> Generator[float, None, Bake]:
+        """Bake as `PatchBaker.by_frame` does, then let the garments follow; a pause after each frame."""
+        skin = yield from _part(self._skin.by_frame(action), 0.0, 0.1)
+        armature = armature_of(self.mesh)
+        action = action or active_action(armature)
+        besides = moved_besides_bones(self.mesh, armature, action)
+        if skin.motion is not None and not besides:
+            frames = follow(self.mesh, self.garments, self.covers, skin.motion)
+        else:
+            frames = _follow_scene(
+                self.mesh, self.garments, self.covers, action, len(skin.matrices), skin.rate
+            )
+        worn = yield from _part(frames, 0.1, 1.0)
+        names = ", ".join(item.name for item in self.garments)
+        return replace(skin, path="general", reason=f"{len(worn.patches)} sensors are on {names}", worn=worn)
+
+
+def follow(
+    mesh: bpy.types.Object,
+    garments: Sequence[bpy.types.Object],
+    covers: Sequence[Cover],
+    motion: Motion,
+) -> Generator[float, None, Worn]:
+    """Let garments follow a body through a motion, from rest and settled before it begins.
+
+    The scene is on another frame between the pauses, and as it was at the end, or when the
+    generator is closed early.
+
+    Parameters
+    ----------
+    mesh : Object
+        The body's.
+    garments : sequence of Object
+    covers : sequence of Cover
+        One a garment.
+    motion : Motion
+        In the armature's space.
+
+    Yields
+    ------
+    float
+        Share of the frames done.
+
+    Raises
+    ------
+    ValueError
+        If the cloth flies apart.
+    """
+    moved, before = with_run_up(motion)
+    armature = armature_of(mesh)
+    with ExitStack() as stack:
+        stack.enter_context(same_timing())
+        _set_rate(moved.rate)
+        action = write_action(armature, moved, "W2W run-up")
+        stack.callback(bpy.data.actions.remove, action)
+        stack.enter_context(playing(armature, action))
+        first = int(actions.FIRST_FRAME)
+        frames = np.arange(first, first + moved.n_frames)
+        corners = yield from _corners(stack, mesh, garments, covers, frames, before)
+    return _worn(covers, corners, moved.rate)
+
+
+def _follow_scene(
+    mesh: bpy.types.Object,
+    garments: Sequence[bpy.types.Object],
+    covers: Sequence[Cover],
+    action: bpy.types.Action | None,
+    n_frames: int,
+    rate: float,
+) -> Generator[float, None, Worn]:
+    """As `follow`, where more than bones moves the body: the first pose is held while cloth settles."""
+    armature, scene = armature_of(mesh), bpy.context.scene
+    first = scene.frame_start
+    if action is not None and (curves := actions.bone_curves(armature, action)):
+        first = int(np.floor(actions.frames_of(action, curves)[0][0]))
+    count = int(np.ceil(n_frames * scene_rate() / rate)) + 1
+    before = round(2 * SETTLE_S * scene_rate())
+    with ExitStack() as stack:
+        stack.enter_context(playing(armature, action))
+        frames = np.arange(first - before, first + count)
+        corners = yield from _corners(stack, mesh, garments, covers, frames, before)
+    return _worn(covers, corners, scene_rate())
+
+
+def _corners(
+    stack: ExitStack,
+    mesh: bpy.types.Object,
+    garments: Sequence[bpy.types.Object],
+    covers: Sequence[Cover],
+    frames: np.ndarray,
+    before: int,
+) -> Generator[float, None, list[np.ndarray]]:
+    """Corners of the sensors' triangles on each garment, (T, K, 3, 3), in the frames after the first ones."""
+    stack.enter_context(without_empties(mesh))
+    for item in garments:
+        stack.enter_context(_simulated_over(item, frames, scene_rate()))
+    vertices = [EvaluatedVertices(item, own.triangles) for item, own in zip(garments, covers, strict=True)]
+    corners = [np.empty((len(frames) - before, *own.triangles.shape, 3)) for own in covers]
+    with closing(each_frame(frames)) as numbers:
+        for number in numbers:
+            if number >= before:
+                for item, positions, filled in zip(garments, vertices, corners, strict=True):
+                    filled[number - before] = positions.positions()
+                    _refuse_flown(item, filled[number - before])
+            yield (number + 1) / len(frames)
+    return corners
+
+
+def _refuse_flown(item: bpy.types.Object, corners: np.ndarray) -> None:
+    points = corners.reshape(-1, 3)
+    if not len(points):
+        return
+    if not np.isfinite(points).all() or np.abs(points - np.median(points, axis=0)).max() > FARTHEST:
+        raise ValueError(
+            f"the cloth of '{item.name}' flew apart in this clip: raise the quality steps of its "
+            "cloth, or take it off"
+        )
+
+
+def _worn(covers: Sequence[Cover], corners: Sequence[np.ndarray], rate: float) -> Worn:
+    matrices = [own.matrices(points) for own, points in zip(covers, corners, strict=True)]
+    return Worn(np.concatenate([own.patches for own in covers]), np.concatenate(matrices, axis=1), rate)
+
+
+def _set_rate(rate: float) -> None:
+    render = bpy.context.scene.render
+    render.fps = max(1, round(rate))
+    render.fps_base = render.fps / rate
+
+
+def _simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:
+    """Modifiers that simulate from frame to frame."""
+    return [modifier for modifier in item.modifiers if getattr(modifier, "point_cache", None) is not None]
+
+
+@contextmanager
+def _simulated_over(item: bpy.types.Object, frames: np.ndarray, rate: float) -> Iterator[None]:
+    """Let physics run over these frames, in real time where it is cloth; as they were at the end."""
+    kept = []
+    for modifier in _simulated(item):
+        cache = modifier.point_cache
+        kept.append((cache, cache.frame_start, cache.frame_end))
+        cache.frame_start, cache.frame_end = int(frames[0]), int(frames[-1])
+    cloths = [modifier.settings for modifier in item.modifiers if modifier.type == "CLOTH"]
+    speeds = [settings.time_scale for settings in cloths]
+    for settings, speed in zip(cloths, speeds, strict=True):
+        settings.time_scale = real_time_speed(speed, rate, settings.quality)
+    try:
+        yield
+    finally:
+        for cache, start, end in kept:
+            cache.frame_start, cache.frame_end = start, end
+        for settings, speed in zip(cloths, speeds, strict=True):
+            settings.time_scale = speed
+
+
+def _part(frames: Generator[float, None, Bake | Worn], low: float, high: float) -> Generator:
+    """The shares of one piece of work as part of another."""
+    with closing(frames):
+        while True:
+            try:
+                share = next(frames)
+            except StopIteration as stop:
+                return stop.value
+            yield low + (high - low) * share

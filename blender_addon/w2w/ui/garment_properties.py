@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a study's body wears, and what bakes its patches then."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import bpy
+from bpy.props import CollectionProperty, PointerProperty
+
+from ..core.clip_files import FITTED
+from ..core.patches.garment_cover import Cover, load_covers
+from ..core.patches.patches import PatchSet
+from ..scene.bake import PatchBaker
+from ..scene.cloth import KIND, refit
+from ..scene.garments import GarmentBaker
+from .on_body import is_there
+
+
+class W2W_PG_garment(bpy.types.PropertyGroup):
+    """A garment that is worn."""
+
+    item: PointerProperty(type=bpy.types.Object, name="Garment")
+
+
+class Wardrobe:
+    """The part of a study's properties that is about what the body wears."""
+
+    garments: CollectionProperty(type=W2W_PG_garment)
+
+
+def worn_by(study: bpy.types.PropertyGroup) -> list[bpy.types.Object]:
+    """The garments that are worn, the outer first."""
+    return [row.item for row in study.garments if row.item is not None and is_there(row.item)]
+
+
+def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
+    """All of the garments that signals depend on and that can be told quickly; empty where none is worn."""
+    parts = [f"{item.name} {len(item.data.vertices)} {_modifiers(item)}" for item in worn_by(study)]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12] if parts else ""
+
+
+def _modifiers(item: bpy.types.Object) -> str:
+    return " ".join(f"{modifier.type}:{modifier.show_viewport}" for modifier in item.modifiers)
+
+
+def baker_of(mesh: bpy.types.Object, patches: PatchSet) -> PatchBaker | GarmentBaker:
+    """What bakes a study's patches: on the skin, or on what is worn over it.
+
+    Raises
+    ------
+    ValueError
+        If the body cannot be baked or a garment cannot be worn.
+    """
+    garments = worn_by(mesh.w2w)
+    if not garments:
+        return PatchBaker(mesh, patches)
+    for item in garments:
+        if KIND in item:
+            refit(item, mesh)
+    return GarmentBaker(mesh, patches, garments)
+
+
+def covers_of(mesh: bpy.types.Object, patches: PatchSet) -> dict[str, Cover]:
+    """What each garment of a study covers, by its name; of a run that was opened, what was worn in it.
+
+    Raises
+    ------
+    OSError, ValueError
+        If a garment cannot be worn any more, or the run's folder does not say what it wore.
+    """
+    study = mesh.w2w
+    if worn_by(study):
+        baker = baker_of(mesh, patches)
+        return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
+    run = json.loads(study.parameters).get("garments") if study.parameters else None
+    return load_covers(Path(study.results_folder) / FITTED) if run else {}
+
+
+CLASSES = (W2W_PG_garment,)

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is worn in a run: read from the command line, and fitted to the body before the first clip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from w2w.core.body.body import Body
+from w2w.core.clip_files import FITTED
+from w2w.core.files import file_sha256
+from w2w.core.patches.garment_cover import Cover, cover, save_covers, without_overlap
+from w2w.core.patches.garments import KINDS, cut, split_name
+from w2w.core.patches.patches import PatchSet
+from w2w.core.study import StudyConfig
+from w2w.scene.output import quiet_output
+
+from ..blender import forget_scripts_path
+from ..needs_blender import NoBlenderError, needs_blender
+from .guard import guarded
+from .workers import run_alone
+
+
+def parse_garments(text: str) -> tuple[str, ...]:
+    """Garments from what a person writes, separated by commas.
+
+    Raises
+    ------
+    ValueError
+        If one is unknown or its file is not there.
+    """
+    garments = tuple(part.strip() for part in text.split(",") if part.strip())
+    for number, garment in enumerate(garments):
+        if garment in garments[:number]:
+            raise ValueError(f"--garment: '{garment}' is given twice")
+        file, name = split_name(garment)
+        if file and not Path(file).is_file():
+            raise ValueError(f"--garment: there is no file {file}")
+        if not file and name.lower().endswith(".blend"):
+            raise ValueError(f"--garment: say which object of {name} is worn: {name}:OBJECT")
+        if not file and name not in KINDS:
+            raise ValueError(
+                f"--garment: there is no garment called '{name}': write {', '.join(KINDS)} or "
+                "FILE.blend:OBJECT"
+            )
+        if file and not name:
+            raise ValueError(f"--garment: say which object of {file} is worn: {file}:OBJECT")
+    return garments
+
+
+def fit_garments(config: StudyConfig, body: Body, patches: PatchSet, out: Path) -> None:
+    """Find the patches that the study's garments cover, and write them down for the clips' work.
+
+    Raises
+    ------
+    ValueError
+        If a garment cannot be worn, or covers nothing that an outer one leaves.
+    NoBlenderError
+        If a garment is in a .blend file and Blender's module cannot be imported.
+    """
+    path = out / FITTED
+    if not config.garments:
+        path.unlink(missing_ok=True)
+        return
+    found = without_overlap([_cover(garment, body, patches) for garment in config.garments])
+    for garment, own in zip(config.garments, found, strict=True):
+        if not len(own):
+            raise ValueError(f"'{garment}' covers no patch that another garment leaves: leave one out")
+    save_covers(path, dict(zip(config.garments, found, strict=True)), _sources(config.garments))
+
+
+def _cover(garment: str, body: Body, patches: PatchSet) -> Cover:
+    file, name = split_name(garment)
+    if not file:
+        cloth = cut(name, body).cloth
+        return cover(cloth.vertices, cloth.faces, body, patches)
+    found = run_alone(_cover_in_blender, garment, body, patches)
+    if found is None:
+        raise ValueError(f"--garment: Blender crashed on {file}: it is damaged")
+    if isinstance(found, str):
+        raise ValueError(f"--garment: {found}")
+    return found
+
+
+def _cover_in_blender(garment: str, body: Body, patches: PatchSet) -> Cover | str:
+    """The cover, or a sentence."""
+    forget_scripts_path()
+    with guarded():
+        try:
+            with needs_blender(), quiet_output():
+                from w2w.scene.wear import fitted
+
+                return fitted(garment, body, patches)
+        except NoBlenderError:
+            raise
+        except ValueError as error:
+            return str(error)
+
+
+def _sources(garments: Sequence[str]) -> list[str]:
+    files = [split_name(garment)[0] for garment in garments]
+    return [file_sha256(Path(file)) if file else "" for file in files]

@@ -1,0 +1,27 @@
+"""What was worn is told with the patches that it carried."""
+
+import numpy as np
+
+from w2w.core.clip_files import FITTED, WORK
+from w2w.core.findings.garments import garment_content, garment_sentence
+from w2w.core.patches.garment_cover import Cover, save_covers
+from w2w.core.patches.patches import sample_patches
+
+
+def test_it_names_the_patches_and_their_regions(tmp_path, bundled_body):
+    patches = sample_patches(bundled_body, n=12, mode="fast")
+    (tmp_path / WORK).mkdir()
+    chosen = np.array([2, 5])
+    own = Cover(chosen, np.zeros((2, 3), dtype=int), np.tile(np.eye(3), (2, 1, 1)))
+    save_covers(tmp_path / FITTED, {"tshirt": own}, [""])
+    content = garment_content(tmp_path, ("tshirt",), patches)
+    regions = sorted({patches.regions[2], patches.regions[5]})
+    assert content == {"tshirt": {"patches": [2, 5], "regions": regions}}
+    sentence = garment_sentence(content, 12)
+    assert sentence.startswith("Of 12 patches 2 on tshirt and 10 on the skin.")
+    assert "not yet been checked against worn garments" in sentence
+
+
+def test_where_nothing_is_worn_nothing_is_said(tmp_path):
+    assert garment_content(tmp_path, (), None) == {}
+    assert garment_sentence({}, 12) == ""

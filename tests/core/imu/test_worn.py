@@ -1,0 +1,82 @@
+"""What sensors on a garment feel takes the place of what the skin under them feels, and nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from w2w.core.imu.worn import Worn
+from w2w.core.motion.skinning import patch_matrices
+from w2w.core.patches.patches import sample_patches
+from w2w.core.study import StudyConfig, record, record_baked
+
+
+@pytest.fixture(scope="module")
+def some_patches(bundled_body):
+    return sample_patches(bundled_body, n=24, seed=1, mode="fast")
+
+
+def offset_by(matrices, offset):
+    moved = matrices.copy()
+    moved[..., :3, 3] += moved[..., :3, :3] @ offset
+    return moved
+
+
+def test_a_garment_that_is_the_skin_feels_what_the_skin_feels(bundled_body, some_patches, waving):
+    config = StudyConfig(sensor="bmi270")
+    matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
+    chosen = np.array([3, 11, 20])
+    worn = Worn(chosen, matrices[:, chosen], waving.rate)
+    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, worn))
+    np.testing.assert_allclose(cloth.acc, skin.acc, atol=0.02)
+    np.testing.assert_allclose(cloth.gyr, skin.gyr, atol=0.002)
+    assert cloth.sites == skin.sites
+    assert (cloth.activity, cloth.subject, cloth.clip) == ("waving", "one", "clip")
+
+
+def test_a_rigid_offset_adds_its_lever_arm(bundled_body, some_patches, waving):
+    config, offset = StudyConfig(sensor="ideal"), np.array([0.0, 0.0, 0.05])
+    matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
+    chosen = np.array([5, 9])
+    worn = Worn(chosen, offset_by(matrices[:, chosen], offset), waving.rate)
+    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, worn))
+    others = np.setdiff1d(np.arange(24), chosen)
+    np.testing.assert_array_equal(cloth.acc[:, others], skin.acc[:, others])
+    np.testing.assert_allclose(cloth.gyr, skin.gyr, atol=1e-5)
+    spin = skin.gyr[:, chosen].astype(float)
+    angular = np.gradient(spin, 1 / skin.rate, axis=0)
+    lever = np.cross(angular, offset) + np.cross(spin, np.cross(spin, offset))
+    found = cloth.acc[:, chosen] - skin.acc[:, chosen]
+    inside = slice(5, -5)
+    assert np.abs(lever[inside]).max() > 0.1
+    np.testing.assert_allclose(found[inside], lever[inside], atol=0.12 * np.abs(lever).max())
+
+
+def test_the_panels_door_gives_the_same(bundled_body, some_patches, waving):
+    config = StudyConfig(sensor="bmi270")
+    matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
+    worn = Worn(np.array([2]), offset_by(matrices[:, [2]], np.array([0.0, 0.0, 0.03])), waving.rate)
+    labels = (waving.activity, waving.subject, waving.clip)
+    baked = record_baked(matrices, waving.rate, some_patches, labels, config, worn=worn)
+    run = record(bundled_body, some_patches, waving, config, worn)
+    np.testing.assert_allclose(baked.acc, run.acc, atol=0.02)
+    np.testing.assert_allclose(baked.gyr, run.gyr, atol=0.002)
+
+
+def test_frames_that_end_too_early_are_refused(bundled_body, some_patches, waving):
+    matrices = patch_matrices(bundled_body, some_patches.triangles[:1], waving)
+    worn = Worn(np.array([0]), matrices[:30], waving.rate)
+    with pytest.raises(ValueError, match="frames end before the clip does"):
+        record(bundled_body, some_patches, waving, StudyConfig(), worn)
+
+
+def test_frames_of_another_rate_are_at_the_same_times(bundled_body, some_patches, waving):
+    config = StudyConfig(sensor="ideal")
+    slow = replace(waving, rotations=waving.rotations[::2], pelvis=waving.pelvis[::2], rate=15.0)
+    matrices = patch_matrices(bundled_body, some_patches.triangles[:1], waving)
+    longer = np.concatenate([matrices, matrices[-1:]])
+    alone = record(bundled_body, some_patches, slow, config, Worn(np.array([0]), longer, 30.0))
+    quick = record(bundled_body, some_patches, waving, config)
+    count = alone.n_samples
+    error = alone.acc[10 : count - 10, 0] - quick.acc[10 : count - 10, 0]
+    assert np.sqrt((error**2).mean()) < 0.2 * quick.acc[:, 0].std()

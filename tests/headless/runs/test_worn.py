@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run in a garment out of a .blend file leaves results that everything else reads like the skin's."""
+
+import json
+
+import bpy
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
+
+import w2w
+from headless.__main__ import APP
+from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.patches.garments import cut
+from w2w.core.results_folder import StudyResults
+from w2w.scene.body import add_body, add_skinned
+
+pytestmark = [pytest.mark.usefixtures("one_worker"), pytest.mark.slow]
+
+
+def run(*arguments):
+    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
+    return result.exit_code, " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory, bundled_body):
+    """Two motions of each of two activities, and a shirt that an armature moves in a .blend file."""
+    folder = tmp_path_factory.mktemp("worn")
+    time = np.arange(75) / 30
+    for activity, joint in (("kick", "left_hip"), ("wave", "right_shoulder")):
+        (folder / "clips" / activity).mkdir(parents=True)
+        for number in range(2):
+            angles = 0.8 * np.sin(2 * np.pi * (0.8 + 0.3 * number) * time)
+            rotations = np.tile(np.eye(3), (75, 24, 1, 1))
+            rotations[:, JOINT_INDEX[joint]] = Rotation.from_euler("x", angles).as_matrix()
+            motion = w2w.Motion(rotations, np.tile(bundled_body.joints[0], (75, 1)), 30.0)
+            motion.save(folder / "clips" / activity / f"{activity}{number}.npz")
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    home = bpy.context.scene.collection
+    objects = add_body(bundled_body, home)
+    add_skinned(cut("tshirt", bundled_body).cloth, objects.armature, home, "Shirt")
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "my.blend"))
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def results(library):
+    options = ("--patches", 24, "--window", 1, "--workers", 1, "--no-pictures", "--sensor", "ideal")
+    for out, more in (("skin", ()), ("worn", ("--garment", f"{library}/my.blend:Shirt"))):
+        code, output = run("run", library / "clips", "--out", library / out, *options, *more)
+        assert code == 0, output
+    return library / "skin", library / "worn", output
+
+
+def test_signals_differ_where_the_garment_is_and_nowhere_else(results):
+    skin, worn, output = results
+    summary = json.loads((worn / "summary.json").read_text())
+    ((name, content),) = summary["garments"].items()
+    covered = np.array(content["patches"])
+    assert name.endswith("my.blend:Shirt")
+    assert f"Of 24 patches {len(covered)} on {name}" in output
+    assert "not yet been checked against worn garments" in output
+    bare = np.setdiff1d(np.arange(24), covered)
+    for clip in StudyResults.load(worn).clips:
+        on_skin, on_cloth = (ImuRecording.load(out / "signals" / f"{clip.name}.npz") for out in (skin, worn))
+        np.testing.assert_allclose(on_cloth.acc[:, bare], on_skin.acc[:, bare], atol=1e-5)
+        assert np.abs(on_cloth.acc[:, covered] - on_skin.acc[:, covered]).max() > 0.05
+
+
+def test_everything_else_reads_the_results(results):
+    _, worn, _ = results
+    assert run("place", worn, "--forbid", "head")[0] == 0
+    assert run("tables", worn)[0] == 0
+    assert run("report", worn)[0] == 0
+    study = StudyResults.load(worn)
+    assert len(study.config().garments) == 1
+    assert "my.blend:Shirt" in (worn / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_second_run_takes_up_the_first(library, results):
+    _, worn, _ = results
+    before = (worn / "utility.npz").read_bytes()
+    code, _ = run(
+        *("run", library / "clips", "--out", worn, "--patches", 24, "--window", 1, "--workers", 1),
+        *("--no-pictures", "--sensor", "ideal", "--garment", f"{library}/my.blend:Shirt"),
+    )
+    assert code == 0
+    assert (worn / "utility.npz").read_bytes() == before
+
+
+def test_what_cannot_be_worn_ends_the_run_with_a_sentence(library, tmp_path):
+    own = f"{library}/my.blend:Coat"
+    code, output = run("run", library / "clips", "--out", tmp_path, "--patches", 12, "--garment", own)
+    assert code == 1
+    assert "holds no object 'Coat'; its objects are:" in output
+    code, output = run("run", library / "clips", "--out", tmp_path / "b", "--garment", "skirt")
+    assert code == 2
+    assert "there is no garment called 'skirt'" in output

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Garments in the panel: put on, baked on, taken off; what cannot be worn says why."""
+
+import bpy
+import pytest
+
+from w2w.core.patches.garments import cut
+from w2w.scene.body import add_skinned, armature_of, body_of
+from w2w.ui import jobs
+from w2w.ui.garment_properties import covers_of, wardrobe_text, worn_by
+from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
+
+from .made_study import make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def shirt_on(body):
+    """A T-shirt that is skinned and no cloth: quick to bake."""
+    cloth = cut("tshirt", body_of(body)).cloth
+    item = add_skinned(cloth, armature_of(body), bpy.context.scene.collection, "Shirt")
+    bpy.context.view_layer.objects.active = item
+    return item
+
+
+def test_our_own_garment_is_put_on_and_taken_off(library):
+    body = make_study(library, "")
+    assert bpy.ops.w2w.add_garment(kind="tshirt") == {"FINISHED"}
+    (item,) = worn_by(body.w2w)
+    assert [modifier.type for modifier in item.modifiers] == ["ARMATURE", "CLOTH"]
+    assert body.collision is not None
+    assert bpy.ops.w2w.take_off(index=0) == {"FINISHED"}
+    assert worn_by(body.w2w) == []
+    assert "T-Shirt" not in bpy.data.objects
+    assert [modifier.type for modifier in body.modifiers] == ["ARMATURE"]
+
+
+def test_clips_are_baked_on_what_is_worn(library):
+    body = make_study(library, "motions patches")
+    study = body.w2w
+    for number, clip in enumerate(study.clips):
+        clip.selected = number == 0
+    assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
+    on_skin = study.clips[0].signals
+    item = shirt_on(body)
+    assert bpy.ops.w2w.wear_garment() == {"FINISHED"}
+    assert state_of(study.clips[0], bake_settings(study)) == STALE
+    assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
+    assert state_of(study.clips[0], bake_settings(study)) == BAKED
+    assert study.clips[0].signals != on_skin
+    assert study.clips[0].bake_path.endswith("sensors are on Shirt")
+    assert config_of(study).garments == ("Shirt",)
+    ((name, own),) = covers_of(body, patches_of(body)).items()
+    assert name == "Shirt"
+    assert 0 < len(own) < len(patches_of(body))
+    assert bpy.ops.w2w.take_off(index=0) == {"FINISHED"}
+    assert item.name in bpy.data.objects
+    assert config_of(study).garments == ()
+    assert state_of(study.clips[0], bake_settings(study)) == STALE
+
+
+def test_what_cannot_be_worn_says_why(library):
+    body = make_study(library, "")
+    item = shirt_on(body)
+    item.parent = None
+    item.modifiers.clear()
+    with pytest.raises(RuntimeError, match="'Shirt' does not follow the body"):
+        bpy.ops.w2w.wear_garment()
+    assert jobs.message.is_error
+    assert wardrobe_text(body.w2w) == ""
+
+
+def test_a_garment_that_is_deleted_is_worn_no_more(library):
+    body = make_study(library, "")
+    item = shirt_on(body)
+    assert bpy.ops.w2w.wear_garment() == {"FINISHED"}
+    bpy.data.objects.remove(item)
+    assert worn_by(body.w2w) == []
+    assert bpy.ops.w2w.take_off(index=0) == {"FINISHED"}
