@@ -48,6 +48,7 @@ def follow_surface(item, target):
     assert modifier.is_bound
 
 
+@pytest.mark.slow
 def test_a_surface_deform_a_hair_off_feels_what_the_skin_feels(body_in_scene, bundled_body, patches, short):
     item = copy_of_skin(body_in_scene, off=0.001)  # Blender binds nothing that lies on a vertex
     follow_surface(item, body_in_scene.mesh)
@@ -129,6 +130,7 @@ def test_a_bake_has_the_skin_and_what_is_worn(body_in_scene, patches, short):
     assert 0.01 < np.median(np.linalg.norm(gap, axis=2)) < 0.06
 
 
+@pytest.mark.slow
 def test_signals_of_a_body_moved_by_more_than_bones_are_baked_frame_by_frame(body_in_scene, patches, short):
     item = shirt_on(body_in_scene)
     scene = bpy.context.scene
@@ -169,8 +171,9 @@ def test_baked_physics_are_refused(body_in_scene):
         check_garment(item, body_in_scene.mesh)
 
 
-def test_no_wardrobe_of_lattices_is_needed(body_in_scene, bundled_body, patches, short):
-    """A lattice is one more way to follow: here one that hangs at the head and moves a cap."""
+@pytest.mark.slow
+def test_a_lattice_is_one_more_way_to_follow(body_in_scene, bundled_body, patches, short):
+    """Here it hangs at the head and moves a cap."""
     lattice = bpy.data.objects.new("Lattice", bpy.data.lattices.new("Lattice"))
     bpy.context.scene.collection.objects.link(lattice)
     lattice.parent, lattice.parent_type, lattice.parent_bone = body_in_scene.armature, "BONE", "head"

@@ -35,6 +35,7 @@ def test_our_own_garment_is_put_on_and_taken_off(library):
     assert [modifier.type for modifier in body.modifiers] == ["ARMATURE"]
 
 
+@pytest.mark.slow
 def test_clips_are_baked_on_what_is_worn(library):
     body = make_study(library, "motions patches")
     study = body.w2w
