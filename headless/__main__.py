@@ -14,6 +14,7 @@ import sys
 
 import typer
 
+from .commands.calibrate import calibrate_sensor
 from .commands.demo import demo
 from .commands.demo_library import demo_library
 from .commands.dsads import dsads
@@ -63,6 +64,7 @@ APP.command()(export)
 APP.add_typer(STUDY, name="study")
 APP.command()(synth)
 APP.command()(sensors)
+APP.command(name="calibrate")(calibrate_sensor)
 APP.command()(status)
 APP.command(name="demo-library")(demo_library)
 APP.add_typer(VALIDATE, name="validate")

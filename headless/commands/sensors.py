@@ -136,6 +136,7 @@ def _whole(model: SensorModel) -> Table:
     table.add_row("", "[bold]both[/bold]")
     for field, quantity in WHOLE.items():
         table.add_row(field, _plain(getattr(model, field)), quantity.unit)
+    table.add_row("worn_turn_deg", " ".join(_plain(angle) for angle in model.worn_turn_deg), "deg")
     table.add_row("zero_phase", "yes" if model.zero_phase else "no")
     return table
 

@@ -20,6 +20,8 @@ from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import KINECT_20
 from w2w.core.ranking.windows import WindowSpec
+from w2w.core.validation.calibrated_transfer import calibrated_transfer
+from w2w.core.validation.calibration_gain import Alike, held_out
 from w2w.core.validation.correlation import Correlation, magnitude_correlation
 from w2w.core.validation.transfer import Transfer, transfer
 
@@ -40,6 +42,10 @@ class PartOfUtd(NamedTuple):
     site : str
     activities : tuple of str
     transfers : list of Transfer
+    steps : list of Transfer
+        Simulated to real, one step of the calibration after the other (`calibrated_transfer`).
+    alike : list of Alike
+        Signals before and after it, of people whom it was not fitted to.
     fitted, raw : list of Correlation
         Magnitude of specific force, real against simulated, clip by clip: through the body, and from the
         plain second difference of the nearest Kinect joint.
@@ -50,6 +56,8 @@ class PartOfUtd(NamedTuple):
     site: str
     activities: tuple[str, ...]
     transfers: list[Transfer]
+    steps: list[Transfer]
+    alike: list[Alike]
     fitted: list[Correlation]
     raw: list[Correlation]
     rates: list[Correlation]
@@ -80,6 +88,8 @@ def compare_utd(
                 site,
                 activities,
                 transfer(pairs, activities, WINDOW, terms.seed),
+                calibrated_transfer(pairs, activities, WINDOW, cutoff_hz, terms.seed),
+                held_out(pairs, LONGEST_LAG_S)[1],
                 [_correlated(real.acc, made.acc) for real, made in pairs],
                 [_correlated(t.recording.acc, second_difference(t, site)[:, None]) for t in chosen],
                 [_correlated(real.gyr, made.gyr) for real, made in pairs],
@@ -157,6 +167,7 @@ def _lines(part: PartOfUtd) -> list[str]:
     ):
         zero, best, _, size = np.median(np.array(found), axis=0)
         lines.append(f"| {name} | {zero:.2f} | {best:.2f} | {size:.2f} |")
+    lines += ["", *_calibrated_lines(part)]
     ways = {(t.trained, t.tested): t.f1 for t in part.transfers}
     lines += ["", "| F1 by action | " + " | ".join(f"{a} to {b}" for a, b in ways) + " |"]
     lines += ["|---|" + "---|" * len(ways)]
@@ -164,6 +175,20 @@ def _lines(part: PartOfUtd) -> list[str]:
         f"| {activity} | " + " | ".join(f"{f1[number]:.2f}" for f1 in ways.values()) + " |"
         for number, activity in enumerate(part.activities)
     ]
+    return lines
+
+
+def _calibrated_lines(part: PartOfUtd) -> list[str]:
+    """Simulated to real, the sensor calibrated on the people who are not tested."""
+    lines = [
+        "| trained on simulated signals, tested on a person never seen | macro F1 | 95 % interval |",
+        "|---|---|---|",
+    ]
+    lines += [f"| {t.trained} | {t.macro_f1:.2f} | {t.low:.2f} to {t.high:.2f} |" for t in part.steps]
+    lines += ["", "| r over samples and axes, median | as simulated | calibrated |", "|---|---|---|"]
+    for name, kind in (("specific force", "force"), ("angular velocity", "turning")):
+        before, after = np.median([getattr(one, kind) for one in part.alike], axis=0)
+        lines.append(f"| {name} | {before:.2f} | {after:.2f} |")
     return lines
 
 
@@ -183,4 +208,18 @@ def _content(part: PartOfUtd) -> dict[str, Any]:
         }
         for t in part.transfers
     }
-    return {"actions": list(part.activities), "transfer": ways, "median_correlation": medians}
+    steps = {
+        t.trained: {"macro_f1": round(t.macro_f1, 4), "interval": [round(t.low, 4), round(t.high, 4)]}
+        for t in part.steps
+    }
+    alike = {
+        kind: np.median([getattr(one, kind) for one in part.alike], axis=0).round(4).tolist()
+        for kind in Alike._fields
+    }
+    return {
+        "actions": list(part.activities),
+        "transfer": ways,
+        "calibrated": steps,
+        "median_r_before_and_after": alike,
+        "median_correlation": medians,
+    }

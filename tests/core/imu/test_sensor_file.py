@@ -93,6 +93,8 @@ def test_every_preset_can_be_written_altered_and_read_again(tmp_path, name):
         ({"drop_fraction": True}, "'drop_fraction' must be a number, 0 to 0.9, not True"),
         ({"jitter_s": 10**400}, "'jitter_s' must be 0 to 0.1 s"),
         ({"jitter_s": None}, "'jitter_s' must be a number"),
+        ({"worn_turn_deg": 30}, "'worn_turn_deg' must be a list of three angles in degrees, such as"),
+        ({"worn_turn_deg": [0, 0, 400]}, "'worn_turn_deg' must be -360 to 360 deg, not 400"),
         ({"zero_phase": "yes"}, "'zero_phase' must be true or false"),
         ({"name": ""}, "'name' must be text"),
         ({"name": "bmi270"}, "'name' must not be that of a preset (bmi270)"),
@@ -143,6 +145,15 @@ def test_a_fixed_misalignment_is_the_sensors_own_in_every_clip():
     assert not np.array_equal(fixed.apply(clips[0], 1).acc, first)  # another seed, another wearing
     part = ImuRecording(still[:, 2:], np.zeros_like(still[:, 2:]), 50.0, clip="one")
     np.testing.assert_array_equal(fixed.apply(part, 0, first_sensor=2).acc, first[:, 2:])
+
+
+def test_a_worn_sensors_turn_is_that_of_all_sensors_in_every_clip(tmp_path):
+    model = read_sensor(written(tmp_path, {"worn_turn_deg": [0, 0, 90]}))
+    read = model.apply(ImuRecording(np.tile([1.0, 2.0, G], (9, 3, 1)), np.ones((9, 3, 3)), 50.0), 0)
+    np.testing.assert_allclose(read.acc, np.tile([2.0, -1.0, G], (9, 3, 1)), atol=1e-5)
+    np.testing.assert_allclose(read.gyr, np.tile([1.0, -1.0, 1.0], (9, 3, 1)), atol=1e-5)
+    config = StudyConfig(sensor=model.name, own_sensor=model)
+    assert StudyConfig.from_dict(json.loads(json.dumps(config.as_dict()))) == config
 
 
 def test_the_paper_preset_has_noise_drift_and_a_fixed_misalignment():

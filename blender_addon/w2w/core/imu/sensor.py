@@ -128,6 +128,9 @@ class SensorModel:
     fixed_misalignment_deg : float
         Turn of the sensor against its place, degrees about each axis, the same in every clip, as if it
         were never taken off: it depends on the seed and the sensor's number alone.
+    worn_turn_deg : tuple of 3 floats
+        How a sensor really sat: rotation vector from its axes to those of its place, degrees, the same for
+        every sensor and clip.
     soft_tissue_hz : float or None
         Natural frequency of the soft tissue under the sensor, Hz; at or above half the sample rate the
         tissue counts as stiff.
@@ -150,6 +153,7 @@ class SensorModel:
     mounting_turn_deg: float = 0.0
     mounting_shift_m: float = 0.0
     fixed_misalignment_deg: float = 0.0
+    worn_turn_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
     soft_tissue_hz: float | None = None
     soft_tissue_damping: float = 0.3
     soft_tissue_gain: float = 1.0
@@ -160,6 +164,10 @@ class SensorModel:
             "mounting_shift_m", "fixed_misalignment_deg", "soft_tissue_damping", "soft_tissue_gain",
         ):  # fmt: skip
             _check_not_negative(name, getattr(self, name))
+        turn = tuple(float(angle) for angle in self.worn_turn_deg)
+        if len(turn) != 3 or not np.isfinite(turn).all():
+            raise ValueError(f"worn_turn_deg must be three numbers, not {self.worn_turn_deg}")
+        object.__setattr__(self, "worn_turn_deg", turn)
         _check_positive("rate_hz", self.rate_hz)
         _check_positive("soft_tissue_hz", self.soft_tissue_hz)
         if self.drop_fraction >= 1 or self.soft_tissue_gain > 1:
@@ -221,7 +229,10 @@ class SensorModel:
     def _misalign(
         self, acc: np.ndarray, gyr: np.ndarray, rate: float, seed: int, sensors: range
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Turn each sensor by what is its own in all clips."""
+        """Turn all sensors as one was worn, then each by what is its own in all clips."""
+        if any(self.worn_turn_deg):
+            turns = np.tile(np.radians(self.worn_turn_deg), (len(sensors), 1))
+            acc, gyr = errors.mount(acc, gyr, rate, turns, np.zeros_like(turns))
         if not self.fixed_misalignment_deg:
             return acc, gyr
         numbers = SensorStreams(seed, ALL_CLIPS, sensors).constants("mounting", 2, 3)[:, 0]

@@ -84,7 +84,10 @@ WHOLE = {
 }
 """Fields of the whole sensor that hold a number."""
 
-OTHERS = ("name", "like", "zero_phase")
+TURN = Quantity(ANGLE, -360, 360)
+"""Each of the three angles of ``worn_turn_deg``."""
+
+OTHERS = ("name", "like", "zero_phase", "worn_turn_deg")
 
 GIVEN_ELSEWHERE = {
     "rate_hz": "the rate is given on the command line (--rate)",
@@ -137,6 +140,8 @@ def sensor_from(content: Any, name: str) -> SensorModel:
     given = {field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content}
     if "zero_phase" in content:
         given["zero_phase"] = _switch(content["zero_phase"])
+    if "worn_turn_deg" in content:
+        given["worn_turn_deg"] = _turn(content["worn_turn_deg"])
     for kind, quantities in TRIADS.items():
         given[kind] = _read_triad(content.get(kind, {}), kind, quantities, getattr(base, kind))
     model = replace(base, name=_name(content.get("name", name)), **given)
@@ -224,6 +229,14 @@ def _switch(value: Any) -> bool:
     if not isinstance(value, bool):
         raise ValueError(f"'zero_phase' must be true or false, not {value}")
     return value
+
+
+def _turn(value: Any) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError(
+            f"'worn_turn_deg' must be a list of three angles in degrees, such as [0, 0, 90], not {value}"
+        )
+    return tuple(TURN.read(angle, "worn_turn_deg") for angle in value)
 
 
 def _name(value: Any) -> str:

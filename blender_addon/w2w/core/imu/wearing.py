@@ -35,6 +35,8 @@ def wearing_sentences(model: SensorModel) -> str:
         left.append("loose straps")
     if model.fixed_misalignment_deg:
         held.append(f"is turned by {model.fixed_misalignment_deg:g}° for good (one standard deviation)")
+    if any(model.worn_turn_deg):
+        held.append("is turned as the sensor was that it was calibrated with")
     if model.soft_tissue_hz:
         share = f"{model.soft_tissue_gain:.0%}".replace("%", " %")
         held.append(f"rides on soft tissue ({model.soft_tissue_hz:g} Hz, {share} of its motion)")

@@ -82,14 +82,14 @@ def transfer(
         raise ValueError("to leave one person out there must be two at least")
     truth = np.array([list(activities).index(real.activity) for real, _ in pairs])
     clips = np.array([real.clip for real, _ in pairs])
-    real = np.stack([_first_window(recording, spec) for recording, _ in pairs])
+    real = np.stack([first_window(recording, spec) for recording, _ in pairs])
     named = {way: np.empty(len(pairs), dtype=np.int16) for way in product((REAL, SIMULATED), repeat=2)}
     for person in people:
         out = subject == person
         turn = mounting([pair for pair, left in zip(pairs, out, strict=True) if not left])
         sides = {
             REAL: real,
-            SIMULATED: np.stack([_first_window(turned(made, turn), spec) for _, made in pairs]),
+            SIMULATED: np.stack([first_window(turned(made, turn), spec) for _, made in pairs]),
         }
         for trained, tested in named:
             features = np.concatenate([sides[trained][~out], sides[tested][out]])
@@ -98,7 +98,7 @@ def transfer(
             found = Ridge(seed=seed).predict_folds(features, labels, fold, fold == 0)
             named[trained, tested][out] = found[:, 0]
     return [
-        _scored(trained, tested, truth, found, clips, len(activities), seed)
+        scored(trained, tested, truth, found, clips, len(activities), seed)
         for (trained, tested), found in named.items()
     ]
 
@@ -128,11 +128,12 @@ def turned(recording: ImuRecording, rotation: Rotation) -> ImuRecording:
     )
 
 
-def _first_window(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
+def first_window(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
+    """Features of a one-sensor recording's first window, shape (1, D)."""
     return window_features(cut_windows(recording, spec).signals[:1], recording.rate)[0]
 
 
-def _scored(
+def scored(
     trained: str,
     tested: str,
     truth: np.ndarray,
@@ -141,6 +142,7 @@ def _scored(
     n_activities: int,
     seed: int,
 ) -> Transfer:
+    """What windows were named against what they show."""
     f1, confusion, boot = score_patches(truth, named[:, None], clips, n_activities, RESAMPLES, 0.95, seed)
     return Transfer(
         trained, tested, float(f1[0].mean()), float(boot.mean_low[0]), float(boot.mean_high[0]),

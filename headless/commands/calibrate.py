@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w calibrate`: fit a simulated sensor to one's own, worn with a matching motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+
+from w2w.core.file_names import shown
+from w2w.core.imu.presets import DEFAULT_SENSOR
+from w2w.core.imu.sensor_file import write_sensor
+from w2w.core.validation.calibration import Calibration, calibrate
+from w2w.core.validation.calibration_gain import Alike, held_out
+
+from ..console import NOTHING_TO_DO, USAGE
+from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
+from ..runs.monitor import RunMonitor
+from ..signal_options import AS_DEFAULT, Band, RootBand, Sensor, chosen_sensor
+from ..validation.own_sensor import Simulate, files_together, read_pairs
+
+
+def calibrate_sensor(
+    real: Annotated[
+        Path,
+        typer.Argument(
+            metavar="REAL",
+            help="What the worn sensor recorded: csv, Xsens txt, x-io folder or npz; or a folder of such.",
+        ),
+    ],
+    motion: Annotated[
+        Path,
+        typer.Argument(
+            metavar="MOTION",
+            help="The motion of its wearer at that time (FBX, BVH, npz, joints from video); or a folder with "
+            "a file of the same name for each in REAL.",
+        ),
+    ],
+    patch: Annotated[str, typer.Option(help="Where it was worn: 'left wrist', 'sternum', a patch's name.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="JSON file to write, for --sensor.")],
+    sensor: Sensor = DEFAULT_SENSOR,
+    shift: Annotated[
+        float, typer.Option(min=0.02, max=10, help="Most seconds that sensor and motion may be apart.")
+    ] = 0.5,
+    band: Band = AS_DEFAULT.cutoff_hz,
+    root_band: RootBand = None,
+    pose_rate: PoseRate = None,
+    pose_unit: PoseUnit = "",
+    pose_up: PoseUp = "",
+    pose_joints: PoseJoints = "",
+) -> None:
+    """Fit how a sensor sat, its soft tissue and its noise to a few minutes of your own recordings.
+
+    The file it writes is a sensor for `run`, `synth`, `export` and all else that takes --sensor: --sensor's
+    range, resolution and filters with what was found. What that is worth is said for recordings that
+    were not fitted to.
+
+    Exit codes: 0 written, 1 nothing could be used (and why), 2 wrong use.
+    """
+    console = Console(highlight=False)
+    try:
+        base = chosen_sensor(sensor)
+        if out.suffix.lower() != ".json":
+            raise ValueError(f"--out must end in .json, as --sensor expects it, not {shown(out.name)}")
+        files = files_together(real, motion)
+        simulate = Simulate(patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints))
+    except ValueError as error:
+        console.print(str(error), style="red", markup=False)
+        raise typer.Exit(USAGE) from error
+    try:
+        with RunMonitor(console).step("reading and simulating"):
+            pairs, left_out = read_pairs(files, simulate)
+        for file, why in left_out:
+            console.print(f"{file} is left out: {why}", style="yellow", markup=False)
+        with RunMonitor(console).step("fitting"):
+            found = calibrate(pairs, shift)
+            what, gains = held_out(pairs, shift)
+        write_sensor(out, found.sensor(base, out.stem))
+    except (ValueError, OSError) as error:
+        console.print(f"Not calibrated: {error}", style="red", markup=False)
+        raise typer.Exit(NOTHING_TO_DO) from error
+    for line in [*found_lines(found, simulate.place), *gain_lines(what, gains)]:
+        console.print(line, markup=False)
+    console.print(f"Written: {shown(out)}. Give it to --sensor.", markup=False)
+
+
+def found_lines(found: Calibration, place: str) -> list[str]:
+    """What was fitted, in words."""
+    if found.tissue is None:
+        tissue = "Soft tissue: none that helps."
+    else:
+        tissue = "Soft tissue: {:.1f} Hz, damping {:g}, {:.0%} of the motion.".format(*found.tissue).replace(
+            "%", " %"
+        )
+    shifts = np.array(found.shifts_s)
+    apart = f"{shifts.min():+.2f} to {shifts.max():+.2f} s" if len(shifts) > 1 else f"{shifts[0]:+.2f} s"
+    return [
+        f"{len(shifts)} recording{'s' if len(shifts) > 1 else ''} against the {place}; "
+        f"the sensor later by {apart}.",
+        f"The sensor sat turned by {np.degrees(found.turn.magnitude()):.0f} degrees from the patch's axes.",
+        tissue,
+        f"Noise: {1e6 * found.acc_noise / 9.80665:.0f} ug/sqrt(Hz), "
+        f"{1e3 * np.degrees(found.gyr_noise):.1f} mdps/sqrt(Hz), at most.",
+    ]
+
+
+def gain_lines(what: str, gains: list[Alike]) -> list[str]:
+    """How simulated and worn signals go together before and after."""
+    lines = []
+    for name, kind in (("specific force", "force"), ("angular velocity", "turning")):
+        before, after = np.median([getattr(one, kind) for one in gains], axis=0)
+        r = f"{before:.2f} as simulated, {after:.2f} calibrated"
+        lines.append(f"r of {name}, each {what} left out of the fit: {r}.")
+    return lines
