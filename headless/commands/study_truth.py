@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from w2w.core.motion.source import UnusableMotion
 
 from ..console import USAGE
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
-from ..validation.truth import DATA_SETS, PAGE, run_data_set, write_page
+from ..validation.leave_out import PAGE as LEFT_OUT
+from ..validation.leave_out import try_settings, write_left_out
+from ..validation.truth import DATA_SETS, PAGE, mighar_set, run_data_set, write_page
 
 
 def truth(
@@ -26,6 +29,19 @@ def truth(
     umafall: Annotated[Path | None, typer.Option(help="npz of UMAFall.")] = None,
     dsads: Annotated[Path | None, typer.Option(help="DSADS's folder, or an npz of it.")] = None,
     upfall: Annotated[Path | None, typer.Option(help="UP-Fall's CompleteDataSet.csv, or its folder.")] = None,
+    mighar: Annotated[
+        Path | None, typer.Option(help="MIG HAR's folder of subject1 to 12; needs --sensors.")
+    ] = None,
+    sensors: Annotated[
+        Path | None, typer.Option(help="csv of where MIG HAR's sensors sit, as for `w2w validate mighar`.")
+    ] = None,
+    leave_one_out: Annotated[
+        bool,
+        typer.Option(
+            help="Try bands, soft tissue, noise and weighting of sources on every set, and judge each set by "
+            "what the others choose (left_out.md)."
+        ),
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")] = 0,
 ) -> None:
     """Compare worn with simulated sensors on every data set you point it to, and write one page.
@@ -36,19 +52,38 @@ def truth(
     Exit codes: 0 a page was written, 2 wrong use, or no set could be used.
     """
     console = wide_console()
-    given = {name: path for name, path in zip(DATA_SETS, (mhad, umafall, dsads, upfall), strict=True) if path}
+    given = {"mhad": mhad, "umafall": umafall, "dsads": dsads, "upfall": upfall, "mighar": mighar}
+    given = {name: path for name, path in given.items() if path}
     if not given:
-        options = ", ".join(f"--{name}" for name in DATA_SETS)
-        console.print(f"[red]Point it to a data set at least: {options}[/red]")
-        raise typer.Exit(USAGE)
-    found = {}
+        options = ", ".join(f"--{name}" for name in (*DATA_SETS, "mighar"))
+        raise _wrong(f"Point it to a data set at least: {options}", console)
+    if "mighar" in given and sensors is None:
+        raise _wrong(
+            "--mighar needs --sensors: `w2w validate mighar` writes an empty one to fill in", console
+        )
+    if leave_one_out and len(given) < 2:
+        raise _wrong("--leave-one-out needs two data sets at least", console)
+    found, names, settings = {}, {}, {}
     for name, path in given.items():
         try:
-            with RunMonitor(console).step(f"comparing {DATA_SETS[name].protocol.name}"):
-                found[name], _ = run_data_set(name, path, libraries, out / name, seed, console.print)
+            data_set = DATA_SETS[name] if name in DATA_SETS else mighar_set(sensors, console.print)
+            names[name] = data_set.protocol.name
+            with RunMonitor(console).step(f"comparing {names[name]}"):
+                found[name], _ = run_data_set(data_set, path, libraries, out / name, seed, console.print)
+            if leave_one_out:
+                with RunMonitor(console).step(f"trying settings on {names[name]}"):
+                    settings[names[name]] = try_settings(data_set, path, libraries, seed)
         except (ValueError, OSError, UnusableMotion) as error:
-            console.print(f"{DATA_SETS[name].protocol.name} is left out: {error}", style="red", markup=False)
+            console.print(f"{names.get(name, name)} is left out: {error}", style="red", markup=False)
     if not found:
         raise typer.Exit(USAGE)
-    console.print(write_page(out, found), markup=False)
+    console.print(write_page(out, found, names), markup=False)
     console.print(f"Page: {out / PAGE}")
+    if len(settings) > 1:
+        console.print(write_left_out(out, settings), markup=False)
+        console.print(f"Page: {out / LEFT_OUT}")
+
+
+def _wrong(why: str, console: Console) -> typer.Exit:
+    console.print(why, style="red", markup=False)
+    return typer.Exit(USAGE)

@@ -27,7 +27,7 @@ from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
 from ..validation.paired import POSE_CUTOFF_HZ, Outcome, Terms, compare_mmfit, compare_vidimu
 from ..validation.report import agreement_table, write_validation
-from ..validation.truth import run_data_set, run_mighar, write_empty_positions
+from ..validation.truth import DATA_SETS, mighar_set, run_data_set, write_empty_positions
 from ..validation.utd import compare_utd, write_utd
 
 VALIDATE = typer.Typer(
@@ -238,7 +238,11 @@ def mig_har(
                 f"Where the sensors sit is published as pictures alone. {empty} lists them all: give those "
                 "you want a region or a vertex there, and pass it with --sensors"
             )
-    _compare(run_mighar, path, sensors, libraries, out, seed)
+
+    def run(*given: Any) -> str:
+        return run_data_set(mighar_set(sensors, given[-1]), *given)[1]
+
+    _compare(run, path, libraries, out, seed)
 
 
 @VALIDATE.command()
@@ -272,7 +276,7 @@ def _terms(sensor: str, classifier: str = "ridge", folds: int = 5, seed: int = 0
 
 
 def _by_protocol(name: str, *given: Any) -> None:
-    _compare(lambda *told: run_data_set(name, *told)[1], *given)
+    _compare(lambda *told: run_data_set(DATA_SETS[name], *told)[1], *given)
 
 
 def _compare(run: Callable[..., str], *given: Any) -> None:

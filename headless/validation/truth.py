@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.datasets.berkeley_mhad import read_berkeley_mhad
@@ -31,10 +33,19 @@ PAGE = "truth.md"
 
 
 class DataSet(NamedTuple):
-    """How a data set is read, and by what protocol it is compared."""
+    """How a data set is read, and by what protocol it is compared.
+
+    Attributes
+    ----------
+    protocol : Protocol
+    read : callable
+    site_of : ndarray of int, optional
+        Site of each worn sensor, where a site has several.
+    """
 
     protocol: Protocol
     read: Callable[[Path], Sequence[ImuRecording]]
+    site_of: np.ndarray | None = None
 
 
 def _umafall(path: Path) -> list[ImuRecording]:
@@ -49,8 +60,34 @@ DATA_SETS: Mapping[str, DataSet] = {
 }
 
 
+def mighar_set(positions: Path, told: Callable[[str], None]) -> DataSet:
+    """The MIG HAR garment at the sites where a user placed its sensors.
+
+    Raises
+    ------
+    ValueError, OSError
+        If the csv is wrong, or no region is called so.
+    """
+    worn = read_positions(positions)
+    protocol = mighar(worn.sites)
+    RegionSimulator(Body.bundled(), protocol)  # a wrong region is said before minutes of reading
+
+    def read(path: Path) -> list[ImuRecording]:
+        recordings, left_out = read_mighar(path, worn.sensors)
+        if left_out:
+            told(f"Files that could not be used: {len(left_out)}; the first: {left_out[0]}.")
+        return recordings
+
+    return DataSet(protocol, read, worn.site_of)
+
+
 def run_data_set(
-    name: str, path: Path, libraries: Sequence[Path], out: Path, seed: int, told: Callable[[str], None]
+    data_set: DataSet,
+    path: Path,
+    libraries: Sequence[Path],
+    out: Path,
+    seed: int,
+    told: Callable[[str], None],
 ) -> tuple[list[Found], str]:
     """Compare one data set and write what was found to a folder.
 
@@ -59,23 +96,8 @@ def run_data_set(
     found : list of Found
     report : str
     """
-    protocol, read = DATA_SETS[name]
-    found = run_protocol(protocol, read(path), libraries, seed, told)
-    return found, write_protocol(out, protocol, found)
-
-
-def run_mighar(
-    path: Path, positions: Path, libraries: Sequence[Path], out: Path, seed: int, told: Callable[[str], None]
-) -> str:
-    """Compare the MIG HAR garment at the sites where a user placed its sensors; gives the report."""
-    worn = read_positions(positions)
-    protocol = mighar(worn.sites)
-    RegionSimulator(Body.bundled(), protocol)  # a wrong region is said before minutes of reading
-    recordings, left_out = read_mighar(path, worn.sensors)
-    if left_out:
-        told(f"Files that could not be used: {len(left_out)}; the first: {left_out[0]}.")
-    found = run_protocol(protocol, recordings, libraries, seed, told, worn.site_of)
-    return write_protocol(out, protocol, found)
+    found = run_protocol(data_set.protocol, data_set.read(path), libraries, seed, told, data_set.site_of)
+    return found, write_protocol(out, data_set.protocol, found)
 
 
 def write_empty_positions(path: Path) -> None:
@@ -84,9 +106,18 @@ def write_empty_positions(path: Path) -> None:
     write_text(path, csv_text(rows))
 
 
-def write_page(out: Path, found: Mapping[str, Sequence[Found]]) -> str:
-    """Write ``truth.md``: sets by agreement, ceiling, regret and transfer, and a figure each."""
-    lines = ["# Does W2W predict real people?", "", *_table(found), ""]
+def write_page(out: Path, found: Mapping[str, Sequence[Found]], names: Mapping[str, str]) -> str:
+    """Write ``truth.md``: sets by agreement, ceiling, regret and transfer, and a figure each.
+
+    Parameters
+    ----------
+    out : Path
+    found : mapping of str to sequence of Found
+        By the folder of a set.
+    names : mapping of str to str
+        What each set is called.
+    """
+    lines = ["# Does W2W predict real people?", "", *_table(found, names), ""]
     lines += [
         "Rho of mean F1 over the sites, real against simulated; the ceiling is the same between two random "
         "halves of the real people. Regret is the real F1 lost by wearing the sensor where the simulation "
@@ -94,8 +125,7 @@ def write_page(out: Path, found: Mapping[str, Sequence[Found]]) -> str:
         "",
     ]
     for name, analyses in found.items():
-        protocol = DATA_SETS[name].protocol
-        lines += [f"## {protocol.name}", ""]
+        lines += [f"## {names[name]}", ""]
         for one in analyses:
             missed = [
                 f"{bar.what} ({bar.found:.2f}, asked for {bar.wanted})" for bar in one.bars if not bar.met
@@ -110,7 +140,7 @@ def write_page(out: Path, found: Mapping[str, Sequence[Found]]) -> str:
     return text
 
 
-def _table(found: Mapping[str, Sequence[Found]]) -> list[str]:
+def _table(found: Mapping[str, Sequence[Found]], names: Mapping[str, str]) -> list[str]:
     lines = [
         "| data set | analysis | activities, sites | rho of mean F1 | ceiling | mean rho by activity "
         "| ceiling | r over cells | at most | regret | blindly | trained on simulated | trained on people |",
@@ -121,7 +151,7 @@ def _table(found: Mapping[str, Sequence[Found]]) -> list[str]:
             v = one.validation
             best = max(one.ways, key=lambda way: way.simulated.mean())
             cells = [
-                DATA_SETS[name].protocol.name,
+                names[name],
                 one.analysis.name,
                 f"{len(v.real.activities)}, {len(v.sites)}",
                 interval(v.overall.spearman, v.overall.low, v.overall.high),

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every setting on every data set, and what a set gets from a setting that the others chose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.files import write_json, write_text
+from w2w.core.ranking.utility import utility_map
+from w2w.core.validation.by_source import merged
+from w2w.core.validation.protocol import Protocol
+from w2w.core.validation.site_scores import SiteScores, site_scores
+from w2w.core.validation.site_windows import SiteWindows
+from w2w.core.validation.sites import compare_scores
+from w2w.core.validation.tuning import SETTINGS, Chosen, Result, Setting, leave_one_set_out
+
+from .truth import DataSet
+from .unpaired import RegionSimulator, Side, load_motions, real_side
+
+PAGE, CONTENT = "left_out.md", "left_out.json"
+
+
+def try_settings(
+    data_set: DataSet,
+    path: Path,
+    libraries: Sequence[Path],
+    seed: int = 0,
+    settings: Sequence[Setting] = SETTINGS,
+) -> dict[str, Result]:
+    """The first analysis of a data set's protocol with one setting after the other.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be done; the message says why.
+    """
+    protocol, body = data_set.protocol, Body.bundled()
+    motions, _ = load_motions(protocol, libraries, body)
+    recordings = data_set.read(path)
+    sites = () if data_set.site_of is None else recordings[0].sites
+    real = real_side(protocol, recordings, protocol.analyses[0], sites)
+    sides: dict[tuple, Side] = {}
+    scores: dict[tuple[str, ...], SiteScores] = {}
+    results = {}
+    for setting in settings:
+        changed, analysis = setting.of(protocol, protocol.analyses[0])
+        simulator = RegionSimulator(body, changed, seed)
+        if setting.signals not in sides:
+            sides[setting.signals] = simulator.side(motions, analysis)
+        made = _simulated(sides[setting.signals], simulator.site_of, protocol, setting, seed)
+        names = made.activities
+        if names not in scores:
+            scores[names] = _scores(real.windows, names, data_set.site_of, seed)
+        results[setting.name] = _result(scores[names], made, tuple(protocol.sites), seed)
+    return results
+
+
+def _simulated(
+    side: Side, site_of: np.ndarray, protocol: Protocol, setting: Setting, seed: int
+) -> SiteScores:
+    """Scores of all sources at once, or the mean over sources ranked alone wherever one can be."""
+    activities = protocol.analyses[0].activities
+    whole = _scores(side.windows, activities, site_of, seed)
+    if not setting.sources_apart:
+        return whole
+    source = np.array([side.source_of[clip] for clip in side.windows.clip.tolist()])
+    parts = []
+    for name in np.unique(source):
+        try:
+            parts.append(_scores(_part(side.windows, source == name), activities, site_of, seed))
+        except ValueError:
+            continue  # this source alone shows nothing that can be compared
+    tested = {name for part in parts for name in part.activities}
+    return merged(
+        [*parts, _only(whole, [name for name in whole.activities if name not in tested])], whole.activities
+    )
+
+
+def _only(scores: SiteScores, activities: Sequence[str]) -> SiteScores:
+    """Scores of some activities."""
+    index = [scores.activities.index(name) for name in activities]
+    return replace(
+        scores,
+        activities=tuple(activities),
+        f1=scores.f1[..., index],
+        samples=scores.samples[..., index],
+        halves=scores.halves[..., index],
+    )
+
+
+def _part(windows: SiteWindows, rows: np.ndarray) -> SiteWindows:
+    names = ("features", "activity", "clip", "subject", "is_test")
+    return windows._replace(**{name: getattr(windows, name)[rows] for name in names})
+
+
+def _scores(
+    windows: SiteWindows, activities: Sequence[str], site_of: np.ndarray | None, seed: int
+) -> SiteScores:
+    found = utility_map(
+        windows.features, windows.activity, windows.clip, windows.subject, windows.is_test, activities,
+        seed=seed, halvings=0,
+    )  # fmt: skip
+    return site_scores(found, windows.person_of(), site_of, seed)
+
+
+def _result(real: SiteScores, made: SiteScores, sites: tuple[str, ...], seed: int) -> Result:
+    shared = [name for name in made.activities if name in real.activities]
+    found = compare_scores(_only(real, shared), _only(made, shared), sites, seed)
+    return Result(found.mean_rho, found.overall.spearman, found.cells.value, found.regret.lost)
+
+
+def write_left_out(out: Path, results: Mapping[str, Mapping[str, Result]]) -> str:
+    """Write ``left_out.md`` and ``left_out.json``; returns the page.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two sets.
+    """
+    chosen = leave_one_set_out(results)
+    lines = ["# Settings chosen on the other data sets", "", *_chosen(chosen), ""]
+    lines += [
+        "Chosen is the setting of the highest mean rho by activity over the other sets. Each cell: mean rho "
+        "by activity, rho of mean F1, r over cells, regret.",
+        "",
+        *_all(results),
+        "",
+    ]
+    content = {
+        name: {
+            "chosen": chosen[name].setting,
+            "settings": {setting: _plain(result) for setting, result in of.items()},
+        }
+        for name, of in results.items()
+    }
+    text = "\n".join(lines)
+    write_json(out / CONTENT, content)
+    write_text(out / PAGE, text)
+    return text
+
+
+def _chosen(chosen: Mapping[str, Chosen]) -> list[str]:
+    lines = [
+        "| data set left out | chosen by the others | what it reaches | as fixed | best in hindsight |",
+        "|---|---|---|---|---|",
+    ]
+    for name, one in chosen.items():
+        cells = [
+            name,
+            one.setting,
+            _cell(one.result),
+            _cell(one.fixed),
+            f"{_cell(one.hindsight)} ({one.best})",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def _all(results: Mapping[str, Mapping[str, Result]]) -> list[str]:
+    settings = list(next(iter(results.values())))
+    lines = [f"| setting | {' | '.join(results)} |", "|---|" + "---|" * len(results)]
+    return lines + [
+        f"| {setting} | {' | '.join(_cell(of[setting]) for of in results.values())} |" for setting in settings
+    ]
+
+
+def _cell(result: Result) -> str:
+    return f"{result.mean_rho:.2f}, {result.rho_of_mean:.2f}, {result.cells:.2f}, {result.regret:.3f}"
+
+
+def _plain(result: Result) -> dict[str, float | None]:
+    return {
+        name: round(float(value), 6) if np.isfinite(value) else None
+        for name, value in result._asdict().items()
+    }
