@@ -26,6 +26,7 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.variants import smoothed_root
 from w2w.core.ranking.agreement import Agreement, rank_agreement
 from w2w.core.ranking.features import window_features
+from w2w.core.validation.calibration_gain import Alike, held_out
 from w2w.core.validation.correlation import Correlation, magnitude_correlation
 from w2w.core.validation.site_windows import SiteWindows
 from w2w.core.validation.sites import SiteValidation, validate_sites
@@ -58,6 +59,8 @@ class GaitValidation(NamedTuple):
         Root mean square of the alternating magnitude of each kind, (N,), real and simulated.
     energy_agreement : dict of str to Agreement
     phases : SiteValidation
+    calibrated : list of list of Alike
+        Of both halves of the walk, each after a calibration on the other.
     """
 
     sites: tuple[str, ...]
@@ -67,6 +70,7 @@ class GaitValidation(NamedTuple):
     energy: dict[str, tuple[np.ndarray, np.ndarray]]
     energy_agreement: dict[str, Agreement]
     phases: SiteValidation
+    calibrated: list[list[Alike]]
 
 
 def compare_gait(folder: Path, trial: str, seed: int = 0, sensor: SensorModel = MTW_AWINDA) -> GaitValidation:
@@ -103,7 +107,14 @@ def compare_gait(folder: Path, trial: str, seed: int = 0, sensor: SensorModel = 
         real.sites, simulator.places, acc, gyr, energy,
         {kind: rank_agreement(*values, seed=seed) for kind, values in energy.items()},
         validate_sites(*sides, real.sites, PHASES, seed=seed),
+        [held_out([(_one(real, k, n), _one(made, k, n))], LONGEST_LAG_S)[1] for k in range(real.n_sensors)],
     )  # fmt: skip
+
+
+def _one(recording: ImuRecording, sensor: int, n_samples: int) -> ImuRecording:
+    """One sensor's recording, cut to a length."""
+    part = slice(None, n_samples), slice(sensor, sensor + 1)
+    return ImuRecording(recording.acc[part], recording.gyr[part], recording.rate, clip=recording.clip)
 
 
 def _walk(path: Path, worn: GaitTrial, body: Body) -> Motion:
@@ -169,6 +180,7 @@ def write_gait(out: Path, found: GaitValidation, sensor: SensorModel) -> str:
     )
     lines = ["# Gait: nine worn sensors and simulated ones", "", *(f"- {note}" for note in notes), ""]
     lines += _signal_table(found)
+    lines += ["", *_calibrated_table(found)]
     lines += ["", "| ranking of the sites by | rho | 95 % interval (sites) | p |", "|---|---|---|---|"]
     names = {"acc": "energy of acceleration", "gyr": "energy of angular velocity"}
     for kind, found_so in found.energy_agreement.items():
@@ -197,6 +209,19 @@ def _signal_table(found: GaitValidation) -> Sequence[str]:
     return lines
 
 
+def _calibrated_table(found: GaitValidation) -> list[str]:
+    lines = [
+        "r over samples and axes, of each half of the walk after a calibration on the other:",
+        "",
+        "| site | force, as simulated | calibrated | turning, as simulated | calibrated |",
+        "|---|---|---|---|---|",
+    ]
+    for site, halves in zip(found.sites, found.calibrated, strict=True):
+        cells = np.mean([(*half.force, *half.turning) for half in halves], axis=0)
+        lines.append(f"| {site} | {' | '.join(f'{r:.2f}' for r in cells)} |")
+    return lines
+
+
 def _content(found: GaitValidation) -> dict:
     return {
         site: {
@@ -206,6 +231,14 @@ def _content(found: GaitValidation) -> dict:
             **{
                 f"{kind} energy": [round(float(side[k]), 4) for side in found.energy[kind]]
                 for kind in ("acc", "gyr")
+            },
+            **{
+                f"{kind} r before and after calibration": np.mean(
+                    [getattr(half, kind) for half in found.calibrated[k]], axis=0
+                )
+                .round(4)
+                .tolist()
+                for kind in Alike._fields
             },
         }
         for k, site in enumerate(found.sites)
