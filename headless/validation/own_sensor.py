@@ -149,4 +149,4 @@ def _one_sensor(recording: ImuRecording) -> ImuRecording:
             raise ValueError(f"{lost.mean():.0%} of its samples are lost".replace("%", " %"))
         known, times = np.flatnonzero(~lost), np.arange(len(values))
         parts.append(np.stack([np.interp(times, known, axis[known]) for axis in values.T], axis=1)[:, None])
-    return replace(recording, acc=parts[0], gyr=parts[1])
+    return replace(recording, acc=parts[0], gyr=parts[1], orientation=None, magnetometer=None, barometer=None)

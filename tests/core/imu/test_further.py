@@ -64,7 +64,9 @@ def test_a_lifted_body_in_the_standard_atmosphere():
 
 
 def test_they_sit_as_acc_and_gyr_do():
-    worn = SensorModel(name="worn", mounting_turn_deg=15, fixed_misalignment_deg=10)
+    worn = SensorModel(
+        name="worn", mounting_turn_deg=15, fixed_misalignment_deg=10, worn_turn_deg=(20, 0, -70)
+    )
     still = np.tile(turning()[:1], (90, 1, 1, 1))
     truth = replace(synthesize(still, RATE, SETTINGS), clip="a clip")
     acc = worn.apply(truth, seed=3).acc[20]

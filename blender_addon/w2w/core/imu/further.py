@@ -183,6 +183,7 @@ def _placed(
     heights, n = sampled[4], poses.shape[1]
     worn = SensorStreams(seed, clip, numbers).constants("mounting", 2, 3)
     lasting = SensorStreams(seed, ALL_CLIPS, numbers).constants("mounting", 2, 3)
+    turned = turned * Rotation.from_rotvec(np.radians(sensor.worn_turn_deg))
     turned = turned * _each_sample(np.radians(sensor.fixed_misalignment_deg) * lasting[:, 0], n_samples)
     if sensor.mounting_shift_m:
         shifts = np.tile(sensor.mounting_shift_m * worn[:, 1], (n_samples, 1))
