@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
 
 from w2w.core.ranking.folds import grouped_folds, same_motion_groups, subject_folds, untestable
 
@@ -98,3 +99,22 @@ def test_nearly_equal_motions_are_found_and_others_are_not(noise, seed):
 def test_a_clip_alone_and_clips_all_alike():
     assert same_motion_groups(["a"], signatures=np.ones((1, 3))).tolist() == [0]
     assert same_motion_groups(["a", "b", "c"], signatures=np.ones((3, 3))).tolist() == [0, 0, 0]
+
+
+def test_the_search_on_few_axes_finds_what_every_pair_tells():
+    rng = np.random.default_rng(3)
+    kinds = rng.normal(size=(12, 60)) * np.geomspace(3, 0.1, 60)
+    signatures = kinds[rng.integers(12, size=80)] + rng.uniform(0, 0.06, (80, 1)) * rng.normal(size=(80, 60))
+    mirrored = np.concatenate([signatures[40:], signatures[:40][:, ::-1]])
+    unit = (signatures - signatures.mean(axis=0)) / signatures.std(axis=0)
+    other = (mirrored - signatures.mean(axis=0)) / signatures.std(axis=0)
+    near = np.eye(80, dtype=bool)
+    for one in (unit, other):
+        near |= np.linalg.norm(one[:, None] - unit, axis=2) <= 0.1 * np.sqrt(60)
+    expected = connected_components(near | near.T, directed=False)[1]
+    found = same_motion_groups(
+        [str(k) for k in range(80)], signatures=signatures, tolerance=0.1, mirrored=mirrored
+    )
+    assert 12 < len(set(found.tolist())) < 80
+    assert len(set(zip(found.tolist(), expected.tolist(), strict=True))) == len(set(expected.tolist()))
+    assert len(set(found.tolist())) == len(set(expected.tolist()))

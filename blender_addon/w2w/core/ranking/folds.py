@@ -14,6 +14,12 @@ from scipy.spatial import KDTree
 ALWAYS_TRAIN = -1
 """Fold of windows that every fold trains on and none tests."""
 
+TREE_AXES = 16
+"""Principal axes on which near signatures are sought; on hundreds a tree looks at every pair."""
+
+PAIRS_AT_ONCE = 10_000
+"""Pairs whose distance is told at a time."""
+
 SUBJECT_OUT = "leave one of"
 """How the protocol begins where subjects are left out."""
 
@@ -198,16 +204,29 @@ def _near_pairs(signatures: np.ndarray, mirrored: np.ndarray | None, tolerance: 
         rows = np.arange(len(signatures))
         return np.stack([np.zeros_like(rows), rows])
 
-    def standard(rows: np.ndarray) -> KDTree:
-        return KDTree((rows[:, used] - mean[used]) / deviation[used])
+    def standard(rows: np.ndarray) -> np.ndarray:
+        return (rows[:, used] - mean[used]) / deviation[used]
 
-    reach = tolerance * np.sqrt(used.sum())
-    tree = standard(signatures)
-    pairs = [tree.query_pairs(reach, output_type="ndarray").T]
+    own, reach = standard(signatures), tolerance * np.sqrt(used.sum())
+    first = np.linalg.eigh(own.T @ own)[1][:, -TREE_AXES:]
+    tree = KDTree(own @ first)
+    far = reach * (1 + 1e-6)  # of projections, which are no longer than what they are of
+    pairs = [_within(own, own, tree.query_pairs(far, output_type="ndarray"), reach)]
     if mirrored is not None:
-        near = standard(np.asarray(mirrored, dtype=np.float64)).query_ball_tree(tree, reach)
-        pairs.append(np.array([(i, j) for i, found in enumerate(near) for j in found]).reshape(-1, 2).T)
+        other = standard(np.asarray(mirrored, dtype=np.float64))
+        near = KDTree(other @ first).query_ball_tree(tree, far)
+        found = np.array([(i, j) for i, some in enumerate(near) for j in some], dtype=np.int64)
+        pairs.append(_within(other, own, found.reshape(-1, 2), reach))
     return np.concatenate(pairs, axis=1).astype(np.int64)
+
+
+def _within(one: np.ndarray, other: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
+    """Those of the pairs (M, 2) of rows that are no further apart than `reach`, shape (2, L)."""
+    near = np.empty(len(pairs), dtype=bool)
+    for start in range(0, len(pairs), PAIRS_AT_ONCE):
+        i, j = pairs[start : start + PAIRS_AT_ONCE].T
+        near[start : start + PAIRS_AT_ONCE] = np.linalg.norm(one[i] - other[j], axis=1) <= reach
+    return pairs[near].T
 
 
 class Dealt(NamedTuple):
