@@ -82,12 +82,12 @@ def calibrate_sensor(
     except (ValueError, OSError) as error:
         console.print(f"Not calibrated: {error}", style="red", markup=False)
         raise typer.Exit(NOTHING_TO_DO) from error
-    for line in [*found_lines(found, simulate.place), *gain_lines(what, gains)]:
+    for line in [*found_lines(found, simulate.patch), *gain_lines(what, gains)]:
         console.print(line, markup=False)
     console.print(f"Written: {shown(out)}. Give it to --sensor.", markup=False)
 
 
-def found_lines(found: Calibration, place: str) -> list[str]:
+def found_lines(found: Calibration, patch: str) -> list[str]:
     """What was fitted, in words."""
     if found.tissue is None:
         tissue = "Soft tissue: none that helps."
@@ -98,7 +98,7 @@ def found_lines(found: Calibration, place: str) -> list[str]:
     shifts = np.array(found.shifts_s)
     apart = f"{shifts.min():+.2f} to {shifts.max():+.2f} s" if len(shifts) > 1 else f"{shifts[0]:+.2f} s"
     return [
-        f"{len(shifts)} recording{'s' if len(shifts) > 1 else ''} against the {place}; "
+        f"{len(shifts)} recording{'s' if len(shifts) > 1 else ''} against the {patch}; "
         f"the sensor later by {apart}.",
         f"The sensor sat turned by {np.degrees(found.turn.magnitude()):.0f} degrees from the patch's axes.",
         tissue,

@@ -31,7 +31,7 @@ class Found(NamedTuple):
     ways : list of WayFound
         Trained on simulated, tested on worn sensors.
     notes : list of str
-    places : tuple of str
+    simulated_at : tuple of str
         What stood for each site.
     """
 
@@ -41,7 +41,7 @@ class Found(NamedTuple):
     source_tests: list[SourceTest]
     ways: list[WayFound]
     notes: list[str]
-    places: tuple[str, ...]
+    simulated_at: tuple[str, ...]
 
 
 def run_protocol(
@@ -106,7 +106,7 @@ def run_protocol(
         ]
         tests = source_tests(simulated.windows, simulated.source_of, simulator.site_of, seed)
         ways = _ways(protocol, real, simulated, found.real.activities, (worn_at, simulator.site_of), seed)
-        done.append(Found(analysis, found, protocol.judge(found), tests, ways, notes, simulator.places))
+        done.append(Found(analysis, found, protocol.judge(found), tests, ways, notes, simulator.simulated_at))
     if not done:
         raise ValueError(f"no analysis of {protocol.name} can be done: {'; '.join(why)}")
     return done

@@ -58,7 +58,7 @@ def simulated_recordings(
         Clips that show one motion bear one name.
     unusable : list of str
         Clips that could not be read, each with the reason.
-    places : tuple of str
+    simulated_at : tuple of str
         Patch of each site.
     """
     simulator = terms.simulator(SITES, DSADS_RATE)
@@ -86,7 +86,7 @@ def simulated_recordings(
     groups = same_clips([r.clip for r in recordings], keys, np.array(signatures))
     first = [recordings[int(np.flatnonzero(groups == group)[0])].clip for group in groups]
     named = [replace(r, clip=name) for r, name in zip(recordings, first, strict=True)]
-    return named, unusable, simulator.places
+    return named, unusable, simulator.simulated_at
 
 
 def real_recordings(path: Path) -> list[ImuRecording]:
@@ -115,9 +115,9 @@ def compare_dsads(
     -------
     found : SiteValidation
     notes : list of str
-    places : tuple of str
+    simulated_at : tuple of str
     """
-    simulated, unusable, places = simulated_recordings(folders, labels, terms)
+    simulated, unusable, simulated_at = simulated_recordings(folders, labels, terms)
     shared = [name for name in MATCHES if any(r.activity == name for r in simulated)]
     real = [r for r in real_recordings(path) if r.activity in shared]
     spec = WindowSpec(length_s=window_s, stride_s=min(1.0, window_s), short="reflect")
@@ -137,4 +137,4 @@ def compare_dsads(
         "Whether a clip without a step shows sitting or standing was read from its thighs.",
         f"{len(unusable)} clips could not be used." if unusable else "All matching clips were used.",
     ]
-    return found, notes, places
+    return found, notes, simulated_at

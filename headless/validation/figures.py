@@ -54,7 +54,7 @@ def site_bars_figure(path: str | Path, found: SiteValidation, title: str) -> Non
     rows = -(-(len(activities) + 1) // COLUMNS)
     figure = _figure(3.6 * COLUMNS, 0.9 + 2.2 * rows)
     axes = figure.subplots(rows, COLUMNS, sharey=True, sharex=True, squeeze=False).ravel()
-    places = np.arange(len(sites))
+    positions = np.arange(len(sites))
     for number, ax in enumerate(axes):
         if number > len(activities):
             ax.set_axis_off()
@@ -67,13 +67,13 @@ def site_bars_figure(path: str | Path, found: SiteValidation, title: str) -> Non
         ):
             score = utility.mean if mean else utility.f1[:, number]
             low, high = utility.mean_interval if mean else utility.f1_interval[:, :, number]
-            ax.bar(places + offset, score, 0.36, color=colour, label=label)
-            ax.vlines(places + offset, low, high, color=FAINT, linewidth=1.2)
+            ax.bar(positions + offset, score, 0.36, color=colour, label=label)
+            ax.vlines(positions + offset, low, high, color=FAINT, linewidth=1.2)
         rho = "no ranking" if np.isnan(agreement.spearman) else f"ρ = {agreement.spearman:.2f}"
         name = "mean of all" if mean else _words(activities[number])
         ax.set_title(f"{name}: {rho}", fontsize=9, color=INK, fontweight="bold" if mean else "normal")
         ax.set_ylim(0, 1.02)
-        ax.set_xticks(places, sites, rotation=35, ha="right", fontsize=8)
+        ax.set_xticks(positions, sites, rotation=35, ha="right", fontsize=8)
         ax.tick_params(labelbottom=True)
         _bare(ax)
     axes[0].set_ylabel("F1")

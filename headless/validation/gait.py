@@ -52,7 +52,7 @@ class GaitValidation(NamedTuple):
 
     Attributes
     ----------
-    sites, places : tuple of str
+    sites, simulated_at : tuple of str
     acc, gyr : list of Correlation
         Magnitudes, real against simulated.
     energy : dict of str to (ndarray, ndarray)
@@ -64,7 +64,7 @@ class GaitValidation(NamedTuple):
     """
 
     sites: tuple[str, ...]
-    places: tuple[str, ...]
+    simulated_at: tuple[str, ...]
     acc: list[Correlation]
     gyr: list[Correlation]
     energy: dict[str, tuple[np.ndarray, np.ndarray]]
@@ -104,7 +104,7 @@ def compare_gait(folder: Path, trial: str, seed: int = 0, sensor: SensorModel = 
     phase = phases(worn)[:n]
     sides = [_phase_windows(side, phase) for side in (real, made)]
     return GaitValidation(
-        real.sites, simulator.places, acc, gyr, energy,
+        real.sites, simulator.simulated_at, acc, gyr, energy,
         {kind: rank_agreement(*values, seed=seed) for kind, values in energy.items()},
         validate_sites(*sides, real.sites, PHASES, seed=seed),
         [held_out([(_one(real, k, n), _one(made, k, n))], LONGEST_LAG_S)[1] for k in range(real.n_sensors)],
@@ -176,7 +176,7 @@ def write_gait(out: Path, found: GaitValidation, sensor: SensorModel) -> str:
         "Gait phases by the speed of Vicon's ankles; stretches of a second are never split.",
     ]
     write_validation(
-        out, found.phases, "Gait phases: worn and simulated sensors", notes, found.places, "_phases"
+        out, found.phases, "Gait phases: worn and simulated sensors", notes, found.simulated_at, "_phases"
     )
     lines = ["# Gait: nine worn sensors and simulated ones", "", *(f"- {note}" for note in notes), ""]
     lines += _signal_table(found)
@@ -200,10 +200,10 @@ def _signal_table(found: GaitValidation) -> Sequence[str]:
         "| site | patch | acc r | best lag | gyr r | best lag | acc energy real, simulated | gyr energy |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for k, (site, place) in enumerate(zip(found.sites, found.places, strict=True)):
+    for k, (site, patch) in enumerate(zip(found.sites, found.simulated_at, strict=True)):
         energies = [", ".join(f"{side[k]:.2f}" for side in found.energy[kind]) for kind in ("acc", "gyr")]
         lines.append(
-            f"| {site} | {place} | {found.acc[k].zero_lag:.2f} | {found.acc[k].best_lag:.2f} "
+            f"| {site} | {patch} | {found.acc[k].zero_lag:.2f} | {found.acc[k].best_lag:.2f} "
             f"| {found.gyr[k].zero_lag:.2f} | {found.gyr[k].best_lag:.2f} | {energies[0]} | {energies[1]} |"
         )
     return lines
@@ -225,7 +225,7 @@ def _calibrated_table(found: GaitValidation) -> list[str]:
 def _content(found: GaitValidation) -> dict:
     return {
         site: {
-            "patch": found.places[k],
+            "patch": found.simulated_at[k],
             "acc": [round(v, 4) for v in found.acc[k]],
             "gyr": [round(v, 4) for v in found.gyr[k]],
             **{

@@ -32,11 +32,11 @@ MOST_LOST = 0.05
 
 
 class Simulate:
-    """Makes what an ideal sensor at one place would record.
+    """Makes what an ideal sensor at one patch would record.
 
     Parameters
     ----------
-    place : str
+    placement : str
         As `naming.resolve` takes it.
     band_hz, root_band_hz : float or None
     pose : PoseFacts
@@ -48,12 +48,12 @@ class Simulate:
     """
 
     def __init__(
-        self, place: str, band_hz: float | None, root_band_hz: float | None, pose: PoseFacts
+        self, placement: str, band_hz: float | None, root_band_hz: float | None, pose: PoseFacts
     ) -> None:
         self._body = Body.bundled()
         patches = sample_patches(self._body)
-        chosen = resolve(place, self._body, patches)
-        self.place = patches.names[chosen]
+        chosen = resolve(placement, self._body, patches)
+        self.patch = patches.names[chosen]
         self._patches = at_patches(patches, [chosen])
         self._band, self._root_band, self._pose = band_hz or None, root_band_hz, pose
 

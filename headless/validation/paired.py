@@ -71,14 +71,14 @@ class Outcome(NamedTuple):
         Which part of the data set; empty for all of it.
     found : SiteValidation
     notes : list of str
-    places : tuple of str
+    simulated_at : tuple of str
         Patch of each site.
     """
 
     name: str
     found: SiteValidation
     notes: list[str]
-    places: tuple[str, ...]
+    simulated_at: tuple[str, ...]
 
 
 def compare_mmfit(
@@ -93,7 +93,7 @@ def compare_mmfit(
     background : sequence of str
         Activities that the others are told apart from and that are not compared themselves.
     """
-    sites = {place: place for place in DEVICES.values() if place in exercises[0].recording.sites}
+    sites = {site: site for site in DEVICES.values() if site in exercises[0].recording.sites}
     simulator = terms.simulator(sites, RATE_HZ)
     pairs, notes = _pairs(simulator, [(e.recording, e.pose) for e in exercises], MM_FIT_17, CAMERA_RATE)
     notes.append(error_sentence(terms.sensor))
@@ -104,7 +104,7 @@ def compare_mmfit(
         "Units of the real signals, the poses' upward axis and their sides were inferred from the files."
     )
     found = _validated(pairs, tuple(sites), MMFIT_WINDOW, terms, "both", background)
-    return Outcome("", found, notes, simulator.places)
+    return Outcome("", found, notes, simulator.simulated_at)
 
 
 def compare_vidimu(trials: Sequence[Trial], terms: Terms = AS_DEFAULT) -> list[Outcome]:
@@ -121,7 +121,7 @@ def compare_vidimu(trials: Sequence[Trial], terms: Terms = AS_DEFAULT) -> list[O
         )
         notes.append(error_sentence(terms.sensor))
         found = _validated(pairs, sites, VIDIMU_WINDOW, terms, "gyr")
-        outcomes.append(Outcome(name, found, notes, simulator.places))
+        outcomes.append(Outcome(name, found, notes, simulator.simulated_at))
     if not outcomes:
         raise ValueError("neither the lower nor the upper body has trials of two activities")
     return outcomes

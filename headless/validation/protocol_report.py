@@ -29,7 +29,7 @@ def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str
     for one in found:
         suffix = suffix_of(one)
         title = f"{protocol.name}, {one.analysis.name}"
-        write_validation(out, one.validation, title, one.notes, one.places, suffix)
+        write_validation(out, one.validation, title, one.notes, one.simulated_at, suffix)
         cells_figure(out / figure_name(one), one.validation, title)
         lines += [f"## {one.analysis.name}", "", one.analysis.why, "", one.validation.sentence(), ""]
         lines += [one.validation.regret_sentence(), "", *_bars(one.bars), "", *_sources(one), ""]

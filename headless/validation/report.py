@@ -23,7 +23,7 @@ def write_validation(
     found: SiteValidation,
     title: str,
     notes: Sequence[str],
-    places: Sequence[str],
+    simulated_at: Sequence[str],
     suffix: str = "",
 ) -> str:
     """Write ``report.md``, ``f1.csv``, ``validation.json`` and two pictures.
@@ -35,7 +35,7 @@ def write_validation(
     title : str
     notes : sequence of str
         What a reader must know: population, pairing, what was inferred.
-    places : sequence of str
+    simulated_at : sequence of str
         Patch that stood for each site.
     suffix : str
         Between the files' names and their endings, where a data set gives several comparisons.
@@ -51,8 +51,8 @@ def write_validation(
     score_maps_figure(out / f"f1_maps{suffix}.png", found, title)
     site_bars_figure(out / f"f1_sites{suffix}.png", found, title)
     write_text(out / f"f1{suffix}.csv", _f1_table(found))
-    write_json(out / f"validation{suffix}.json", _content(found, title, notes, places))
-    text = _report(found, title, notes, places, suffix)
+    write_json(out / f"validation{suffix}.json", _content(found, title, notes, simulated_at))
+    text = _report(found, title, notes, simulated_at, suffix)
     write_text(out / f"report{suffix}.md", text)
     return text
 
@@ -88,7 +88,7 @@ def _numbers(agreement: Agreement) -> str:
 
 
 def _report(
-    found: SiteValidation, title: str, notes: Sequence[str], places: Sequence[str], suffix: str
+    found: SiteValidation, title: str, notes: Sequence[str], simulated_at: Sequence[str], suffix: str
 ) -> str:
     lines = [
         f"# {title}",
@@ -99,7 +99,7 @@ def _report(
         "",
         *(f"- {note}" for note in notes),
     ]
-    sites = ", ".join(f"{site} ({place})" for site, place in zip(found.sites, places, strict=True))
+    sites = ", ".join(f"{site} ({patch})" for site, patch in zip(found.sites, simulated_at, strict=True))
     lines += [
         f"- Sites: {sites}.",
         f"- Real: {_side(found.real)}. Simulated: {_side(found.simulated)}.",
@@ -128,13 +128,13 @@ def _f1_table(found: SiteValidation) -> str:
 
 
 def _content(
-    found: SiteValidation, title: str, notes: Sequence[str], places: Sequence[str]
+    found: SiteValidation, title: str, notes: Sequence[str], simulated_at: Sequence[str]
 ) -> dict[str, Any]:
     return {
         "title": title,
         "sentence": found.sentence(),
         "notes": list(notes),
-        "sites": dict(zip(found.sites, places, strict=True)),
+        "sites": dict(zip(found.sites, simulated_at, strict=True)),
         "rho_mean": json_number(found.mean_rho),
         "rho_mean_interval": [json_number(found.mean_low), json_number(found.mean_high)],
         "rho_mean_p": json_number(found.mean_p),

@@ -64,7 +64,7 @@ class RegionSimulator:
         chosen = [patch for of_site in of_sites for patch in of_site]
         self.body, self.protocol, self.seed = body, protocol, seed
         self.site_of = np.repeat(np.arange(len(of_sites)), [len(of_site) for of_site in of_sites])
-        self.places = tuple(
+        self.simulated_at = tuple(
             f"{len(of_site)} patches" if isinstance(site, str) else patches.names[of_site[0]]
             for site, of_site in zip(protocol.sites.values(), of_sites, strict=True)
         )

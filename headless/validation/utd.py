@@ -76,11 +76,11 @@ def compare_utd(
     terms : Terms
     """
     parts = []
-    for site, place in SITES.items():
+    for site, placement in SITES.items():
         chosen = [trial for trial in trials if trial.recording.sites == (site,)]
         if not chosen:
             continue
-        simulator = terms.simulator({site: place}, UTD_IMU_RATE)
+        simulator = terms.simulator({site: placement}, UTD_IMU_RATE)
         pairs = [(trial.recording, _simulated(trial, simulator, cutoff_hz)) for trial in chosen]
         activities = tuple(dict.fromkeys(real.activity for real, _ in pairs))
         parts.append(

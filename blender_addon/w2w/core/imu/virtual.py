@@ -112,7 +112,7 @@ class SiteSimulator:
     ----------
     body : Body
     sites : mapping of str to (str or SensorSite)
-        Name of each sensor -> a place by name (`placements.resolve`) or a point on a segment.
+        Name of each sensor -> a placement by name (`placements.resolve`) or a point on a segment.
     settings : Synthesis
     sensor : SensorModel
     seed : int
@@ -134,7 +134,7 @@ class SiteSimulator:
         ]
         self.body = body
         self.names = tuple(sites)
-        self.places = tuple(patches.names[patch] for patch in chosen)
+        self.simulated_at = tuple(patches.names[patch] for patch in chosen)
         self._patches = at_patches(patches, chosen)
         self._settings, self._sensor, self._seed = settings, sensor, seed
 

@@ -157,7 +157,7 @@ def _drawn(windows: MixedWindows, clips: int, seed: int) -> MixedWindows:
         motions, first = np.unique(windows.motion[here], return_index=True)
         order = rng.permutation(len(motions))
         performer = windows.performer[here][first][order]
-        turn = np.array([(performer[:place] == who).sum() for place, who in enumerate(performer.tolist())])
+        turn = np.array([(performer[:before] == who).sum() for before, who in enumerate(performer.tolist())])
         chosen = motions[order][np.argsort(turn, kind="stable")[:clips]]
         kept |= here & np.isin(windows.motion, chosen)
     return windows.part(kept)
