@@ -145,6 +145,7 @@ def test_signals_of_a_body_moved_by_more_than_bones_are_baked_frame_by_frame(bod
     assert skinned.n_samples >= synthesize(found.matrices, found.rate, Synthesis()).n_samples
 
 
+@pytest.mark.slow
 def test_what_cannot_be_worn_says_why(body_in_scene, patches):
     mesh = body_in_scene.mesh
     loose = copy_of_skin(body_in_scene, "Loose")

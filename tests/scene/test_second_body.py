@@ -47,6 +47,7 @@ def test_its_colours_are_its_own(bundled_body):
     assert copy.hide_select
 
 
+@pytest.mark.slow
 def test_it_takes_the_shape_that_its_model_has_now_and_goes_whole(bundled_body):
     mesh = add_body(bundled_body).mesh
     copy = add_beside(mesh, mesh)

@@ -47,11 +47,12 @@ def counting_options(parts: dict[str, str], weights: dict[str, float], folder: P
     return ["--background", background, "--weights", str(folder / "weights.csv")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parts", "weights"),
     [
         ({"bow": "BACKGROUND"}, {"run": 0.3}),
-        pytest.param({}, {"bow": 2.5, "run": 0.0}, marks=pytest.mark.slow),
+        ({}, {"bow": 2.5, "run": 0.0}),
     ],
 )
 def test_a_choice_by_weights_is_that_of_the_command_line(
@@ -121,6 +122,7 @@ def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Pa
     assert (study.activities[0].use, study.activities[0].background) == (False, False)
 
 
+@pytest.mark.slow
 def test_run_all_ranks_again_by_new_weights(library: Path) -> None:
     body = make_study(library)
     body.w2w.activities[0].part = "BACKGROUND"
@@ -137,6 +139,7 @@ def test_where_nothing_counts_the_ranking_says_so(library: Path) -> None:
         bpy.ops.w2w.rank_patches()
 
 
+@pytest.mark.slow
 def test_weights_are_saved_with_the_study_and_come_back(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
     names = [activity.name for activity in body.w2w.activities]
@@ -162,6 +165,7 @@ def open_results(folder: Path) -> bpy.types.PropertyGroup:
     return bpy.context.scene.w2w.body.w2w
 
 
+@pytest.mark.slow
 def test_what_is_left_out_takes_its_weight_along(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
     names = [activity.name for activity in body.w2w.activities]

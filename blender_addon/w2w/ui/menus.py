@@ -23,6 +23,7 @@ STEPS = (
     ("preview_clip", "show_source"),
     ("place_patches", "remove_patches"),
     ("add_placement", "load_placements", "remove_placement"),
+    ("add_garment", "wear_garment", "take_off"),
     ("start_sensor", "load_sensor", "save_sensor"),
     ("run_all", "bake_signals", "rank_patches", "fit_range", "side_by_side", "clear_pick"),
     ("wish_picked", "choose_sensors"),

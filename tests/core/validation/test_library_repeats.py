@@ -22,6 +22,7 @@ def test_halves_agree_where_there_is_a_map_and_not_where_there_is_none():
     assert noise.f1.mean() < real.f1.mean()
 
 
+@pytest.mark.slow
 def test_fewer_clips_repeat_less():
     made = windows({"film": ("a", "b", "c")}, performers=8, clips=6, signal=0.9)
     few, many = (repeats(made, halvings=4, clips=clips) for clips in (3, 20))
@@ -50,6 +51,7 @@ def test_the_mean_over_sources_gives_each_source_one_vote():
     assert means_agree(one.without("film"), other.without("film")).of_sources < 0
 
 
+@pytest.mark.slow
 def test_halves_are_compared_again_without_each_source():
     found = repeats(windows({"film": ("a", "b"), "lab": ("c", "d")}, performers=8), halvings=2)
     assert set(found.left_out) == {"film", "lab"}
