@@ -31,10 +31,10 @@ lint: setup
 	.venv/bin/ruff format --check .
 	.venv/bin/lint-imports
 
-# What reads, plays and writes through Blender, again with its next series.
+# What reads, plays and writes through Blender, again with its next series; `make test-blender-5 MARK=slow` by night.
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
-	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal tests/scene tests/ui \
+	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow)" tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.
