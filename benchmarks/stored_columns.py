@@ -6,7 +6,7 @@
 RESULTS is the folder of a finished `w2w run`. Its feature files are linked until there are as many clips as
 asked for, and read through once in blocks of patches that keep to the budget (MB), as the ranking does:
 
-    stored     `FeatureFiles`, the run's own files, each mapped at the array's offset for the moment of a copy
+    stored     `FeatureFiles`, the run's own files, a row of an array's columns at a time
     load       the baseline: `np.load(file)["features"][:, first:last]`, which reads all for each block
     unpacked   `np.load(file, mmap_mode="r")[:, first:last]` of an npy written beside each npz beforehand
 

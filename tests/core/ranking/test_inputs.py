@@ -113,6 +113,11 @@ def test_a_part_of_a_stored_array(tmp_path):
     found = StoredArray.find(tmp_path / "a.npz", "features")
     assert (found.shape, found.dtype) == (array.shape, array.dtype)
     np.testing.assert_array_equal(found.columns(1, 3), array[:, 1:3])
+    np.testing.assert_array_equal(found.columns(2, 5, np.array([0, 4])), array[[0, 4], 2:5])
+    content = (tmp_path / "a.npz").read_bytes()
+    (tmp_path / "a.npz").write_bytes(content[: found.offset + array.nbytes - 1])
+    with pytest.raises(ValueError, match="was cut short"):
+        found.columns(1, 5)
 
 
 def test_files_that_cannot_be_read_in_parts_are_said(tmp_path):

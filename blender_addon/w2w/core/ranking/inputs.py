@@ -70,13 +70,20 @@ class StoredArray:
     def columns(self, first: int, last: int, rows: np.ndarray | None = None) -> np.ndarray:
         """The part from `first` to before `last` of the second axis, of all rows or of some, as a copy.
 
-        The file is mapped for the moment of the copy only, so that its pages do not count
-        as this process's memory.
+        Raises
+        ------
+        ValueError
+            If the file ends before it.
         """
-        whole = np.memmap(self.path, self.dtype, "r", self.offset, self.shape)
-        if rows is None or len(rows) == len(whole):
-            return np.array(whole[:, first:last])
-        return np.array(whole[rows, first:last])
+        wanted = range(self.shape[0]) if rows is None else rows.tolist()
+        part = np.empty((len(wanted), last - first, self.shape[2]), self.dtype)
+        value_bytes = self.shape[2] * self.dtype.itemsize
+        with self.path.open("rb", buffering=0) as stream:
+            for row, values in zip(wanted, part, strict=True):
+                stream.seek(self.offset + (row * self.shape[1] + first) * value_bytes)
+                if stream.readinto(values) != values.nbytes:
+                    raise ValueError(f"{self.path} was cut short")
+        return part
 
 
 BLOCK_BYTES = 256 * 2**20
