@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from ..body.body import Body
 from .patches import PatchSet
-from .strip_graph import StripGraph
+from .strip_graph import KEPT, StripGraph
 
 FLIP = np.array([-1.0, 1.0, 1.0])
 """Left and right lie along x."""
@@ -36,14 +37,25 @@ class SkinDistances:
 
     @classmethod
     def of(cls, body: Body, patches: PatchSet) -> SkinDistances:
-        """Measure them; a body without a mirror map is reflected in its middle plane."""
+        """Measure them; a body without a mirror map is reflected in its middle plane.
+
+        The last few are kept, since they take seconds.
+        """
         centres = np.asarray(patches.vertices)
         if body.mirror is None:
             images = KDTree(body.vertices).query(body.vertices[centres] * FLIP)[1]
         else:
             images = np.asarray(body.mirror)[centres]
-        graph = StripGraph.of(body.vertices, body.faces)
-        return cls(_to(centres, graph, centres), _to(centres, graph, images))
+        return _measured(StripGraph.of(body.vertices, body.faces), tuple(centres), tuple(images))
+
+
+@lru_cache(maxsize=KEPT)
+def _measured(graph: StripGraph, centres: tuple[int, ...], images: tuple[int, ...]) -> SkinDistances:
+    ends = np.array(centres)
+    distances = [_to(ends, graph, np.array(sources)) for sources in (centres, images)]
+    for one in distances:
+        one.flags.writeable = False
+    return SkinDistances(*distances)
 
 
 def _to(centres: np.ndarray, graph: StripGraph, sources: np.ndarray) -> np.ndarray:
