@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from joblib.externals.loky import ProcessPoolExecutor
+from joblib.externals.loky import ProcessPoolExecutor, process_executor
 from scipy.spatial.transform import Rotation
 
 from headless.runs import workers
@@ -47,6 +47,8 @@ class _Pool:
 
     def _start(self) -> None:
         self._pools.append(ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),)))
+        # it would go as soon as it had loaded Blender, which loky takes for a memory leak
+        self._pools[-1].submit(setattr, process_executor, "_USE_PSUTIL", False)
 
     def submit(self, work, *args):
         try:
