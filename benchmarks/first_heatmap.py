@@ -19,8 +19,9 @@ from pathlib import Path
 import bpy
 
 import w2w as extension
+from w2w.core.motion.import_plan import plan_folder
 from w2w.ui import jobs, preferences
-from w2w.ui.motion_import import import_steps, wanted_in_folder
+from w2w.ui.motion_import import import_steps, wanted
 from w2w.ui.run_all import run_all_steps
 from w2w.ui.state import utility_of
 
@@ -61,8 +62,9 @@ def main() -> None:
                 bpy.ops.w2w.add_body()
             body = bpy.context.scene.w2w.body
             body.w2w.patch_count = given.patches
-            with timed(f"import, {len(wanted_in_folder(library))} clips"):
-                job = jobs.Job("Import", import_steps(body, wanted_in_folder(library)))
+            clips = wanted(plan_folder(library))
+            with timed(f"import, {len(clips)} clips"):
+                job = jobs.Job("Import", import_steps(body, clips))
                 while jobs._advance(job, jobs.BUDGET) is None:
                     pass
             with timed("run all, to the heatmap"):

@@ -19,7 +19,7 @@ from headless.runs.load_clip import load_clip
 from headless.signal_options import further_sensors, sensor_settings
 from w2w.core.body.body import Body
 from w2w.core.imu.recording import FURTHER
-from w2w.core.imu.virtual import at_places
+from w2w.core.imu.virtual import at_patches
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.naming import placement_patches
@@ -60,7 +60,7 @@ def _described(library, labels, body, patches, chosen, config):
     for clip in read_library(library, labels).clips:
         try:
             motion = load_clip(clip, body)[1]
-            recording = record(body, at_places(patches, chosen), motion, config)
+            recording = record(body, at_patches(patches, chosen), motion, config)
             windows = cut_windows(recording, config.windows)
         except (UnusableMotion, TooShortError, ValueError):
             lost += 1
