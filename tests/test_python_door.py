@@ -304,6 +304,7 @@ def test_the_documents_examples_run(library, monkeypatch):
     assert names["ranking"].utility.mean.shape == (24,)
 
 
+@pytest.mark.slow
 def test_minirocket_features_are_ranked_by_and_kept_in_the_config(signals, ranking):
     found = w2w.rank(signals, features="both")
     assert found.config.features == "both"

@@ -103,6 +103,7 @@ def test_placements_are_patches_with_signals_scores_and_a_rank(
     assert summary["own_placements"] == [scores_of_own(ranked, own) for own in study.own]
 
 
+@pytest.mark.slow
 def test_they_go_through_a_results_folder_and_back(ranked: bpy.types.Object, tmp_path: Path) -> None:
     shown = [scores_of_own(ranked, own) for own in ranked.w2w.own]
     saved = tmp_path / "saved"

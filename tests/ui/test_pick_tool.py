@@ -20,6 +20,7 @@ from .made_study import make_study
 pytestmark = pytest.mark.usefixtures("blender")
 
 
+@pytest.mark.slow
 def test_a_click_finds_the_patch_of_the_posed_surface(library: Path) -> None:
     body = make_study(library, "motions patches")
     bpy.ops.w2w.preview_clip(index=0)

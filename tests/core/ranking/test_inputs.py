@@ -179,6 +179,7 @@ def test_files_of_other_places_are_said(tmp_path):
         FeatureFiles([tmp_path / "0.npz", tmp_path / "1.npz"])
 
 
+@pytest.mark.slow
 def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
     n_clips, n_windows, n_places, width = 30, 5, 64, 150
     features, activity, clip, is_test = library(n_places, n_clips, n_windows, width)

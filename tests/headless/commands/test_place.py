@@ -312,6 +312,7 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
 WEIGHED = ("--background", "One leg stand", "--target", 1, "--max", 2)
 
 
+@pytest.mark.slow
 def test_another_mean_is_ranked_as_a_run_would(study, tmp_path):
     """Nothing is baked again, and the folder of the choice is that of a run with the same weights."""
     weights = tmp_path / "weights.csv"
