@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.files import write_json, write_text
+from w2w.core.files import json_number, write_json, write_text
 from w2w.core.ranking.utility import utility_map
 from w2w.core.validation.by_source import merged
 from w2w.core.validation.protocol import Protocol
@@ -76,21 +75,8 @@ def _simulated(
         except ValueError:
             continue  # this source alone shows nothing that can be compared
     tested = {name for part in parts for name in part.activities}
-    return merged(
-        [*parts, _only(whole, [name for name in whole.activities if name not in tested])], whole.activities
-    )
-
-
-def _only(scores: SiteScores, activities: Sequence[str]) -> SiteScores:
-    """Scores of some activities."""
-    index = [scores.activities.index(name) for name in activities]
-    return replace(
-        scores,
-        activities=tuple(activities),
-        f1=scores.f1[..., index],
-        samples=scores.samples[..., index],
-        halves=scores.halves[..., index],
-    )
+    rest = whole.of([name for name in whole.activities if name not in tested])
+    return merged([*parts, rest], whole.activities)
 
 
 def _part(windows: SiteWindows, rows: np.ndarray) -> SiteWindows:
@@ -110,7 +96,7 @@ def _scores(
 
 def _result(real: SiteScores, made: SiteScores, sites: tuple[str, ...], seed: int) -> Result:
     shared = [name for name in made.activities if name in real.activities]
-    found = compare_scores(_only(real, shared), _only(made, shared), sites, seed)
+    found = compare_scores(real.of(shared), made.of(shared), sites, seed)
     return Result(found.mean_rho, found.overall.spearman, found.cells.value, found.regret.lost)
 
 
@@ -134,7 +120,10 @@ def write_left_out(out: Path, results: Mapping[str, Mapping[str, Result]]) -> st
     content = {
         name: {
             "chosen": chosen[name].setting,
-            "settings": {setting: _plain(result) for setting, result in of.items()},
+            "settings": {
+                setting: {score: json_number(value) for score, value in result._asdict().items()}
+                for setting, result in of.items()
+            },
         }
         for name, of in results.items()
     }
@@ -171,10 +160,3 @@ def _all(results: Mapping[str, Mapping[str, Result]]) -> list[str]:
 
 def _cell(result: Result) -> str:
     return f"{result.mean_rho:.2f}, {result.rho_of_mean:.2f}, {result.cells:.2f}, {result.regret:.3f}"
-
-
-def _plain(result: Result) -> dict[str, float | None]:
-    return {
-        name: round(float(value), 6) if np.isfinite(value) else None
-        for name, value in result._asdict().items()
-    }

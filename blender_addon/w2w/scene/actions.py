@@ -172,6 +172,13 @@ def scene_rate() -> float:
     return render.fps / render.fps_base
 
 
+def set_scene_rate(rate: float, scene: bpy.types.Scene | None = None) -> None:
+    """Set a scene's frames per second, the open one's by default: a whole number and a divisor in Blender."""
+    render = (scene or bpy.context.scene).render
+    render.fps = max(1, round(rate))
+    render.fps_base = render.fps / rate
+
+
 def slot_curves(
     armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None
 ) -> list[bpy.types.FCurve]:

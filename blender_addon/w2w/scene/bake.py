@@ -14,7 +14,7 @@ import numpy as np
 from ..core.body.body import Body
 from ..core.imu.worn import Worn
 from ..core.motion.motion import Motion
-from ..core.motion.skinning import frames_from_edges, patch_matrices
+from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet
 from . import actions
 from .body import armature_of, body_of, body_space, matrix
@@ -212,5 +212,4 @@ def _evaluated_matrices(
         for number in numbers:
             corners[number] = vertices.positions()
             yield (number + 1) / len(frames)
-    first, second, third = corners[:, :, 0], corners[:, :, 1], corners[:, :, 2]
-    return frames_from_edges(corners.mean(axis=2), second - first, third - first)
+    return triangle_frames(corners)

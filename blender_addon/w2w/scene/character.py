@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.body.body import Body, vertex_normals
 from ..core.motion.retarget import matched_joints
-from ..core.motion.skinning import frames_from_edges
+from ..core.motion.skinning import triangle_frames
 from ..core.motion.source import SourceMotion
 from ..core.patches.correspondence import Character, correspond
 from .adopt import joint_weights, moving_armature
@@ -187,8 +187,7 @@ def _ball(mesh: bpy.types.Object, vertex: int, radius: float) -> bpy.types.Objec
     sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
     best = int((area / np.maximum(sides.max(axis=1), 1e-20)).argmax())
-    first, second, third = corners[best][:, None]
-    (frame,) = frames_from_edges(corners[best : best + 1].mean(axis=1), second - first, third - first)
+    (frame,) = triangle_frames(corners[best : best + 1])
     empty = bpy.data.objects.new("Sensor", None)
     empty.parent, empty.parent_type = mesh, "VERTEX_3"
     empty.parent_vertices = triangles[best].tolist()

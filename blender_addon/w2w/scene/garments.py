@@ -16,7 +16,7 @@ from ..core.motion.run_up import SETTLE_S, with_run_up
 from ..core.patches.garment_cover import Cover, cover, without_overlap
 from ..core.patches.patches import PatchSet
 from . import actions
-from .actions import scene_rate, write_action
+from .actions import scene_rate, set_scene_rate, write_action
 from .bake import Bake, PatchBaker
 from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
 from .cloth_time import real_time_speed
@@ -156,7 +156,7 @@ def follow(
     armature = armature_of(mesh)
     with ExitStack() as stack:
         stack.enter_context(same_timing())
-        _set_rate(moved.rate)
+        set_scene_rate(moved.rate)
         action = write_action(armature, moved, "W2W run-up")
         stack.callback(bpy.data.actions.remove, action)
         stack.enter_context(playing(armature, action))
@@ -226,12 +226,6 @@ def _refuse_flown(item: bpy.types.Object, corners: np.ndarray) -> None:
 def _worn(covers: Sequence[Cover], corners: Sequence[np.ndarray], rate: float) -> Worn:
     matrices = [own.matrices(points) for own, points in zip(covers, corners, strict=True)]
     return Worn(np.concatenate([own.patches for own in covers]), np.concatenate(matrices, axis=1), rate)
-
-
-def _set_rate(rate: float) -> None:
-    render = bpy.context.scene.render
-    render.fps = max(1, round(rate))
-    render.fps_base = render.fps / rate
 
 
 def _simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:

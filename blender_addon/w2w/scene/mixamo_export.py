@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.rehab.clips import RehabClip
 from ..core.rehab.skeleton import BONE_PARENTS, BONES, PREFIX
+from .actions import set_scene_rate
 
 TAKE = "mixamo.com"
 """Name of the animation in every file that Mixamo hands out."""
@@ -108,7 +109,7 @@ def _scene(rate: float, n_frames: int) -> Iterator[bpy.types.Scene]:
     kept = {kind: set(getattr(bpy.data, kind)) for kind in ("objects", "armatures", "actions")}
     # the exporter names the take after the scene
     scene = bpy.data.scenes.new(TAKE)
-    scene.render.fps, scene.render.fps_base = _frame_rate(rate)
+    set_scene_rate(rate, scene)
     scene.frame_start, scene.frame_end = 0, n_frames - 1
     window = bpy.context.window
     before_scene = window.scene
@@ -123,12 +124,6 @@ def _scene(rate: float, n_frames: int) -> Iterator[bpy.types.Scene]:
             for block in set(blocks) - before:
                 blocks.remove(block)
         bpy.data.scenes.remove(scene)
-
-
-def _frame_rate(rate: float) -> tuple[int, float]:
-    """Blender's whole number and its divisor."""
-    whole = max(1, round(rate))
-    return whole, whole / rate
 
 
 def _build_armature(scene: bpy.types.Scene, rest: np.ndarray) -> bpy.types.Object:

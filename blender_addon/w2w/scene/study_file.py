@@ -16,7 +16,7 @@ from ..core.files import UNFINISHED
 from ..core.motion.motion import Motion
 from ..core.patches.patches import PatchSet
 from . import heatmap
-from .actions import show_action, write_action
+from .actions import set_scene_rate, show_action, write_action
 from .body import BodyObjects, add_body
 from .patches import patch_empties, place_patches
 from .study_record import StudyRecord, with_scene, write_record
@@ -135,7 +135,7 @@ def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, b
     first, actions = None, {}
     for motion in motions:
         if first is None:
-            _set_rate(scene, motion.rate)
+            set_scene_rate(motion.rate, scene)
         action = actions[motion.clip] = write_action(objects.armature, motion, _action_name(motion))
         if first is None:
             first = action
@@ -144,12 +144,6 @@ def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, b
         show_action(objects.armature, first)
     scene.frame_set(1)
     return actions
-
-
-def _set_rate(scene: bpy.types.Scene, rate: float) -> None:
-    """Blender keeps a whole number of frames a second and a divisor."""
-    scene.render.fps = max(round(rate), 1)
-    scene.render.fps_base = scene.render.fps / rate
 
 
 def _action_name(motion: Motion) -> str:

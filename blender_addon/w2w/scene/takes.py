@@ -19,6 +19,7 @@ from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
 from ..core.motion.stillness import is_pose, motion_amount, refuse_pose
 from ..core.motion.usd_check import USD_SUFFIXES, check_usd
+from .actions import scene_rate, set_scene_rate
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
 from .gltf import import_gltf
 from .importers import check_fbx, import_fault
@@ -209,13 +210,12 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
     local = np.linalg.solve(rest_local[parents[1:]], rest_local[1:]) @ basis
     for number in range(1, len(parents)):
         np.matmul(matrices[:, parents[number]], local[:, number - 1], out=matrices[:, number])
-    render = bpy.context.scene.render
     return SourceMotion(
         bones=names,
         parents=parents,
         rest=world[0] @ rest_local,
         matrices=matrices,
-        rate=render.fps / render.fps_base,
+        rate=scene_rate(),
         take=take.action.name,
     )
 
@@ -233,9 +233,7 @@ def _import_usd(path: Path) -> None:
     if "usd_import" not in dir(bpy.ops.wm):
         raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
     rate = check_usd(path)
-    render = bpy.context.scene.render
-    render.fps = max(1, round(rate))
-    render.fps_base = render.fps / rate
+    set_scene_rate(rate)
     bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)
 
 

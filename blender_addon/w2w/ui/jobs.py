@@ -185,6 +185,14 @@ def show_error(operator: bpy.types.Operator, text: str) -> set[str]:
     return {"CANCELLED"}
 
 
+def show_done(operator: bpy.types.Operator, text: str) -> set[str]:
+    """Say what was done in the status bar and in the panel."""
+    global message
+    message = Message(text, False)
+    operator.report({"INFO"}, text)
+    return {"FINISHED"}
+
+
 def dismiss() -> None:
     """Take the panel's message away."""
     global message

@@ -75,9 +75,7 @@ class W2W_OT_load_sensor(_OnStudy, bpy.types.Operator):
         keep_own_sensor(study, model)
         study.sensor = OWN
         text = f"Read the sensor {own_sensor(study).name} from {path.name}"
-        jobs.message = jobs.Message(text, False)
-        self.report({"INFO"}, text)
-        return {"FINISHED"}
+        return jobs.show_done(self, text)
 
 
 class W2W_OT_save_sensor(_OnStudy, bpy.types.Operator, ExportHelper):
@@ -97,9 +95,7 @@ class W2W_OT_save_sensor(_OnStudy, bpy.types.Operator, ExportHelper):
         except OSError as error:
             return jobs.show_error(self, f"{path.name} cannot be written: {error.strerror or error}")
         text = f"Saved {path.name}"
-        jobs.message = jobs.Message(text, False)
-        self.report({"INFO"}, text)
-        return {"FINISHED"}
+        return jobs.show_done(self, text)
 
 
 class W2W_PT_sensor(W2WPanel, bpy.types.Panel):

@@ -26,7 +26,7 @@ from .garment_properties import Wardrobe
 from .on_character import OwnCharacter
 from .own_sensor import OWN, OwnSensor
 from .placement_properties import Placement
-from .scores import EXPECTED, MEAN_VIEW, NOTHING, ON_THESE
+from .scores import EXPECTED, NOTHING, ON_THESE, view_items
 from .side_by_side import SecondMap
 
 COLOUR_MAPS = (
@@ -70,9 +70,7 @@ def classifier_items() -> list[tuple[str, str, str]]:
 
 
 def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
-    _view_items[:] = [(MEAN_VIEW, "Mean of Activities", "Mean over the activities that count", 0)]
-    for number, activity in enumerate(self.activities, start=1):
-        _view_items.append((f"A{number}", activity.name, f"F1 for telling '{activity.name}' apart", number))
+    _view_items[:] = view_items(self)
     return _view_items
 
 

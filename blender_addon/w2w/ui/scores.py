@@ -23,6 +23,13 @@ NOTHING = "NOTHING"
 """Value of the study's `minus` where no difference is shown."""
 
 
+def view_items(study: bpy.types.PropertyGroup) -> list[tuple[str, str, str, int]]:
+    """The mean and each activity, for a menu of heatmaps."""
+    mean = (MEAN_VIEW, "Mean of Activities", "Mean over the activities that count", 0)
+    names = enumerate((activity.name for activity in study.activities), start=1)
+    return [mean, *((f"A{number}", name, f"F1 for telling '{name}' apart", number) for number, name in names)]
+
+
 def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
     """Expected F1 over the activities that count, shape (N,)."""
     if is_as_ranked(study, utility):

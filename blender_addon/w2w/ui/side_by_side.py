@@ -9,17 +9,15 @@ from bpy.props import EnumProperty, PointerProperty
 from ..scene.second_body import add_beside
 from ..scene.source_beside import remove_source
 from . import jobs, results, second_map, updates
-from .scores import MEAN_VIEW, NOTHING, beside_of, view_index
-from .state import current_body, without_updates
+from .scores import MEAN_VIEW, NOTHING, beside_of, view_index, view_items
+from .state import bodies, current_body, without_updates
 
 _items: list[tuple[str, str, str, int]] = []
 """Blender keeps no reference to the strings of a dynamic enum: this does."""
 
 
 def _views(study: SecondMap, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
-    _items[:] = [(MEAN_VIEW, "Mean of Activities", "Mean over the activities that count", 0)]
-    for number, activity in enumerate((beside_of(study) or study).activities, start=1):
-        _items.append((f"A{number}", activity.name, f"F1 for telling '{activity.name}' apart", number))
+    _items[:] = view_items(beside_of(study) or study)
     return _items
 
 
@@ -92,7 +90,7 @@ def draw_side_by_side(layout: bpy.types.UILayout, body: bpy.types.Object) -> Non
     if is_on:
         column = layout.column(align=True)
         column.prop(study, "beside_view")
-        if len([item for item in bpy.context.scene.objects if item.type == "MESH" and item.w2w.is_body]) > 1:
+        if len(bodies(bpy.context.scene)) > 1:
             column.prop(study, "beside_body")
 
 

@@ -93,9 +93,7 @@ class W2W_OT_load_placements(bpy.types.Operator):
         except (ValueError, OSError) as error:
             return jobs.show_error(self, capital(error))
         text = f"Read {count} placement{'s' * (count != 1)} from {path.name}. {LATER}"
-        jobs.message = jobs.Message(text, False)
-        self.report({"INFO"}, text)
-        return {"FINISHED"}
+        return jobs.show_done(self, text)
 
 
 class W2W_OT_remove_placement(bpy.types.Operator):

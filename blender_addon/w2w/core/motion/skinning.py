@@ -128,6 +128,12 @@ def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray
     return matrices
 
 
+def triangle_frames(corners: np.ndarray) -> np.ndarray:
+    """Frames at the centres of triangles, shape (..., 4, 4), from their corners (..., 3, 3)."""
+    first, second, third = (corners[..., corner, :] for corner in range(3))
+    return frames_from_edges(corners.mean(axis=-2), second - first, third - first)
+
+
 def _write_frames(matrices: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
     """Fill matrices (..., N, 4, 4) from vectors (..., 3, N): rows of components are quick to work on."""
     x = _unit(edge_x)

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 
 from ..body.body import Body, vertex_normals
 from ..files import load_arrays, write_npz
-from ..motion.skinning import frames_from_edges
+from ..motion.skinning import triangle_frames
 from .carriers import carrier_triangles
 from .patches import PatchSet
 from .strip_graph import StripGraph
@@ -54,7 +54,7 @@ class Cover:
 
     def matrices(self, corners: np.ndarray) -> np.ndarray:
         """World matrices of the sensors, shape (T, K, 4, 4), from their triangles' corners (T, K, 3, 3)."""
-        found = _frames(corners)
+        found = triangle_frames(corners)
         found[..., :3, :3] = found[..., :3, :3] @ self.mounts
         return found
 
@@ -90,8 +90,8 @@ def cover(vertices: np.ndarray, faces: np.ndarray, body: Body, patches: PatchSet
         return _nothing()
     graph = StripGraph.of(cloth.vertices, cloth.faces)
     triangles = carrier_triangles(cloth, graph, centre[covered])
-    on_cloth = _frames(cloth.vertices[triangles])[:, :3, :3]
-    on_skin = _frames(body.vertices[patches.triangles[covered]])[:, :3, :3]
+    on_cloth = triangle_frames(cloth.vertices[triangles])[:, :3, :3]
+    on_skin = triangle_frames(body.vertices[patches.triangles[covered]])[:, :3, :3]
     return Cover(covered, used[triangles], np.swapaxes(on_cloth, 1, 2) @ on_skin)
 
 
@@ -120,12 +120,6 @@ def _over(cloth: Body, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
     best = cost.argmin(axis=1)
     rows = np.arange(len(places))
     return np.where(np.isfinite(cost[rows, best]), near[rows, best], -1)
-
-
-def _frames(corners: np.ndarray) -> np.ndarray:
-    """Frames of triangles, shape (..., 4, 4), from their corners (..., 3, 3)."""
-    first, second, third = (corners[..., corner, :] for corner in range(3))
-    return frames_from_edges(corners.mean(axis=-2), second - first, third - first)
 
 
 def _nothing() -> Cover:

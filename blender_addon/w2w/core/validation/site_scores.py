@@ -58,12 +58,17 @@ class SiteScores:
         ValueError
             If none is left.
         """
-        kept = [column for column, name in enumerate(self.activities) if name not in background]
+        kept = [name for name in self.activities if name not in background]
         if not kept:
             raise ValueError(f"nothing but background can be tested: {', '.join(self.activities)}")
+        return self.of(kept)
+
+    def of(self, activities: Sequence[str]) -> SiteScores:
+        """The scores of some activities, in that order."""
+        kept = [self.activities.index(name) for name in activities]
         return replace(
             self,
-            activities=tuple(self.activities[column] for column in kept),
+            activities=tuple(activities),
             f1=self.f1[:, kept],
             samples=self.samples[..., kept],
             halves=self.halves[..., kept],
