@@ -18,12 +18,13 @@ from ..core.motion.repair import repaired
 from ..core.motion.retarget import is_crumpled
 from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
 from ..core.motion.stillness import is_pose, motion_amount, refuse_pose
-from ..core.motion.usd_check import USD_SUFFIXES, check_usd
-from .actions import scene_rate, set_scene_rate
+from ..core.motion.usd_check import USD_SUFFIXES
+from .actions import scene_rate
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
 from .gltf import import_gltf
 from .importers import check_fbx, import_fault
 from .playback import same_timing
+from .usd import import_usd
 
 Curves = dict[str, OwnCurves]
 
@@ -114,7 +115,7 @@ def import_file(path: Path) -> None:
         elif kind in GLTF_SUFFIXES:
             import_gltf(path)
         elif kind in USD_SUFFIXES:
-            _import_usd(path)
+            import_usd(path)
         else:
             raise UnusableMotion(
                 f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
@@ -226,15 +227,6 @@ def _import_fbx(path: Path) -> None:
         bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
     else:
         bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
-
-
-def _import_usd(path: Path) -> None:
-    """Blender's importer, at the file's own time codes a second, which it does not take over."""
-    if "usd_import" not in dir(bpy.ops.wm):
-        raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
-    rate = check_usd(path)
-    set_scene_rate(rate)
-    bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)
 
 
 def _has_cpp_importer() -> bool:

@@ -23,7 +23,7 @@ MAX_TEXT_BYTES = 512 * 2**20
 HEADER = re.compile(rb"#usda 1\.\d\s*\((?P<header>.*?)^\)", re.DOTALL | re.MULTILINE)
 COMPOSED = re.compile(rb"\b(?:subLayers|references|payload)\s*=[^@\n]*(?:\n[^@\n]*)?@(?P<asset>[^@\n]+)@")
 
-HOW_TO_READ = "`pip install usd-core`, or save it as text, .usda"
+HOW_TO_READ = "use Blender 4.4 or later, or save it as text, .usda"
 
 
 def check_usd(path: Path) -> float:
@@ -66,7 +66,7 @@ def _of_text(text: bytes) -> float:
 
 
 def _by_usd(path: Path) -> float:
-    """Binary forms, read by USD's own library: Blender's program has it, its Python module has not."""
+    """Binary forms, read by USD's own library, which Blender brings."""
     try:
         from pxr import Sdf, Tf
     except ImportError:
