@@ -18,7 +18,7 @@ import numpy as np
 from headless.runs.load_clip import load_clip
 from headless.signal_options import further_sensors, sensor_settings
 from w2w.core.body.body import Body
-from w2w.core.imu.recording import FURTHER
+from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.virtual import at_patches
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion

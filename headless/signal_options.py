@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
+from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import PRESETS, preset
-from w2w.core.imu.recording import FURTHER
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.imu.synthesis import CONVENTIONS, Synthesis

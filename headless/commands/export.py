@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
-from w2w.core.exports.study_signals import StudySignals, placed, worn
+from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
 from w2w.core.file_names import shown
 from w2w.core.files import UNFINISHED, write_json
 from w2w.core.results_folder import StudyResults
@@ -98,6 +98,8 @@ def _writer(study: StudyResults, tool: str, places: str, sensor: str) -> Callabl
         return lambda folder: f"{write(folder, signals)} {kind} of {_listed(signals.names)}"
     model = chosen_sensor(sensor) if sensor else config.sensor_model()
     given = [name.strip() for name in places.split(",") if name.strip()]
+    if places.strip().lower() == ALL:
+        given = list(study.patches.names)
     if tool in pose_packs.METHODS:
         patches = placed(study, given or pose_packs.sites_of(tool))
         clips = worn(study, patches, pose_packs.RATE_HZ, model)

@@ -12,13 +12,15 @@ from rich.markup import escape
 
 from w2w.core.body.body import Body
 from w2w.core.file_names import shown
-from w2w.core.imu.formats import FORMATS, write_csv, write_recording
+from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
+from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.virtual import at_patches
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.naming import resolve
-from w2w.core.study import StudyConfig, place_patches, record
+from w2w.core.study import StudyConfig, place_patches
+from w2w.core.study import record as record_at
 
 from .. import signal_options
 from ..console import NOTHING_TO_DO, USAGE
@@ -41,11 +43,15 @@ def synth(
     band: signal_options.Band = signal_options.AS_DEFAULT.cutoff_hz,
     root_band: signal_options.RootBand = None,
     convention: signal_options.Convention = signal_options.AS_DEFAULT.convention,
+    record: signal_options.Record = "",
+    location: signal_options.Location = signal_options.AS_LOCATED,
     acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
     gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
 ) -> None:
     """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.
+
+    With --record also orientation, magnetometer and barometer.
 
     Exit codes: 0 written, 1 the clip cannot be used (and why), 2 wrong use.
     """
@@ -57,6 +63,7 @@ def synth(
             **signal_options.sensor_settings(sensor),
             synthesis=signal_options.synthesis_settings(rate, band, convention),
             root_band_hz=root_band,
+            further=_recorded_too(record, location, kind),
             seed=seed,
         )
         config = placeable(config, console)
@@ -69,7 +76,7 @@ def synth(
     name = shown(clip.name)
     try:
         _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
-        recording = record(body, at_patches(patches, [chosen]), motion, config)
+        recording = record_at(body, at_patches(patches, [chosen]), motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
         else:
@@ -86,3 +93,20 @@ def synth(
         subtitle = f"{config.sensor}, {recording.rate:g} Hz"
         signal_figure(plot, recording, title=f"{shown(clip.stem)}: {worn_at}", subtitle=subtitle)
         console.print(f"Picture: {escape(shown(plot))}")
+
+
+def _recorded_too(record: str, location: str, kind: str) -> FurtherSensors:
+    """What is recorded beside acc and gyr.
+
+    Raises
+    ------
+    ValueError
+        If an option is wrong, or files of this kind cannot hold it.
+    """
+    further = signal_options.further_sensors(record, "", location)
+    if lacking := [name for name in further.record if name not in HELD[kind]]:
+        able = [name for name, held in HELD.items() if set(further.record) <= set(held)]
+        raise ValueError(
+            f"--record: a file of --format {kind} does not hold {', '.join(lacking)}; {' and '.join(able)} do"
+        )
+    return further

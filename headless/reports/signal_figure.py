@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture of one sensor's signal: specific force above, angular velocity below."""
+"""A picture of one sensor's signal: specific force, angular velocity, and below them what else it records."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,10 @@ from matplotlib.figure import Figure
 from w2w.core.files import atomic_write
 from w2w.core.imu.recording import ImuRecording
 
-COLOURS = ("#d1495b", "#2e8b57", "#30638e")
-"""x, y, z: told apart by lightness too, for colour-blind eyes."""
+COLOURS = {"w": "#7a8391", "x": "#d1495b", "y": "#2e8b57", "z": "#30638e"}
+"""Told apart by lightness too, for colour-blind eyes."""
+
+UNITS = {"m/s2": "m/s²", "uT": "µT"}
 
 INK, FAINT, HAIRLINE = "#1d2530", "#7a8391", "#d9dde3"
 
@@ -33,27 +36,34 @@ def signal_figure(
     sensor : int
         Which of the recording's sensors.
     """
-    figure = Figure(figsize=(9, 5.2), dpi=160, facecolor="white")
+    readings = recording.readings
+    height = 1.0 + 2.1 * len(readings)
+    figure = Figure(figsize=(9, height), dpi=160, facecolor="white")
     FigureCanvasAgg(figure)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    figure.subplots_adjust(left=0.09, right=0.94, top=0.84, bottom=0.11, hspace=0.16)
-    figure.text(0.09, 0.935, title, fontsize=14, fontweight="bold", color=INK)
-    figure.text(0.09, 0.888, subtitle, fontsize=9.5, color=FAINT)
-    _draw(upper, recording.time, recording.acc[:, sensor], "Specific force, m/s²")
-    _draw(lower, recording.time, recording.gyr[:, sensor], "Angular velocity, rad/s")
-    lower.set_xlabel("Time, s", color=INK)
+    rows = figure.subplots(len(readings), 1, sharex=True)
+    bottom, top = 0.572 / height, 1 - 0.832 / height
+    figure.subplots_adjust(left=0.09, right=0.94, top=top, bottom=bottom, hspace=0.16)
+    figure.text(0.09, 1 - 0.338 / height, title, fontsize=14, fontweight="bold", color=INK)
+    figure.text(0.09, 1 - 0.582 / height, subtitle, fontsize=9.5, color=FAINT)
+    for axes, reading in zip(rows, readings, strict=True):
+        label = ", ".join(filter(None, (reading.title, UNITS.get(reading.unit, reading.unit))))
+        names = [channel.rpartition("_")[2] for channel in reading.channels]
+        _draw(axes, recording.time, getattr(recording, reading.name)[:, sensor], names, label)
+    rows[-1].set_xlabel("Time, s", color=INK)
     with atomic_write(path) as stream:
         figure.savefig(stream, format="png")
 
 
-def _draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str) -> None:
-    for column, (name, colour) in enumerate(zip("xyz", COLOURS, strict=True)):
-        axes.plot(time, values[:, column], color=colour, linewidth=1.3, label=name)
-    axes.axhline(0, color=HAIRLINE, linewidth=0.8, zorder=0)
+def _draw(axes: Axes, time: np.ndarray, values: np.ndarray, names: Sequence[str], label: str) -> None:
+    for column, name in enumerate(names):
+        axes.plot(time, values[:, column], color=COLOURS.get(name, INK), linewidth=1.3, label=name)
+    if len(names) > 1:
+        axes.axhline(0, color=HAIRLINE, linewidth=0.8, zorder=0)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.0)
     axes.set_ylabel(label, color=INK)
     axes.margins(x=0)
     axes.tick_params(colors=FAINT, labelcolor=INK, labelsize=8.5)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.0)
+    axes.ticklabel_format(axis="y", useOffset=False)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     for side in ("left", "bottom"):

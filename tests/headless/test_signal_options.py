@@ -11,9 +11,10 @@ from headless.__main__ import APP
 from headless.signal_options import AS_LOCATED, further_sensors
 from w2w.core.clip_files import features_file
 from w2w.core.files import write_npz
+from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.presets import preset
-from w2w.core.imu.recording import FURTHER, ImuRecording
+from w2w.core.imu.recording import ImuRecording
 from w2w.core.study import StudyConfig
 
 pytestmark = pytest.mark.usefixtures("one_worker")

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.earth import height_of, magnetic_field
 from w2w.core.imu.further import NOTHING, FurtherSensors, further_signals, north_of
 from w2w.core.imu.presets import preset
-from w2w.core.imu.recording import FURTHER, ImuRecording
+from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis, synthesize
 

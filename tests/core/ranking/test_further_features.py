@@ -54,3 +54,12 @@ def test_a_gap_costs_the_same_windows():
     made = recording()
     made.acc[120:140] = np.nan
     assert len(further_features(made, SPEC, ("barometer",))) == len(cut_windows(made, SPEC).is_test)
+
+
+def test_a_short_gap_is_bridged_in_all_that_is_recorded():
+    whole, lost = recording(), recording()
+    for values in (lost.acc, lost.gyr, *lost.further.values()):
+        values[120:123, 1] = np.nan
+    names = ("orientation", "magnetometer", "barometer")
+    found = further_features(lost, SPEC, names)
+    np.testing.assert_allclose(found, further_features(whole, SPEC, names), atol=0.05)

@@ -49,6 +49,27 @@ def test_units_on_request(shared_data, tmp_path):
     assert 'acc_unit: "g"' in (tmp_path / "b.csv").read_text()
 
 
+@pytest.mark.parametrize(("kind", "name"), [("csv", "x.csv"), ("npz", "x.npz")])
+def test_what_else_a_part_has_is_recorded_on_request(shared_data, tmp_path, kind, name):
+    options = ("synth", shared_data / JACKS, "--patch", "left wrist", "--format", kind, "--out")
+    code, output = call(*options, tmp_path / f"plain_{name}")
+    assert code == 0, output
+    code, output = call(
+        *options, tmp_path / name, "--record", "barometer,orientation,magnetometer",
+        "--location", "-33.9,151.2", "--plot", tmp_path / "x.png",
+    )  # fmt: skip
+    assert code == 0, output
+    plain, full = (read_recording(tmp_path / file) for file in (f"plain_{name}", name))
+    assert plain.further == {}
+    np.testing.assert_array_equal(full.acc, plain.acc)
+    assert set(full.further) == {"orientation", "magnetometer", "barometer"}
+    assert np.linalg.norm(full.magnetometer.mean(axis=0)) < 70  # as on earth, in microtesla
+    np.testing.assert_allclose(np.linalg.norm(full.orientation, axis=2), 1, atol=1e-5)
+    assert np.ptp(full.barometer) > 5  # the hand goes up a metre and more: 12 Pa each
+    with Image.open(tmp_path / "x.png") as picture:
+        assert picture.size[1] > 1500
+
+
 @pytest.mark.slow
 def test_bands_on_request(shared_data, tmp_path):
     shaken = {}
@@ -71,6 +92,12 @@ def test_bands_on_request(shared_data, tmp_path):
     [
         (["--patch", "lft wirst"], 2, "did you mean left wrist"),
         (["--patch", "wrist", "--sensor", "nosuch"], 2, "there is no sensor preset"),
+        (["--patch", "wrist", "--record", "gps"], 2, "orientation, magnetometer, barometer, not 'gps'"),
+        (
+            ["--patch", "wrist", "--record", "orientation,barometer", "--format", "xsens"],
+            2,
+            "a file of --format xsens does not hold barometer; npz and csv do",
+        ),
     ],
 )
 def test_wrong_use_is_explained(shared_data, tmp_path, options, code, message):

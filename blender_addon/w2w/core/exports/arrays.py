@@ -8,11 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..files import atomic_write, write_json, write_text
-from ..ranking.windows import TooShortError, cut_windows
+from ..ranking.windows import TooShortError, cut_alike, cut_windows
 from .study_signals import StudySignals
-
-CHANNELS = ("acc x", "acc y", "acc z", "gyr x", "gyr y", "gyr z")
-UNITS = ("m/s2", "m/s2", "m/s2", "rad/s", "rad/s", "rad/s")
 
 DATASET_FILE = "w2w_windows.py"
 
@@ -68,13 +65,16 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
         If no clip gives a window.
     """
     windows, labels, clips, subjects, is_test = [], [], [], [], []
+    spec = signals.config.windows
     for recording in signals.recordings():
         try:
-            cut = cut_windows(recording, signals.config.windows)
+            cut = cut_windows(recording, spec)
+            parts = [cut.signals.transpose(0, 1, 3, 2)]
+            parts += [cut_alike(values, recording, spec) for values in recording.further.values()]
         except TooShortError:
             continue
         count = len(cut.is_test)
-        windows.append(cut.signals.transpose(0, 1, 3, 2).reshape(count, -1, cut.signals.shape[2]))
+        windows.append(np.concatenate(parts, axis=2).reshape(count, -1, cut.signals.shape[2]))
         labels += [recording.activity] * count
         clips += [recording.clip] * count
         subjects += [recording.subject] * count
@@ -92,15 +92,16 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
     for name, values in arrays.items():
         with atomic_write(folder / f"{name}.npy") as stream:
             np.lib.format.write_array(stream, values, allow_pickle=False)
-    names = [f"{place} {channel}" for place in signals.names for channel in CHANNELS]
+    channels = [(channel, reading.unit) for reading in signals.readings for channel in reading.channels]
+    names = [f"{place} {channel.replace('_', ' ')}" for place in signals.names for channel, _ in channels]
     facts = {
         "channels": names,
-        "units": list(UNITS) * len(signals.names),
+        "units": [unit for _, unit in channels] * len(signals.names),
         "classes": sorted(set(labels)),
         "rate_hz": rate,
         "sensor": signals.config.sensor,
-        "window_s": signals.config.windows.length_s,
-        "stride_s": signals.config.windows.stride_s,
+        "window_s": spec.length_s,
+        "stride_s": spec.stride_s,
     }
     write_json(folder / "facts.json", facts)
     return len(labels)

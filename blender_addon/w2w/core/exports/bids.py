@@ -8,8 +8,6 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-
 from ..files import write_json, write_text
 from ..imu.recording import ImuRecording
 from .study_signals import StudySignals
@@ -19,7 +17,14 @@ BIDS_VERSION = "1.9.0"
 
 SYSTEM = "imu"
 
-KINDS = (("acc", "ACCEL", "m/s^2"), ("gyr", "GYRO", "rad/s"))
+TYPES = {
+    "acc": ("ACCEL", "m/s^2"),
+    "gyr": ("GYRO", "rad/s"),
+    "orientation": ("ORNT", "n/a"),
+    "magnetometer": ("MAGN", "uT"),
+    "barometer": ("MISC", "Pa"),
+}
+"""Reading -> BIDS's name of its channels, and their unit."""
 
 
 def write_bids(folder: Path, signals: StudySignals) -> int:
@@ -54,8 +59,8 @@ def write_bids(folder: Path, signals: StudySignals) -> int:
     )
     write_text(
         folder / "README",
-        "Inertial sensors simulated by W2W from motion clips: specific force and angular velocity in the "
-        "sensor's frame. No person wore them.\n",
+        "Inertial sensors simulated by W2W from motion clips; no person wore them. Vectors are in the "
+        "sensor's frame, quaternions turn it to a world whose z axis points up; acc is specific force.\n",
     )
     return sum(runs.values())
 
@@ -78,7 +83,7 @@ def labels_of(names: Iterable[str]) -> dict[str, str]:
 
 def _samples(recording: ImuRecording) -> str:
     """Rows of samples, columns as in the channels' table, without a header, as BIDS wants it."""
-    values = np.concatenate([recording.acc, recording.gyr], axis=2).reshape(recording.n_samples, -1)
+    values = recording.values.reshape(recording.n_samples, -1)
     return "".join(
         "\t".join("n/a" if value != value else f"{value:.9g}" for value in row) + "\n"
         for row in values.tolist()
@@ -89,16 +94,26 @@ def _channels(recording: ImuRecording) -> str:
     lines = ["name\tcomponent\ttype\ttracked_point\tunits"]
     for site in recording.sites:
         point = site.replace(" ", "_")
-        lines += [
-            f"{point}_{kind}_{axis}\t{axis}\t{bids_type}\t{point}\t{unit}"
-            for kind, bids_type, unit in KINDS
-            for axis in "xyz"
-        ]
+        for reading in recording.readings:
+            kind, unit = TYPES[reading.name]
+            lines += [
+                f"{point}_{channel}\t{_component(channel)}\t{kind}\t{point}\t{unit}"
+                for channel in reading.channels
+            ]
     return "\n".join(lines) + "\n"
 
 
+def _component(channel: str) -> str:
+    if channel.startswith("quat"):
+        return channel
+    return channel[-1] if channel[-2] == "_" else "n/a"
+
+
 def _facts(recording: ImuRecording, signals: StudySignals) -> dict[str, object]:
-    n_channels = 3 * recording.n_sensors
+    counts = {
+        f"{TYPES[reading.name][0]}ChannelCount": len(reading.channels) * recording.n_sensors
+        for reading in recording.readings
+    }
     return {
         "TaskName": recording.activity,
         "SamplingFrequency": recording.rate,
@@ -107,9 +122,8 @@ def _facts(recording: ImuRecording, signals: StudySignals) -> dict[str, object]:
         "ManufacturersModelName": signals.config.sensor,
         "MissingValues": "n/a",
         "TrackedPointsCount": recording.n_sensors,
-        "MotionChannelCount": 2 * n_channels,
-        "ACCELChannelCount": n_channels,
-        "GYROChannelCount": n_channels,
+        "MotionChannelCount": sum(counts.values()),
+        **counts,
         "RecordingDuration": (recording.n_samples - 1) / recording.rate,
     }
 

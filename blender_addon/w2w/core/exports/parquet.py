@@ -11,9 +11,17 @@ from .study_signals import StudySignals
 
 FILE = "signals.parquet"
 
+FRAMES = {
+    "acc": "m/s2, sensor frame",
+    "gyr": "rad/s, sensor frame",
+    "orientation": "quaternion, sensor to world, z up",
+    "magnetometer": "uT, sensor frame",
+    "barometer": "Pa",
+}
+
 
 def write_parquet(folder: Path, signals: StudySignals) -> int:
-    """Write clip, activity, subject, place, time_s, acc_x to gyr_z; gives the number of clips.
+    """Write clip, activity, subject, place, time_s, then what is recorded; gives the number of clips.
 
     Raises
     ------
@@ -27,20 +35,23 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
         raise ValueError(f"Parquet files are written by pyarrow (pip install pyarrow): {error}") from error
     words = arrow.dictionary(arrow.int32(), arrow.string())
     labels = ("clip", "activity", "subject", "place")
-    channels = tuple(f"{kind}_{axis}" for kind in ("acc", "gyr") for axis in "xyz")
+    channels = [channel for reading in signals.readings for channel in reading.channels]
     schema = arrow.schema(
         [
             *(arrow.field(name, words) for name in labels),
             arrow.field("time_s", arrow.float64()),
             *(arrow.field(name, arrow.float32()) for name in channels),
         ],
-        {"acc": "m/s2, sensor frame", "gyr": "rad/s, sensor frame", "sensor": signals.config.sensor},
+        {
+            **{reading.name: FRAMES[reading.name] for reading in signals.readings},
+            "sensor": signals.config.sensor,
+        },
     )
     count = 0
     with parquet.ParquetWriter(folder / FILE, schema) as writer:
         for recording in signals.recordings():
             n_samples, n_sensors = recording.n_samples, recording.n_sensors
-            values = np.concatenate([recording.acc, recording.gyr], axis=2).transpose(1, 0, 2).reshape(-1, 6)
+            values = recording.values.transpose(1, 0, 2).reshape(-1, len(channels))
             one = [[recording.clip], [recording.activity], [recording.subject], list(recording.sites)]
             numbers = [np.zeros(n_samples * n_sensors, dtype=np.int32)] * 3
             numbers.append(np.repeat(np.arange(n_sensors, dtype=np.int32), n_samples))
@@ -49,7 +60,9 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
                 for index, words_of in zip(numbers, one, strict=True)
             ]
             columns.append(arrow.array(np.tile(recording.time, n_sensors)))
-            columns += [arrow.array(np.ascontiguousarray(values[:, channel])) for channel in range(6)]
+            columns += [
+                arrow.array(np.ascontiguousarray(values[:, channel])) for channel in range(len(channels))
+            ]
             writer.write_table(arrow.Table.from_arrays(columns, schema=schema))
             count += 1
     return count

@@ -20,8 +20,8 @@ from ..body.body import Body
 from ..body.landmarks import SENSOR_SITES
 from ..body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import atomic_write, write_json
-from ..motion.motion import SMPL_PELVIS, Motion
-from ..motion.skinning import joint_transforms, patch_matrices
+from ..motion.motion import SMPL_PELVIS
+from ..motion.skinning import joint_transforms
 from ..patches.patches import PatchSet
 from .study_signals import Worn
 
@@ -78,14 +78,13 @@ def write_pose_pack(
         raise ValueError(
             "files for pose estimators are PyTorch's: pip install '.[torch]' in W2W's folder"
         ) from error
-    rest = _rest(body, patches)
     parts: dict[str, list[Any]] = {}
     names = []
     for clip in clips:
         if clip.motion.n_frames < FEWEST_FRAMES:
             continue
         names.append([clip.recording.clip, clip.recording.activity, clip.recording.subject])
-        for part, values in _parts(clip, body, rest, np.array(gravity), method).items():
+        for part, values in _parts(clip, body, np.array(gravity), method).items():
             parts.setdefault(part, []).append(torch.from_numpy(np.ascontiguousarray(values)))
     if not names:
         raise ValueError(f"every clip is shorter than {FEWEST_FRAMES} frames at {RATE_HZ:g} Hz")
@@ -97,17 +96,9 @@ def write_pose_pack(
     return len(names)
 
 
-def _rest(body: Body, patches: PatchSet) -> np.ndarray:
-    """Orientations of the sensors in the T-pose, shape (N, 3, 3)."""
-    still = Motion(np.tile(np.eye(3), (1, N_JOINTS, 1, 1)), body.joints[:1], 1.0)
-    return patch_matrices(body, patches.triangles, still)[0, :, :3, :3]
-
-
-def _parts(
-    clip: Worn, body: Body, rest: np.ndarray, gravity: np.ndarray, method: str
-) -> dict[str, np.ndarray]:
+def _parts(clip: Worn, body: Body, gravity: np.ndarray, method: str) -> dict[str, np.ndarray]:
     motion = clip.motion
-    turned = TO_Y_UP @ clip.orientations @ rest.swapaxes(-1, -2) @ TO_Y_UP.T
+    turned = TO_Y_UP @ clip.orientations @ clip.rest.swapaxes(-1, -2) @ TO_Y_UP.T
     force = np.einsum("tnij,tnj->tni", clip.orientations, clip.recording.acc.astype(np.float64))
     in_smpl_axes = TO_Y_UP @ motion.rotations @ TO_Y_UP.T
     pose = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec().reshape(-1, N_JOINTS, 3)

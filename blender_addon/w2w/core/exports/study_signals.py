@@ -8,10 +8,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..body.body import Body
 from ..body.landmarks import SENSOR_SITES
+from ..body.skeleton import N_JOINTS
 from ..clip_files import signals_file
+from ..imu.channels import READINGS, Reading
 from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
 from ..motion.motion import Motion
@@ -25,6 +28,9 @@ from ..study import StudyConfig, record
 from ..wording import plain_words
 
 ALL = "all"
+
+STILL_FRAMES = 50
+"""Of a T-pose that is recorded for its orientations."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,12 @@ class StudySignals:
         """Of the places."""
         return tuple(self.study.patches.names[patch] for patch in self.patches)
 
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """What the run recorded at each place."""
+        names = ("acc", "gyr", *self.config.further.record)
+        return tuple(reading for reading in READINGS if reading.name in names)
+
     @cached_property
     def config(self) -> StudyConfig:
         """The parameters of the run."""
@@ -78,11 +90,9 @@ class StudySignals:
         """
         chosen = list(self.patches)
         for clip in self.study.clips:
-            whole = ImuRecording.load(signals_file(self.study.out, clip.name))
-            yield ImuRecording(
-                whole.acc[:, chosen], whole.gyr[:, chosen], whole.rate, self.names,
-                clip.activity, clip.subject, clip.name,
-            )  # fmt: skip
+            found = ImuRecording.load(signals_file(self.study.out, clip.name)).at(chosen)
+            labels = {"activity": clip.activity, "subject": clip.subject, "clip": clip.name}
+            yield replace(found, sites=self.names, **labels)
 
 
 def placed(study: StudyResults, names: list[str]) -> PatchSet:
@@ -118,16 +128,19 @@ class Worn:
     motion : Motion
         The clip at the recording's rate, T frames.
     orientations : ndarray, shape (T, N, 3, 3)
-        Sensor to world, z up.
+        Sensor to world, z up: as recorded where the run records orientation, else the true ones.
+    rest : ndarray, shape (N, 3, 3)
+        The same in the T-pose, as a calibration finds them.
     """
 
     recording: ImuRecording
     motion: Motion
     orientations: np.ndarray
+    rest: np.ndarray
 
 
 def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorModel) -> Iterator[Worn]:
-    """Each clip of a run recorded anew at a rate, with the true pose and orientations at its samples.
+    """Each clip of a run recorded anew at a rate, with the true pose and the orientations at its samples.
 
     Raises
     ------
@@ -152,11 +165,27 @@ def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorMode
         motion = study.motion(clip.name).labelled(clip.activity, clip.subject, clip.name)
         recording = record(body, patches, motion, config)
         sampled = at_rate(motion, rate)
-        yield Worn(recording, sampled, _orientations(body, patches, sampled))
+        still = _t_pose(body, rate).labelled(clip.activity, clip.subject, clip.name)
+        if recording.orientation is None:
+            moved, rested = (patch_matrices(body, patches.triangles, pose) for pose in (sampled, still))
+            yield Worn(recording, sampled, moved[..., :3, :3], rested[0, :, :3, :3])
+        else:  # the errors are the clip's: a calibration in it has them, too
+            rested = _as_read(record(body, patches, still, config).orientation)
+            yield Worn(recording, sampled, _as_read(recording.orientation), rested[0])
 
 
-def _orientations(body: Body, patches: PatchSet, motion: Motion) -> np.ndarray:
-    return patch_matrices(body, patches.triangles, motion)[..., :3, :3]
+def _t_pose(body: Body, rate: float) -> Motion:
+    return Motion(
+        np.tile(np.eye(3), (STILL_FRAMES, N_JOINTS, 1, 1)), np.tile(body.joints[0], (STILL_FRAMES, 1)), rate
+    )
+
+
+def _as_read(quaternions: np.ndarray) -> np.ndarray:
+    """Orientations (T, N, 3, 3) of quaternions w, x, y, z; where samples are lost, the last that arrived."""
+    arrived = np.isfinite(quaternions).all(axis=2)
+    last = np.maximum.accumulate(np.where(arrived, np.arange(len(quaternions))[:, None], 0), axis=0)
+    held = np.take_along_axis(quaternions, last[..., None], axis=0)[..., [1, 2, 3, 0]]
+    return Rotation.from_quat(held.reshape(-1, 4)).as_matrix().reshape(*held.shape[:2], 3, 3)
 
 
 def _chosen(study: StudyResults) -> tuple[int, ...]:

@@ -8,11 +8,13 @@ single-precision values.
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ..files import write_text
+from .channels import FURTHER, READINGS
 from .recording import ImuRecording
 from .text_tables import (
     ACC_UNITS,
@@ -26,7 +28,11 @@ from .text_tables import (
 )
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
-CHANNELS = ("acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z")
+CHANNELS = tuple(channel for reading in READINGS[:2] for channel in reading.channels)
+"""What a CSV must have."""
+
+HELD = {"npz": tuple(FURTHER), "csv": tuple(FURTHER), "xsens": ("orientation",), "x-io": ("orientation",)}
+"""What each format holds beside acc and gyr."""
 
 
 def write_csv(
@@ -37,6 +43,8 @@ def write_csv(
     gyr_unit: str = "rad/s",
 ) -> None:
     """Write one sensor as CSV: time_s, acc_x to acc_z, gyr_x to gyr_z, the units and labels above them.
+
+    What else is recorded follows, by the names of `channels.READINGS` and in their units.
 
     The lines above the header start with ``#``: ``pandas.read_csv(path, comment="#")`` reads the rest.
 
@@ -53,12 +61,14 @@ def write_csv(
         [
             recording.acc[:, sensor].astype(np.float64) / unit_factor(ACC_UNITS, acc_unit, "acc_unit"),
             recording.gyr[:, sensor].astype(np.float64) / unit_factor(GYR_UNITS, gyr_unit, "gyr_unit"),
+            *(values[:, sensor].astype(np.float64) for values in recording.further.values()),
         ],
         axis=1,
     )
     facts = {
         "acc_unit": acc_unit,
         "gyr_unit": gyr_unit,
+        **{f"{reading.name}_unit": reading.unit for reading in recording.readings[2:]},
         "rate_hz": recording.rate,
         "site": recording.sites[sensor] if recording.sites else "",
         "activity": recording.activity,
@@ -66,7 +76,8 @@ def write_csv(
         "clip": recording.clip,
     }
     lines = [f"# {name}: {json.dumps(value, ensure_ascii=False)}" for name, value in facts.items()]
-    lines.append(",".join(("time_s", *CHANNELS)))
+    channels = [channel for reading in recording.readings for channel in reading.channels]
+    lines.append(",".join(("time_s", *channels)))
     write_text(path, "\n".join(lines) + "\n" + table_text(recording.time, values, ","))
 
 
@@ -97,12 +108,18 @@ def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None
     if acc_unit is None or gyr_unit is None:
         raise ValueError(f"{path} does not name its units: say acc_unit and gyr_unit")
     values = np.stack([columns[name] for name in CHANNELS], axis=1)
+    further = {
+        reading.name: table[:, None, [names.index(channel) for channel in reading.channels]]
+        for reading in READINGS[2:]
+        if facts.get(f"{reading.name}_unit") == reading.unit and set(reading.channels) <= set(names)
+    }
     return ImuRecording(
         acc=values[:, None, :3] * unit_factor(ACC_UNITS, acc_unit, "acc_unit"),
         gyr=values[:, None, 3:] * unit_factor(GYR_UNITS, gyr_unit, "gyr_unit"),
         rate=float(facts.get("rate_hz") or rate_of_stamps(columns["time_s"], path, 1e-6)),
         sites=(facts["site"],) if facts.get("site") else (),
         **{name: facts.get(name, "") for name in ("activity", "subject", "clip")},
+        **further,
     )
 
 
@@ -111,7 +128,7 @@ FORMATS = ("npz", "csv", "xsens", "x-io")
 
 
 def write_recording(path: str | Path, recording: ImuRecording, format: str = "", sensor: int = 0) -> None:  # noqa: A002
-    """Write a recording for another tool.
+    """Write a recording for another tool; what its format does not hold (`HELD`) is left out.
 
     Parameters
     ----------
@@ -134,7 +151,8 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
     elif kind == "csv":
         write_csv(path, recording, sensor)
     elif kind == "xsens":
-        write_xsens_txt(path, recording, sensor)
+        turned = recording.orientation
+        write_xsens_txt(path, recording, sensor, None if turned is None else turned[:, sensor])
     elif kind == "x-io":
         write_x_io(path, recording, sensor)
     else:
@@ -159,12 +177,17 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
     readers = {
         "npz": ImuRecording.load,
         "csv": read_csv,
-        "xsens": lambda file: read_xsens_txt(file)[0],
+        "xsens": _read_xsens,
         "x-io": read_x_io,
     }
     if kind not in readers:
         raise ValueError(f"no format is called {kind!r}; there are {', '.join(FORMATS)}")
     return readers[kind](path)
+
+
+def _read_xsens(path: str | Path) -> ImuRecording:
+    recording, quaternions = read_xsens_txt(path)
+    return recording if quaternions is None else replace(recording, orientation=quaternions[:, None])
 
 
 def _format_of(path: Path) -> str:

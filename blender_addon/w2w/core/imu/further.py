@@ -13,10 +13,10 @@ from ..blas import multiply
 from ..filtering import count_resampled
 from ..rotations import decompose
 from . import errors
+from .channels import FURTHER
 from .earth import SEA_LEVEL_PA, magnetic_field, pressure_at
 from .errors import SensorStreams
 from .gaps import bridge
-from .recording import FURTHER
 from .sensor import ALL_CLIPS, SensorModel
 from .synthesis import CHUNK_SENSORS, Poses, Synthesis
 from .trajectory import spline_windows

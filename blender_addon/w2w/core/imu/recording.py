@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..files import read_arrays, write_npz
-
-FURTHER = {"orientation": 4, "magnetometer": 3, "barometer": 1}
-"""What else may be recorded -> the numbers in a sample of it."""
+from .channels import FURTHER, READINGS, Reading
 
 FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip", *FURTHER)
 MAX_BYTES = 8 * 2**30
@@ -90,6 +89,22 @@ class ImuRecording:
         """What is recorded beside acc and gyr, by name."""
         held = {name: getattr(self, name) for name in FURTHER}
         return {name: array for name, array in held.items() if array is not None}
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """What it holds, acc and gyr first."""
+        return tuple(reading for reading in READINGS if getattr(self, reading.name) is not None)
+
+    @property
+    def values(self) -> np.ndarray:
+        """All that it holds, shape (T, N, K), the channels in the order of `readings`."""
+        return np.concatenate([getattr(self, reading.name) for reading in self.readings], axis=2)
+
+    def at(self, sensors: Sequence[int]) -> ImuRecording:
+        """The recording of some of its sensors."""
+        chosen = list(sensors)
+        arrays = {reading.name: getattr(self, reading.name)[:, chosen] for reading in self.readings}
+        return replace(self, sites=tuple(self.sites[sensor] for sensor in chosen if self.sites), **arrays)
 
     @property
     def n_samples(self) -> int:

@@ -25,6 +25,8 @@ X_IO_HEADER = (
     "Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)"
 )
 
+X_IO_QUATERNIONS, X_IO_QUATERNION_HEADER = "Quaternion.csv", "Timestamp (us),W,X,Y,Z"
+
 
 def write_xsens_txt(
     path: str | Path, recording: ImuRecording, sensor: int = 0, quaternions: np.ndarray | None = None
@@ -101,6 +103,8 @@ def read_xsens_txt(path: str | Path) -> tuple[ImuRecording, np.ndarray | None]:
 def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> None:
     """Write one sensor as x-io's x-IMU3 logs it: ``Inertial.csv`` in a folder, g, deg/s and microseconds.
 
+    Where the orientation is recorded, ``Quaternion.csv`` stands beside it.
+
     Parameters
     ----------
     folder : str or Path
@@ -119,6 +123,9 @@ def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> 
     )
     stamps = np.rint(recording.time * 1e6).astype(np.int64)
     write_text(Path(folder) / "Inertial.csv", X_IO_HEADER + "\n" + table_text(stamps, values, ","))
+    if recording.orientation is not None:
+        quaternions = table_text(stamps, recording.orientation[:, sensor].astype(np.float64), ",")
+        write_text(Path(folder) / X_IO_QUATERNIONS, f"{X_IO_QUATERNION_HEADER}\n{quaternions}")
 
 
 def read_x_io(folder: str | Path) -> ImuRecording:
@@ -140,7 +147,17 @@ def read_x_io(folder: str | Path) -> ImuRecording:
         acc=table[:, None, 4:] * ACC_UNITS["g"],
         gyr=table[:, None, 1:4] * GYR_UNITS["deg/s"],
         rate=rate_of_stamps(table[:, 0] / 1e6, path, 1e-6),
+        orientation=_x_io_quaternions(Path(folder), table[:, 0]),
     )
+
+
+def _x_io_quaternions(folder: Path, stamps: np.ndarray) -> np.ndarray | None:
+    """Orientations, shape (T, 1, 4), where the log has one at each time of its inertial samples."""
+    path = folder / X_IO_QUATERNIONS
+    if not path.is_file():
+        return None
+    table = read_numbers(text_lines(path)[1:], ",", 5, path)
+    return table[:, None, 1:] if np.array_equal(table[:, 0], stamps) else None
 
 
 def write_orientation_sto(

@@ -15,8 +15,9 @@ from ..motion.motion import Motion
 from ..motion.skinning import frames_from_edges, skin, skinning_transforms
 from ..patches.naming import resolve
 from ..patches.patches import PatchSet, sample_patches
+from .channels import FURTHER
 from .further import NOTHING, FurtherSensors, further_signals
-from .recording import FURTHER, ImuRecording
+from .recording import ImuRecording
 from .sensor import SensorModel
 from .synthesis import Synthesis, synthesize
 

@@ -142,7 +142,7 @@ def window_starts(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
 
 
 def cut_alike(values: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
-    """Cut what was recorded beside acc and gyr into the windows that `cut_windows` makes of these.
+    """Cut what was recorded beside acc and gyr into the windows that `cut_windows` makes of these, likewise.
 
     Parameters
     ----------
@@ -153,10 +153,13 @@ def cut_alike(values: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> 
     Returns
     -------
     ndarray, shape (W, N, k, samples)
-        A view, where the recording is not shorter than a window.
+        A view, where the recording is not shorter than a window and loses no samples.
     """
     samples = spec.samples(recording.rate)
     starts = window_starts(recording, spec)
+    if np.isnan(values).any():
+        values = values.copy()
+        _bridge_gaps(values, round(spec.longest_gap_s * recording.rate))
     if len(values) < samples:
         values = values[_played(len(values), samples, spec.short)[0]]
     return np.lib.stride_tricks.sliding_window_view(values, samples, axis=0)[starts]
@@ -207,7 +210,7 @@ def _bridge_gaps(signals: np.ndarray, longest: int) -> None:
         inside = (after > 0) & (after < len(given))
         missing, after = missing[inside], after[inside]
         missing = missing[given[after] - given[after - 1] - 1 <= longest]
-        for channel in range(6):
+        for channel in range(signals.shape[2]):
             values = signals[:, sensor, channel]
             values[missing] = np.interp(missing, given, values[given])
 
