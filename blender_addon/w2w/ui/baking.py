@@ -261,7 +261,7 @@ def _signature(bake: Bake) -> np.ndarray:
 def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
     """Key of what was baked: equal content, equal key, whichever study it is of."""
     digest = hashlib.sha256(settings.encode())
-    for array in (recording.acc, recording.gyr, features):
+    for array in (recording.acc, recording.gyr, *recording.further.values(), features):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]
 

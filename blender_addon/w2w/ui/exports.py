@@ -13,8 +13,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from ..core.files import atomic_write, write_text
 from ..core.findings.new_folder import recording_of
 from ..core.findings.summary import patch_table
-from ..core.imu.formats import FORMATS, write_recording
-from ..core.imu.recording import ImuRecording
+from ..core.imu.formats import FORMATS, HELD, write_recording
 from ..core.motion.library import unique_names
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.advice import SAME_OPINION, redundancy_clusters
@@ -30,7 +29,7 @@ from .on_body import on_body
 from .overlay import picks
 from .save_results import save_steps
 from .scores import EXPECTED, beside_of, colour_range, minus_index, shown_scores, view_index
-from .state import current_body, patches_of, utility_of
+from .state import config_of, current_body, patches_of, utility_of
 from .step2_motions import can_change
 
 Context = bpy.types.Context
@@ -247,7 +246,10 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
     for number, ((name, patch), path) in enumerate(files.items()):
         work = _writer(sources[name], name, patches.names, patch, path, kind)
         yield from in_thread(work, path.name, number / len(files), (number + 1) / len(files))
-    return f"Saved {len(files)} files of signals in {folder}"
+    text = f"Saved {len(files)} files of signals in {folder}"
+    recorded = config_of(mesh.w2w).further.record if chosen is not None else ()
+    lacking = [name for name in recorded if name not in HELD[kind]]
+    return f"{text}, without {' and '.join(lacking)}, which {kind} files do not hold" if lacking else text
 
 
 @on_body
@@ -280,10 +282,7 @@ def _writer(
         if patch is None:
             whole.save(path)
             return
-        one = slice(patch, patch + 1)
-        labels = (whole.activity, whole.subject, whole.clip)
-        recording = ImuRecording(whole.acc[:, one], whole.gyr[:, one], whole.rate, sites[one], *labels)
-        write_recording(path, recording, kind)
+        write_recording(path, whole.at([patch]), kind)
 
     return write
 

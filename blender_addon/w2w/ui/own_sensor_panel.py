@@ -12,6 +12,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..core.imu.presets import PRESETS, preset
 from ..core.imu.sensor_file import read_sensor, write_sensor
 from . import jobs
+from .further_sensors import draw_further
 from .own_sensor import OWN, keep_own_sensor, own_sensor
 from .result_panels import W2WPanel
 from .state import current_body
@@ -112,13 +113,14 @@ class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
         return current_body(context) is not None
 
     def draw(self, context: Context) -> None:
-        """Draw the bands, and the figures of an own part where that is chosen."""
+        """Draw the bands, what else is recorded, and the figures of an own part where that is chosen."""
         study, layout = current_body(context).w2w, self.layout.column()
         layout.use_property_split = True
         layout.use_property_decorate = False
         layout.enabled = jobs.running is None
         for name in ("band", "root_band", "convention"):
             layout.prop(study, name)
+        draw_further(study, context, layout)
         if study.sensor == OWN:
             _draw_part(study, layout)
         else:

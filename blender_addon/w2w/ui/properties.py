@@ -22,6 +22,7 @@ from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
 from . import activity_properties, on_character, placement_properties, shape, updates
 from .activity_properties import W2W_PG_activity
+from .further_sensors import FurtherProperties
 from .garment_properties import Wardrobe
 from .on_character import OwnCharacter
 from .own_sensor import OWN, OwnSensor
@@ -119,7 +120,9 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
     )
 
 
-class W2W_PG_study(Placement, OwnCharacter, OwnSensor, SecondMap, Wardrobe, bpy.types.PropertyGroup):
+class W2W_PG_study(
+    FurtherProperties, Placement, OwnCharacter, OwnSensor, SecondMap, Wardrobe, bpy.types.PropertyGroup
+):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")

@@ -17,6 +17,7 @@ from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from ..scene.study_record import StoredClip, StudyRecord, read_record, remove_record
 from . import advice, own_placements, results, signal_cache
+from .further_sensors import keep_further
 from .own_sensor import OWN, keep_own_sensor
 from .state import bake_settings, patches_of, rank_settings, without_updates
 from .wishes import take_over
@@ -139,6 +140,7 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
         study.rate, study.seed = config.synthesis.rate_hz, config.seed
         study.band, study.root_band = config.synthesis.cutoff_hz or 0, config.root_band_hz or 0
         study.convention = config.synthesis.convention
+        keep_further(study, config.further)
         study.window_s, study.classifier = config.windows.length_s, config.classifier
         study.folds, study.by_subject = config.folds, config.by_subject
         study.target, study.every_activity = config.target, config.every_activity

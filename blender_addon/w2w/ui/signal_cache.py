@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.clip_files import ClipWindows, copy_file, features_file, signals_file, signals_key
 from ..core.files import load_arrays, write_npz
+from ..core.findings.new_folder import recording_of
 from ..core.imu.recording import ImuRecording
 from .preferences import cache_folder
 
@@ -62,6 +63,7 @@ def save(key: str, recording: ImuRecording, features: np.ndarray, windows: ClipW
             "acc": recording.acc,
             "gyr": recording.gyr,
             "rate": np.array(recording.rate),
+            **recording.further,
             "features": features,
             "is_test": windows.is_test,
             "signature": windows.signature,
@@ -97,7 +99,6 @@ def _load_recording(key: str) -> ImuRecording | None:
     if not has(key):
         return None
     try:
-        data = load_arrays(recordings_of(key)[0], ("acc", "gyr", "rate"), "does not hold baked signals")
+        return recording_of(recordings_of(key)[0])
     except (OSError, ValueError):  # damaged is as good as gone: baked again
         return None
-    return ImuRecording(data["acc"], data["gyr"], float(data["rate"]))

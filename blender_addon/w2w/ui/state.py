@@ -24,6 +24,7 @@ from ..core.wording import capital
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
 from .counting import counted_in
+from .further_sensors import further_of, further_text
 from .garment_properties import wardrobe_text, worn_by
 from .own_sensor import OWN, own_sensor
 from .precision import as_given
@@ -88,6 +89,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
     run = run_of(study)
     length = as_given(study.window_s, run.windows.length_s)
     background, weights = counted_in(study, run)
+    garments = tuple(item.name for item in worn_by(study)) or run.garments
     return replace(
         run,
         patches=study.patch_count,
@@ -95,6 +97,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         synthesis=_synthesis(study, run.synthesis),
         root_band_hz=_band(study, "root_band", run.root_band_hz),
         **_sensor(study),
+        further=further_of(study, run.further, bool(garments)),
         windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
         classifier=study.classifier,
         folds=study.folds,
@@ -105,7 +108,7 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
         every_activity=as_given(study.every_activity, run.every_activity),
         max_places=study.max_places or None,
         placements=own_placed(study),
-        garments=tuple(item.name for item in worn_by(study)) or run.garments,
+        garments=garments,
         constraints=constraints_of(study),
         seed=study.seed,
     )
@@ -218,7 +221,7 @@ def bake_settings(study: bpy.types.PropertyGroup) -> str:
 
 
 def _signals_text(study: bpy.types.PropertyGroup) -> str:
-    """The own part, and what is not as at first of bands and convention."""
+    """The own part, what is not as at first of bands and convention, and what is recorded beside."""
     usual = study.bl_rna.properties
     changed = [name for name in ("band", "root_band") if getattr(study, name) != usual[name].default]
     parts = [f"{name}={getattr(study, name):g}" for name in changed]
@@ -226,7 +229,7 @@ def _signals_text(study: bpy.types.PropertyGroup) -> str:
         parts.append(study.convention)
     if study.sensor == OWN:
         parts.append(study.own_sensor_text)
-    return "".join(f" {part}" for part in parts)
+    return "".join(f" {part}" for part in parts) + further_text(study)
 
 
 def _shape_text(shape: bpy.types.PropertyGroup) -> str:

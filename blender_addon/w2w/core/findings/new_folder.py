@@ -25,6 +25,7 @@ from ..clip_files import (
 )
 from ..clip_ranking import LabelledClip, rank_clips, same_motions
 from ..files import UNFINISHED, load_arrays, write_json, write_npz
+from ..imu.channels import FURTHER
 from ..imu.recording import ImuRecording
 from ..motion.library import Clip, Library
 from ..motion.motion import Motion
@@ -167,10 +168,14 @@ def _write_clip(out: Path, saved: SavedClip, patches: PatchSet) -> ClipResult:
     return ClipResult(clip, "", {**saved.details, **details}, "")
 
 
-def recording_of(path: Path, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> ImuRecording:
+def recording_of(
+    path: Path, sites: tuple[str, ...] = (), activity: str = "", subject: str = "", clip: str = ""
+) -> ImuRecording:
     """The recording in a file of baked signals, under these labels."""
-    data = load_arrays(path, ("acc", "gyr", "rate"), "does not hold baked signals")
-    return ImuRecording(data["acc"], data["gyr"], float(data["rate"]), sites, activity, subject, clip)
+    data = load_arrays(path, ("acc", "gyr", "rate"), "does not hold baked signals", tuple(FURTHER))
+    further = {name: data[name] for name in FURTHER if name in data}
+    labels = (sites, activity, subject, clip)
+    return ImuRecording(data["acc"], data["gyr"], float(data["rate"]), *labels, **further)
 
 
 def _ranked(

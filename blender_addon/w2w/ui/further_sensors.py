@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Orientation, magnetometer and barometer in the panel: which are recorded, which to recognise by, where."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty
+
+from ..core.imu.channels import FURTHER
+from ..core.imu.further import NOTHING, FurtherSensors
+from ..core.ranking.utility import inputs_of
+from .garment_properties import worn_by
+from .precision import as_given
+from .text import draw_text
+
+Layout = bpy.types.UILayout
+
+TEXTS = {
+    "orientation": "Quaternions, as a part with sensor fusion gives them",
+    "magnetometer": "The magnetic field of the place below",
+    "barometer": "The pressure of the air, which tells height",
+}
+ITEMS = [(name, name.capitalize(), TEXTS[name], 1 << bit) for bit, name in enumerate(FURTHER)]
+
+DEGREE_DIGITS = 4
+"""Decimals of a degree that single precision keeps up to 180."""
+
+
+class FurtherProperties:
+    """The part of a study's properties that says what is recorded beside acc and gyr."""
+
+    record: EnumProperty(
+        name="Record",
+        description="Recorded beside accelerometer and gyroscope",
+        items=ITEMS,
+        options={"ENUM_FLAG"},
+        default=set(),
+    )
+    recognise_by: EnumProperty(
+        name="Recognise By",
+        description="Activities are recognised by these, too, of those that are recorded",
+        items=ITEMS,
+        options={"ENUM_FLAG"},
+        default=set(),
+    )
+    latitude: FloatProperty(
+        name="Latitude",
+        description="Degrees, of the place whose magnetic field the magnetometer is in",
+        default=NOTHING.latitude,
+        min=-90,
+        max=90,
+        precision=1,
+    )
+    longitude: FloatProperty(
+        name="Longitude",
+        description="Degrees east, of the place whose magnetic field the magnetometer is in",
+        default=NOTHING.longitude,
+        min=-180,
+        max=180,
+        precision=1,
+    )
+
+
+def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:
+    """What is recorded beside acc and gyr as core takes it; errors of the parts are those of the run opened.
+
+    Parameters
+    ----------
+    study : PropertyGroup
+    run : FurtherSensors
+        Of the run that the study was opened from, else nothing.
+    dressed : bool
+        Whether garments carry sensors, which record acc and gyr alone.
+    """
+    record, by = (
+        set(_value(study, *pair)) for pair in (("record", run.record), ("recognise_by", run.features))
+    )
+    if dressed or not record:
+        return NOTHING
+    by = by & record if inputs_of(study.classifier) == "features" else set()
+    return replace(
+        run,
+        record=_in_order(record, run.record),
+        features=_in_order(by, run.features),
+        latitude=_degrees(study, "latitude", run.latitude),
+        longitude=_degrees(study, "longitude", run.longitude),
+    )
+
+
+def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> None:
+    """Show in the panel what a run recorded."""
+    study.record, study.recognise_by = set(further.record), set(further.features)
+    study.latitude, study.longitude = further.latitude, further.longitude
+
+
+def further_text(study: bpy.types.PropertyGroup) -> str:
+    """What signals and features depend on; empty where nothing is recorded beside acc and gyr."""
+    if not study.record:
+        return ""
+    record, by = (
+        ",".join(name for name in FURTHER if name in chosen) for chosen in (study.record, study.recognise_by)
+    )
+    return f" record={record} by={by} at={study.latitude:g},{study.longitude:g}"
+
+
+def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, layout: Layout) -> None:
+    """Draw the choice, and where it comes to nothing."""
+    layout.column(heading="Record").prop(study, "record")
+    if not study.record:
+        return
+    if worn_by(study):
+        draw_text(layout, context, "Sensors on garments record accelerometer and gyroscope alone")
+        return
+    if "magnetometer" in study.record:
+        column = layout.column(align=True)
+        column.prop(study, "latitude")
+        column.prop(study, "longitude")
+    if inputs_of(study.classifier) != "features":
+        draw_text(layout, context, f"{study.classifier} learns from accelerometer and gyroscope alone")
+        return
+    layout.column(heading="Recognise By").prop(study, "recognise_by")
+
+
+def _value(study: bpy.types.PropertyGroup, name: str, given: Any) -> Any:
+    """A property's value; that of the run opened where the panel has not set it."""
+    return getattr(study, name) if study.is_property_set(name) else given
+
+
+def _degrees(study: bpy.types.PropertyGroup, name: str, given: float) -> float:
+    shown = as_given(_value(study, name, given), given)
+    return shown if shown == given else round(shown, DEGREE_DIGITS)
+
+
+def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:
+    """In the run's own order where it is the same choice: features follow it."""
+    return run if chosen == set(run) else tuple(name for name in FURTHER if name in chosen)

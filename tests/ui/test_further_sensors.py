@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Orientation, magnetometer and barometer asked for in the panel are those of `w2w run --record`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from headless.study_options import StudyOptions
+from w2w.core.imu.channels import FURTHER
+from w2w.core.imu.formats import read_recording
+from w2w.core.imu.further import NOTHING, FurtherSensors
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.study import StudyConfig, describe, record
+from w2w.scene.actions import read_action
+from w2w.scene.body import armature_of, body_of
+from w2w.ui import jobs, restore, signal_cache
+from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
+
+from .made_study import N_PATCHES, make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def test_they_are_baked_exported_and_recognised_by_as_on_the_command_line(
+    library: Path, tmp_path: Path
+) -> None:
+    body = make_study(library, "motions patches")
+    study = body.w2w
+    study.record, study.recognise_by = set(FURTHER), {"barometer"}
+    study.latitude, study.longitude = -33.9, 151.2
+    asked = StudyOptions(
+        patches=N_PATCHES, record=",".join(FURTHER), recognise_by="barometer", location="-33.9,151.2"
+    )
+    assert config_of(study).further == asked.config().further
+    study.clip_index = 4
+    assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
+    clip = study.clips[4]
+    motion = read_action(armature_of(body), clip.action).labelled(clip.activity, clip.subject, clip.name)
+    expected = record(body_of(body), patches_of(body), motion, config_of(study))
+    baked = signal_cache.recording(clip.signals)
+    np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-3)
+    np.testing.assert_allclose(baked.magnetometer, expected.magnetometer, atol=1e-2)
+    np.testing.assert_allclose(baked.barometer, expected.barometer, atol=0.1)
+    np.testing.assert_allclose(baked.orientation, expected.orientation, atol=1e-4)
+    features = np.load(signal_cache.path_of(clip.signals))["features"]
+    assert features.shape[2] == describe(expected, config_of(study))[0].shape[2]
+    bpy.ops.w2w.select_patch(patch=3)
+    assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "csv"), kind="csv") == {"FINISHED"}
+    (saved,) = (tmp_path / "csv").iterdir()
+    np.testing.assert_array_equal(read_recording(saved).barometer, baked.barometer[:, [3]])
+    assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "xsens"), kind="xsens") == {"FINISHED"}
+    assert jobs.message.text.endswith("without magnetometer and barometer, which xsens files do not hold")
+    assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "all"), which="ALL") == {"FINISHED"}
+    (whole,) = (tmp_path / "all").iterdir()
+    np.testing.assert_array_equal(ImuRecording.load(whole).magnetometer, baked.magnetometer)
+
+
+def test_another_choice_makes_signals_stale(library: Path) -> None:
+    study = make_study(library, "motions patches signals").w2w
+    states = lambda: {state_of(clip, bake_settings(study)) for clip in study.clips}  # noqa: E731
+    assert config_of(study).further == NOTHING
+    study.recognise_by = {"barometer"}
+    assert states() == {BAKED}  # nothing is recorded that could be recognised by
+    assert config_of(study).further == NOTHING
+    study.record = {"orientation"}
+    assert states() == {STALE}
+    assert config_of(study).further == FurtherSensors(("orientation",))
+    study.record = set()
+    assert states() == {BAKED}
+
+
+def test_where_they_come_to_nothing_the_study_still_works(library: Path) -> None:
+    study = make_study(library, "").w2w
+    study.record, study.recognise_by = {"barometer"}, {"barometer"}
+    study.classifier = "multi3net"
+    assert config_of(study).further == FurtherSensors(("barometer",))
+    study.classifier = "ridge"
+    assert config_of(study).further == FurtherSensors(("barometer",), ("barometer",))
+    study.parameters = json.dumps(StudyConfig(garments=("tshirt",)).as_dict())
+    assert config_of(study).further == NOTHING
+
+
+def test_a_run_that_recorded_them_is_opened_with_them(library: Path) -> None:
+    study = make_study(library, "").w2w
+    further = FurtherSensors(("barometer", "orientation"), ("barometer",), -12.3, 45.6, altitude_m=300.0)
+    run = StudyConfig(further=further)
+    study.parameters = json.dumps(run.as_dict())
+    assert config_of(study).further == further  # as in a file saved before the panel showed them
+    restore._set_parameters(study, run)
+    assert (study.record, study.recognise_by) == ({"barometer", "orientation"}, {"barometer"})
+    assert config_of(study).further == further
+    study.record = {"barometer", "magnetometer"}
+    assert config_of(study).further == replace(further, record=("magnetometer", "barometer"))
