@@ -42,9 +42,10 @@ def signal_figure(
     FigureCanvasAgg(figure)
     rows = figure.subplots(len(readings), 1, sharex=True)
     bottom, top = 0.572 / height, 1 - 0.832 / height
-    figure.subplots_adjust(left=0.09, right=0.94, top=top, bottom=bottom, hspace=0.16)
-    figure.text(0.09, 1 - 0.338 / height, title, fontsize=14, fontweight="bold", color=INK)
-    figure.text(0.09, 1 - 0.582 / height, subtitle, fontsize=9.5, color=FAINT)
+    left = 0.09 if recording.barometer is None else 0.13  # six digits and a decimal
+    figure.subplots_adjust(left=left, right=0.94, top=top, bottom=bottom, hspace=0.16)
+    figure.text(left, 1 - 0.338 / height, title, fontsize=14, fontweight="bold", color=INK)
+    figure.text(left, 1 - 0.582 / height, subtitle, fontsize=9.5, color=FAINT)
     for axes, reading in zip(rows, readings, strict=True):
         label = ", ".join(filter(None, (reading.title, UNITS.get(reading.unit, reading.unit))))
         names = [channel.rpartition("_")[2] for channel in reading.channels]
