@@ -14,6 +14,7 @@ import typer
 from w2w.core.body.body import Body
 from w2w.core.colours import patch_colours, score_range
 from w2w.core.motion.library import Library, read_library
+from w2w.core.ranking.utility import UtilityMap
 from w2w.core.rehab.background import BACKGROUND
 from w2w.core.rehab.executions import FAULTS, WELL
 from w2w.core.results_folder import StudyResults
@@ -152,11 +153,11 @@ def draw_figure(out: Path, subset: Subset) -> None:
             note = f"best: {patches.names[best]} ({scores[best]:.2f})"
             return Map(renderer.render(patch_colours(patches, scores, *scale)), heading, note)
 
-        activities = [
-            drawn(scores, title(name), int(scores.argmax()))
-            for name, scores in zip(utility.activities, utility.expected_f1.T, strict=True)
-        ]
-        mean = drawn(utility.expected_mean, "Expected mean F1", best_single(utility))
+        activities = []
+        for number, heading in headings(utility):
+            scores = utility.expected_f1[:, number]
+            activities.append(drawn(scores, heading, int(scores.argmax())))
+        mean = drawn(utility.expected_mean, "Expected mean F1 of the exercises", best_single(utility))
         corners = body.vertices[patches.triangles[order]]
         normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
         markers = renderer.locate(corners.mean(axis=1), normals)
@@ -172,3 +173,11 @@ def draw_figure(out: Path, subset: Subset) -> None:
         scale,
         subset.target,
     )
+
+
+def headings(utility: UtilityMap) -> list[tuple[int, str]]:
+    """Number and heading of each activity: exercises first, then the background."""
+    names = [title(name) for name in utility.activities]
+    exercises = [(number, name) for number, name in enumerate(names) if utility.weights[number]]
+    background = [(number, name) for number, name in enumerate(names) if not utility.weights[number]]
+    return exercises + [(number, f"{name} (background)") for number, name in background]

@@ -5,7 +5,9 @@ import csv
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import typer
 from rich.console import Console
@@ -13,7 +15,7 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 from headless.commands.study_mixamo import show_placements
-from headless.commands.study_rehab import by_quality, rehab_takes
+from headless.commands.study_rehab import by_quality, headings, rehab_takes
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.naming import PLACEMENTS
 from w2w.core.rehab.background import BACKGROUND
@@ -167,6 +169,11 @@ def test_everybody_does_every_exercise_well_and_badly_and_what_is_between():
     by_file = {take.file: take for take in takes}
     for clip in asked.clips:
         assert clip.activity.endswith(WELL) == (by_file[clip.file].execution == WELL)
+
+
+def test_the_figure_shows_the_exercises_first_and_says_what_is_background():
+    utility = SimpleNamespace(activities=("arm_raise", "reaching", "stairs"), weights=np.array([1.0, 0, 2]))
+    assert headings(utility) == [(0, "Arm raise"), (2, "Stairs"), (1, "Reaching (background)")]
 
 
 @pytest.mark.slow
