@@ -18,7 +18,7 @@ from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
-from w2w.core.findings.garments import garment_content, garment_sentence
+from w2w.core.findings.garments import caught_sentences, garment_content, garment_sentence
 from w2w.core.findings.label_notes import label_notes
 from w2w.core.findings.own_placements import own_content
 from w2w.core.findings.sources import shown_in, source_caution
@@ -90,6 +90,8 @@ def _show_garments(study: Study, console: Console) -> None:
     content = garment_content(study.results.out, study.config.garments, patches)
     if sentence := garment_sentence(content, len(patches)):
         console.print(f"{sentence}.", style="yellow", markup=False)
+    for sentence in caught_sentences([(result.clip.name, result.details) for result in study.used]):
+        console.print(f"{sentence}.", style="bold yellow", markup=False)
 
 
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:

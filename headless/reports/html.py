@@ -16,7 +16,7 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_text
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import clip_counts, counts_sentence, few_clips, interval_caution
-from w2w.core.findings.garments import garment_sentence
+from w2w.core.findings.garments import caught_sentences, garment_sentence
 from w2w.core.findings.joint import joint_content
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap
@@ -169,7 +169,8 @@ def _notes(summary: dict[str, Any], n_patches: int) -> list[str]:
     notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
     worn = garment_sentence(summary.get("garments", {}), n_patches)
-    return notes + [f"{sentence}." for sentence in (windows, worn) if sentence]
+    caught = caught_sentences([(entry["clip"], entry) for entry in summary.get("used", [])])
+    return notes + [f"{sentence}." for sentence in (windows, worn, *caught) if sentence]
 
 
 def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:

@@ -27,7 +27,7 @@ from .clip_records import finished, mark_source, marked_source, write_record
 from .clip_task import ClipTask, unfinished
 from .guard import guarded, timed_out, untimed
 from .load_clip import load_clip
-from .worn import worn_in
+from .worn import caught_in, worn_in
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -128,6 +128,7 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
         motion.save(unfinished(task.motion_file))
         recording.save(unfinished(task.signals_file))
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
+    details |= caught_in(task, worn)
     if task.config.augmentation is not None:
         details |= {"copies": len(copies), "copy_windows": sum(len(copy) for copy in copies)}
     return details, (task.motion_file, task.signals_file, task.features_file, *copy_files)

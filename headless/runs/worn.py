@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import FITTED
+from w2w.core.findings.garments import caught_content
 from w2w.core.imu.worn import Worn
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.garment_cover import Cover, load_covers
@@ -38,6 +40,14 @@ def worn_in(task: ClipTask, body: Body, motion: Motion) -> Worn | None:
         from w2w.scene.wear import worn_through
 
         return worn_through(body, covers, measured(motion, task.config))
+
+
+def caught_in(task: ClipTask, worn: Worn | None) -> dict[str, Any]:
+    """What the clip's record says of cloth that caught on the body."""
+    if worn is None:
+        return {}
+    frames = dict(zip(_covers(task.out, task.inputs), worn.caught, strict=True))
+    return caught_content(frames, len(worn.matrices))
 
 
 @cache

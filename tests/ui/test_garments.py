@@ -7,6 +7,7 @@ import pytest
 from w2w.core.patches.garments import cut
 from w2w.scene.body import add_skinned, armature_of, body_of
 from w2w.ui import jobs
+from w2w.ui.baking import _baked_text
 from w2w.ui.garment_properties import covers_of, wardrobe_text, worn_by
 from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
@@ -78,3 +79,14 @@ def test_a_garment_that_is_deleted_is_worn_no_more(library):
     bpy.data.objects.remove(item)
     assert worn_by(body.w2w) == []
     assert bpy.ops.w2w.take_off(index=0) == {"FINISHED"}
+
+
+def test_clips_in_which_cloth_caught_are_named_beside_the_button(library):
+    clips = make_study(library, "motions").w2w.clips
+    assert "caught" not in _baked_text(clips, 12, {})
+    clips[0].bake_path = (
+        "general path: 3 sensors are on Shirt; cloth caught on the body, stretched to more than 2 times its "
+        "length: Shirt in 4 of 90 frames"
+    )
+    text = _baked_text(clips, 12, {})
+    assert f". Cloth caught on the body in {clips[0].name}: do not trust its signals there" in text

@@ -45,6 +45,22 @@ class EvaluatedVertices:
         ValueError
             If a modifier removes a vertex that is wanted.
         """
+        own, world = self._own()
+        return own[self.vertices] @ world[:3, :3].T + world[:3, 3]
+
+    def everywhere(self) -> np.ndarray:
+        """World positions of all the mesh's own vertices, shape (V, 3); NaN where a modifier removed one.
+
+        Raises
+        ------
+        ValueError
+            If a modifier removes a vertex that is wanted.
+        """
+        own, world = self._own()
+        return own @ world[:3, :3].T + world[:3, 3]
+
+    def _own(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where the mesh's own vertices are in its own space, and its matrix to the world."""
         evaluated = self.mesh.evaluated_get(self._depsgraph)
         n_vertices = len(evaluated.data.vertices)
         if n_vertices != len(self._coordinates):
@@ -52,9 +68,12 @@ class EvaluatedVertices:
             evaluated = self.mesh.evaluated_get(self._depsgraph)
             self._coordinates = np.empty((n_vertices, 3), dtype=np.float32)
         evaluated.data.attributes["position"].data.foreach_get("vector", self._coordinates.ravel())
-        own = self._coordinates if self._sources is None else self._sources @ self._coordinates
         world = matrix(evaluated.matrix_world)
-        return own[self.vertices] @ world[:3, :3].T + world[:3, 3]
+        if self._sources is None:
+            return self._coordinates, world
+        own = self._sources @ self._coordinates
+        own[np.diff(self._sources.indptr) == 0] = np.nan
+        return own, world
 
     def _find_sources(self) -> csr_matrix:
         """Share of each evaluated vertex in each vertex of the mesh, shape (V, evaluated)."""

@@ -13,6 +13,7 @@ import numpy as np
 from ..core.imu.worn import Worn
 from ..core.motion.motion import Motion
 from ..core.motion.run_up import SETTLE_S, with_run_up
+from ..core.patches.caught import caught_sentence
 from ..core.patches.garment_cover import Cover, cover, without_overlap
 from ..core.patches.patches import PatchSet
 from . import actions
@@ -20,12 +21,9 @@ from .actions import scene_rate, set_scene_rate, write_action
 from .bake import Bake, PatchBaker
 from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
 from .cloth_time import real_time_speed
-from .evaluated import EvaluatedVertices
 from .fast_path import moved_besides_bones
+from .followed import Followed, simulated
 from .playback import active_action, each_frame, playing, same_timing, without_empties
-
-FARTHEST = 3.0
-"""Metres between a sensor and the middle of all beyond which cloth has flown apart."""
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
         "HOOK", "CAST", "MESH_CACHE", "MESH_SEQUENCE_CACHE")  # fmt: skip
@@ -49,7 +47,7 @@ def check_garment(item: bpy.types.Object, mesh: bpy.types.Object) -> None:
             f"'{item.name}' does not follow the body: give it a modifier that does (Armature, Cloth, Surface "
             "Deform, Shrinkwrap, Lattice), or parent it"
         )
-    for modifier in _simulated(item):
+    for modifier in simulated(item):
         if modifier.point_cache.is_baked:
             raise ValueError(
                 f"the physics of '{item.name}' are baked, so that it would move as in another clip: press "
@@ -117,8 +115,11 @@ class GarmentBaker:
                 self.mesh, self.garments, self.covers, action, len(skin.matrices), skin.rate
             )
         worn = yield from _part(frames, 0.1, 1.0)
-        names = ", ".join(item.name for item in self.garments)
-        return replace(skin, path="general", reason=f"{len(worn.patches)} sensors are on {names}", worn=worn)
+        names = [item.name for item in self.garments]
+        reason = f"{len(worn.patches)} sensors are on {', '.join(names)}"
+        if caught := caught_sentence(dict(zip(names, worn.caught, strict=True)), len(worn.matrices)):
+            reason += f"; {caught}"
+        return replace(skin, path="general", reason=reason, worn=worn)
 
 
 def follow(
@@ -162,8 +163,8 @@ def follow(
         stack.enter_context(playing(armature, action))
         first = int(actions.FIRST_FRAME)
         frames = np.arange(first, first + moved.n_frames)
-        corners = yield from _corners(stack, mesh, garments, covers, frames, before)
-    return _worn(covers, corners, moved.rate)
+        followed = yield from _followed(stack, mesh, garments, covers, frames, before)
+    return _worn(covers, followed, moved.rate)
 
 
 def _follow_scene(
@@ -184,60 +185,43 @@ def _follow_scene(
     with ExitStack() as stack:
         stack.enter_context(playing(armature, action))
         frames = np.arange(first - before, first + count)
-        corners = yield from _corners(stack, mesh, garments, covers, frames, before)
-    return _worn(covers, corners, scene_rate())
+        followed = yield from _followed(stack, mesh, garments, covers, frames, before)
+    return _worn(covers, followed, scene_rate())
 
 
-def _corners(
+def _followed(
     stack: ExitStack,
     mesh: bpy.types.Object,
     garments: Sequence[bpy.types.Object],
     covers: Sequence[Cover],
     frames: np.ndarray,
     before: int,
-) -> Generator[float, None, list[np.ndarray]]:
-    """Corners of the sensors' triangles on each garment, (T, K, 3, 3), in the frames after the first ones."""
+) -> Generator[float, None, list[Followed]]:
+    """Each garment through the frames after the first ones."""
     stack.enter_context(without_empties(mesh))
     for item in garments:
         stack.enter_context(_simulated_over(item, frames, scene_rate()))
-    vertices = [EvaluatedVertices(item, own.triangles) for item, own in zip(garments, covers, strict=True)]
-    corners = [np.empty((len(frames) - before, *own.triangles.shape, 3)) for own in covers]
+    followed = [Followed(item, own, len(frames) - before) for item, own in zip(garments, covers, strict=True)]
     with closing(each_frame(frames)) as numbers:
         for number in numbers:
             if number >= before:
-                for item, positions, filled in zip(garments, vertices, corners, strict=True):
-                    filled[number - before] = positions.positions()
-                    _refuse_flown(item, filled[number - before])
+                for one in followed:
+                    one.take(number - before)
             yield (number + 1) / len(frames)
-    return corners
+    return followed
 
 
-def _refuse_flown(item: bpy.types.Object, corners: np.ndarray) -> None:
-    points = corners.reshape(-1, 3)
-    if not len(points):
-        return
-    if not np.isfinite(points).all() or np.abs(points - np.median(points, axis=0)).max() > FARTHEST:
-        raise ValueError(
-            f"the cloth of '{item.name}' flew apart in this clip: raise the quality steps of its "
-            "cloth, or take it off"
-        )
-
-
-def _worn(covers: Sequence[Cover], corners: Sequence[np.ndarray], rate: float) -> Worn:
-    matrices = [own.matrices(points) for own, points in zip(covers, corners, strict=True)]
-    return Worn(np.concatenate([own.patches for own in covers]), np.concatenate(matrices, axis=1), rate)
-
-
-def _simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:
-    """Modifiers that simulate from frame to frame."""
-    return [modifier for modifier in item.modifiers if getattr(modifier, "point_cache", None) is not None]
+def _worn(covers: Sequence[Cover], followed: Sequence[Followed], rate: float) -> Worn:
+    matrices = [own.matrices(one.corners) for own, one in zip(covers, followed, strict=True)]
+    patches = np.concatenate([own.patches for own in covers])
+    return Worn(patches, np.concatenate(matrices, axis=1), rate, tuple(one.caught for one in followed))
 
 
 @contextmanager
 def _simulated_over(item: bpy.types.Object, frames: np.ndarray, rate: float) -> Iterator[None]:
     """Let physics run over these frames, in real time where it is cloth; as they were at the end."""
     kept = []
-    for modifier in _simulated(item):
+    for modifier in simulated(item):
         cache = modifier.point_cache
         kept.append((cache, cache.frame_start, cache.frame_end))
         cache.frame_start, cache.frame_end = int(frames[0]), int(frames[-1])

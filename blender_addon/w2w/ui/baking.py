@@ -16,11 +16,13 @@ from ..core.clip_files import WORK, ClipWindows
 from ..core.clip_ranking import LabelledClip, rank_clips
 from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import SIZE, motion_signature
+from ..core.patches.caught import HAS_CAUGHT
 from ..core.patches.patches import PatchSet
 from ..core.ranking.inputs import PatchBlocks, clip_inputs
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.study import StudyConfig, describe, record_baked
+from ..core.wording import capital
 from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
 from ..scene.garments import GarmentBaker
@@ -110,6 +112,8 @@ def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: 
     general = sum(clip.bake_path.startswith("general") for clip in clips)
     if general:
         text += f", {general} by Blender's evaluated mesh"
+    if caught := [clip.name for clip in clips if HAS_CAUGHT in clip.bake_path]:
+        text += f". {capital(HAS_CAUGHT)} in {_some(caught)}: do not trust its signals there"
     return f"{text}. Not baked: {_some(_reasons(failed))}" if failed else text
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from w2w.core.clip_files import FITTED, WORK
-from w2w.core.findings.garments import garment_content, garment_sentence
+from w2w.core.findings.garments import caught_content, caught_sentences, garment_content, garment_sentence
 from w2w.core.patches.garment_cover import Cover, save_covers
 from w2w.core.patches.patches import sample_patches
 
@@ -25,3 +25,23 @@ def test_it_names_the_patches_and_their_regions(tmp_path, bundled_body):
 def test_where_nothing_is_worn_nothing_is_said(tmp_path):
     assert garment_content(tmp_path, (), None) == {}
     assert garment_sentence({}, 12) == ""
+
+
+def test_clips_in_which_cloth_caught_are_named_and_counted():
+    fine = caught_content({"tshirt": 0}, 90)
+    assert fine == {}
+    bad = caught_content({"tshirt": 7, "trousers": 0}, 90)
+    assert bad == {"cloth_caught": {"tshirt": 7}, "cloth_frames": 90}
+    (sentence,) = caught_sentences([("walk", fine), ("kick", bad)])
+    assert sentence == (
+        "In kick cloth caught on the body, stretched to more than 2 times its length: tshirt in 7 of 90 "
+        "frames: do not trust what its sensors feel there"
+    )
+    assert caught_sentences([("walk", fine)]) == []
+
+
+def test_many_clips_are_not_all_named():
+    bad = caught_content({"tshirt": 7}, 90)
+    sentences = caught_sentences([(f"kick{number}", bad) for number in range(5)])
+    assert len(sentences) == 4
+    assert sentences[-1] == "Cloth caught in 2 more clips: see cloth_caught in summary.json"

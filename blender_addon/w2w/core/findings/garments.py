@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..clip_files import FITTED
+from ..patches.caught import caught_sentence
 from ..patches.garment_cover import load_covers
 from ..patches.patches import PatchSet
+
+CLIPS_NAMED = 3
+"""Clips with cloth that caught that are named."""
 
 
 def garment_content(out: Path, garments: tuple[str, ...], patches: PatchSet) -> dict[str, Any]:
@@ -41,3 +46,38 @@ def garment_sentence(content: dict[str, Any], n_patches: int) -> str:
         f"Of {n_patches} patches {', '.join(parts)} and {on_skin} on the skin. The cloth is simulated by "
         "Blender and has not yet been checked against worn garments"
     )
+
+
+def caught_content(frames: Mapping[str, int], of: int) -> dict[str, Any]:
+    """What a clip's record says of cloth that caught on the body; empty where none did.
+
+    Parameters
+    ----------
+    frames : mapping of str to int
+        Frames in which each garment had caught, by its name.
+    of : int
+        Frames of the clip.
+    """
+    found = {name: count for name, count in frames.items() if count}
+    return {"cloth_caught": found, "cloth_frames": of} if found else {}
+
+
+def caught_sentences(clips: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str]:
+    """A sentence for each of the first clips in which cloth caught, and one for the rest.
+
+    Parameters
+    ----------
+    clips : sequence of (str, mapping)
+        Each clip's name, and its record's details.
+    """
+    found = [(name, about) for name, about in clips if about.get("cloth_caught")]
+    sentences = [
+        f"In {name} {caught_sentence(about['cloth_caught'], about['cloth_frames'])}: do not trust what its "
+        "sensors feel there"
+        for name, about in found[:CLIPS_NAMED]
+    ]
+    more = len(found) - CLIPS_NAMED
+    if more > 0:
+        clips = f"{more} more clip{'s' * (more > 1)}"
+        sentences.append(f"Cloth caught in {clips}: see cloth_caught in summary.json")
+    return sentences

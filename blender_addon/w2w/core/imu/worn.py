@@ -23,11 +23,14 @@ class Worn:
         World matrices of those sensors, metres, without scale.
     rate : float
         Frames per second; need not be the clip's.
+    caught : tuple of int
+        Frames in which each garment had caught on the body, the outer first; empty where nobody looked.
     """
 
     patches: np.ndarray
     matrices: np.ndarray
     rate: float
+    caught: tuple[int, ...] = ()
 
     def over(self, skin: ImuRecording, settings: Synthesis) -> ImuRecording:
         """The ideal recording of the skin, with what the garment's sensors feel in place of the skin's.
