@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.imu.worn import Worn
 from ..core.motion.motion import Motion
-from ..core.motion.run_up import SETTLE_S, with_run_up
+from ..core.motion.run_up import POSE_S, SETTLE_S, with_run_up
 from ..core.patches.caught import caught_sentence
 from ..core.patches.garment_cover import Cover, cover, without_overlap
 from ..core.patches.patches import PatchSet
@@ -21,6 +21,7 @@ from .actions import scene_rate, set_scene_rate, write_action
 from .bake import Bake, PatchBaker
 from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
 from .cloth_time import real_time_speed
+from .collider import coarse_collider
 from .fast_path import moved_besides_bones
 from .followed import Followed, simulated
 from .playback import active_action, each_frame, playing, same_timing, without_empties
@@ -181,7 +182,7 @@ def _follow_scene(
     if action is not None and (curves := actions.bone_curves(armature, action)):
         first = int(np.floor(actions.frames_of(action, curves)[0][0]))
     count = int(np.ceil(n_frames * scene_rate() / rate)) + 1
-    before = round(2 * SETTLE_S * scene_rate())
+    before = round((POSE_S + SETTLE_S) * scene_rate())
     with ExitStack() as stack:
         stack.enter_context(playing(armature, action))
         frames = np.arange(first - before, first + count)
@@ -199,6 +200,7 @@ def _followed(
 ) -> Generator[float, None, list[Followed]]:
     """Each garment through the frames after the first ones."""
     stack.enter_context(without_empties(mesh))
+    stack.enter_context(coarse_collider(mesh))
     for item in garments:
         stack.enter_context(_simulated_over(item, frames, scene_rate()))
     followed = [Followed(item, own, len(frames) - before) for item, own in zip(garments, covers, strict=True)]

@@ -15,7 +15,7 @@ from .resample import at_rate
 LEAST_RATE = 50.0
 """Frames per second that cloth is simulated at, at least."""
 
-POSE_S, SETTLE_S, RUN_UP_S = 0.8, 0.8, 0.4
+POSE_S, SETTLE_S, RUN_UP_S = 0.8, 0.4, 0.4
 """Seconds from the T-pose to the first pose, for the cloth to come to rest there, and up to speed."""
 
 MOST_TURN, MOST_WAY = 1.0, 0.5
