@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures of docs/garments.md: the garments as they are cut, and draped in the middle of a clip.
 
-python docs/make_garment_pictures.py CLIP [SECOND]
+python docs/make_garment_pictures.py CLIP [SECOND [NAME]]
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from w2w.scene.evaluated import EvaluatedVertices
 from w2w.scene.garments import follow
 from w2w.scene.load import carry, read_motion
 from w2w.scene.output import quiet_output
-from w2w.scene.render import render_views
+from w2w.scene.render import BodyRenderer
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 SKIN, COLOURS = (0.85, 0.72, 0.62), {"tshirt": (0.35, 0.55, 0.75), "trousers": (0.35, 0.4, 0.5)}
@@ -45,8 +45,8 @@ def draw(path: Path, body: Body, cloths: dict[str, Body]) -> None:
     shades = [SKIN, *(COLOURS[kind] for kind in cloths)]
     counts = [len(mesh.vertices) for mesh in meshes]
     colours = np.repeat(np.array(shades), counts, axis=0)
-    with quiet_output():
-        pictures = render_views(whole, colours, SIZE, VIEWS)
+    with quiet_output(), BodyRenderer(whole, SIZE, VIEWS) as renderer:
+        pictures = renderer.render(colours)
     row = np.concatenate(pictures, axis=1)
     used = np.flatnonzero((row[..., 3] > 0).any(axis=1))
     plt.imsave(path, _on_white(row[used[0] : used[-1] + 1]))
@@ -89,7 +89,8 @@ def main() -> None:
     draw(PICTURES / "garments_cut.png", body, {kind: cut(kind, body).cloth for kind in KINDS})
     if len(sys.argv) > 1:
         second = float(sys.argv[2]) if len(sys.argv) > 2 else 0.5
-        draw(PICTURES / "garments_draped.png", *draped(body, Path(sys.argv[1]), second))
+        name = sys.argv[3] if len(sys.argv) > 3 else "garments_draped"
+        draw(PICTURES / f"{name}.png", *draped(body, Path(sys.argv[1]), second))
 
 
 if __name__ == "__main__":

@@ -43,7 +43,7 @@ COLLISION_STEPS, CLOTH_GAP, SKIN_GAP = 4, 0.004, 0.004
 """Passes of collision a step; how far cloth and skin stay apart, metres: the sum of both."""
 
 FRICTION = 60.0
-"""Of cloth on a body, hundredths: cotton on skin has a coefficient of some 0.6, and Blender's 0.05 is ice."""
+"""Of cloth on a body, in hundredths: cotton slides on skin at 0.25 (forearm) to 0.79 (chest)."""
 
 COLLIDER = "W2W collision"
 """Modifier of a body that cloth lies on."""
