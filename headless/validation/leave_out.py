@@ -51,27 +51,27 @@ def try_settings(
         simulator = RegionSimulator(body, changed, seed)
         if setting.signals not in sides:
             sides[setting.signals] = simulator.side(motions, analysis)
-        made = _simulated(sides[setting.signals], simulator.site_of, protocol, setting, seed)
+        made = simulated_scores(sides[setting.signals], simulator.site_of, protocol, setting, seed)
         names = made.activities
         if names not in scores:
-            scores[names] = _scores(real.windows, names, data_set.site_of, seed)
+            scores[names] = scores_of(real.windows, names, data_set.site_of, seed)
         results[setting.name] = _result(scores[names], made, tuple(protocol.sites), seed)
     return results
 
 
-def _simulated(
+def simulated_scores(
     side: Side, site_of: np.ndarray, protocol: Protocol, setting: Setting, seed: int
 ) -> SiteScores:
     """Scores of all sources at once, or the mean over sources ranked alone wherever one can be."""
     activities = protocol.analyses[0].activities
-    whole = _scores(side.windows, activities, site_of, seed)
+    whole = scores_of(side.windows, activities, site_of, seed)
     if not setting.sources_apart:
         return whole
     source = np.array([side.source_of[clip] for clip in side.windows.clip.tolist()])
     parts = []
     for name in np.unique(source):
         try:
-            parts.append(_scores(_part(side.windows, source == name), activities, site_of, seed))
+            parts.append(scores_of(side.windows.some(source == name), activities, site_of, seed))
         except ValueError:
             continue  # this source alone shows nothing that can be compared
     tested = {name for part in parts for name in part.activities}
@@ -79,14 +79,10 @@ def _simulated(
     return merged([*parts, rest], whole.activities)
 
 
-def _part(windows: SiteWindows, rows: np.ndarray) -> SiteWindows:
-    names = ("features", "activity", "clip", "subject", "is_test")
-    return windows._replace(**{name: getattr(windows, name)[rows] for name in names})
-
-
-def _scores(
+def scores_of(
     windows: SiteWindows, activities: Sequence[str], site_of: np.ndarray | None, seed: int
 ) -> SiteScores:
+    """F1 by site of those activities that can be tested, one person left out at a time."""
     found = utility_map(
         windows.features, windows.activity, windows.clip, windows.subject, windows.is_test, activities,
         seed=seed, halvings=0,

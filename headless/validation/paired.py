@@ -173,15 +173,7 @@ def _validated(
     inputs = inputs_of(terms.classifier)
     sides = [site_windows(recordings, spec, use, inputs) for recordings in zip(*pairs, strict=True)]
     shared = set(sides[0].clip.tolist()) & set(sides[1].clip.tolist())  # gaps may have cost a side a clip
-    kept = [
-        side._replace(
-            **{
-                name: getattr(side, name)[np.isin(side.clip, list(shared))]
-                for name in ("features", "activity", "clip", "subject", "is_test")
-            }
-        )
-        for side in sides
-    ]
+    kept = [side.some(np.isin(side.clip, list(shared))) for side in sides]
     activities = sorted(set(kept[0].activity.tolist()))
     return validate_sites(
         *kept, sites, activities, terms.folds, seed=terms.seed, classifier=terms.classifier,

@@ -81,7 +81,7 @@ def compare_utd(
         if not chosen:
             continue
         simulator = terms.simulator({site: placement}, UTD_IMU_RATE)
-        pairs = [(trial.recording, _simulated(trial, simulator, cutoff_hz)) for trial in chosen]
+        pairs = [(trial.recording, simulated_trial(trial, simulator, cutoff_hz)) for trial in chosen]
         activities = tuple(dict.fromkeys(real.activity for real, _ in pairs))
         parts.append(
             PartOfUtd(
@@ -100,7 +100,8 @@ def compare_utd(
     return parts
 
 
-def _simulated(trial: UtdTrial, simulator: SiteSimulator, cutoff_hz: float) -> ImuRecording:
+def simulated_trial(trial: UtdTrial, simulator: SiteSimulator, cutoff_hz: float) -> ImuRecording:
+    """What the worn sensor would record of a body that follows the Kinect."""
     fit = fit_keypoints(trial.skeleton, trial.skeleton_rate, KINECT_20, simulator.body, "y", cutoff_hz)
     real = trial.recording
     return simulator.record(fit.motion.labelled(real.activity, real.subject, real.clip))

@@ -46,3 +46,23 @@ def test_clips_too_short_are_named_and_different_sites_refused():
         site_windows([short], SPEC)
     with pytest.raises(ValueError, match="must share their sites"):
         site_windows([made[0], recordings(("fair",), 1, clips=1)[0]], SPEC)
+
+
+def test_windows_are_looked_at_in_another_way():
+    made = recordings(("clear",), 1, clips=2)
+    doubled = [ImuRecording(2 * r.acc, r.gyr, RATE, r.sites, r.activity, r.subject, r.clip) for r in made]
+
+    def view(windows):
+        return windows * np.repeat([2, 1], 3).astype(np.float32)
+
+    seen = site_windows(made, SPEC, view=view)
+    np.testing.assert_allclose(seen.features, site_windows(doubled, SPEC).features, rtol=1e-5, atol=1e-5)
+    assert not np.allclose(seen.features, site_windows(made, SPEC).features)
+
+
+def test_some_windows_keep_what_belongs_to_them():
+    windows = site_windows(recordings(("clear",), 1, clips=2), SPEC)
+    second = windows.some(windows.clip == "clip 1")
+    assert set(second.clip) == {"clip 1"}
+    assert len(second.features) == len(second.is_test) == len(second.clip) < len(windows.clip)
+    np.testing.assert_array_equal(second.features, windows.features[windows.clip == "clip 1"])

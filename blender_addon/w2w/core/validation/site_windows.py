@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -41,12 +41,18 @@ class SiteWindows(NamedTuple):
         """Who is seen in each clip."""
         return dict(zip(self.clip.tolist(), self.subject.tolist(), strict=True))
 
+    def some(self, rows: np.ndarray) -> SiteWindows:
+        """Some of the windows, by a mask."""
+        names = ("features", "activity", "clip", "subject", "is_test")
+        return self._replace(**{name: getattr(self, name)[rows] for name in names})
+
 
 def site_windows(
     recordings: Sequence[ImuRecording],
     spec: WindowSpec,
     use: Use = "both",
     inputs: Literal["features", "windows"] = "features",
+    view: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> SiteWindows:
     """Cut recordings of the same sites and rate into windows and describe these.
 
@@ -59,6 +65,8 @@ def site_windows(
         Take no notice of the other kind, for sensors that lack it.
     inputs : {"features", "windows"}
         What the classifier takes (`utility.inputs_of`).
+    view : callable, optional
+        What is made of windows (W, N, samples, 6) before anything else looks at them.
 
     Raises
     ------
@@ -76,7 +84,7 @@ def site_windows(
         except TooShortError as error:
             skipped[recording.clip] = str(error)
             continue
-        of_clip = windows.signals
+        of_clip = windows.signals if view is None else view(windows.signals)
         features.append(window_features(of_clip, recording.rate) if inputs == "features" else of_clip)
         is_test.append(windows.is_test)
         labels += [(recording.activity, recording.clip, recording.subject)] * len(windows.is_test)
