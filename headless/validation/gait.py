@@ -25,24 +25,13 @@ from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.variants import smoothed_root
 from w2w.core.ranking.agreement import Agreement, rank_agreement
-from w2w.core.ranking.features import window_features
 from w2w.core.validation.calibration_gain import Alike, held_out
 from w2w.core.validation.correlation import Correlation, magnitude_correlation
-from w2w.core.validation.site_windows import SiteWindows
 from w2w.core.validation.sites import SiteValidation, validate_sites
 
 from ..runs.load_clip import load_clip
+from .gait_phases import PHASES, PhasesTaught, phase_windows, phases, taught_phases
 from .report import agreement_table, write_validation
-
-PHASES = ("double support", "left swing", "right swing")
-SWING_SPEED = 0.3
-"""A foot swings while its ankle is faster than this part of its fast speed (its 95th percentile)."""
-
-WINDOW, STRIDE = 20, 5
-"""Samples of a phase's window and from one to the next, at 100 Hz; every fourth is tested on."""
-
-BLOCKS = 10
-"""Stretches of the walk that are never split between training and test."""
 
 LOWPASS_HZ, LONGEST_LAG_S, ROOT_HZ = 10.0, 0.1, 3.0
 
@@ -61,6 +50,8 @@ class GaitValidation(NamedTuple):
     phases : SiteValidation
     calibrated : list of list of Alike
         Of both halves of the walk, each after a calibration on the other.
+    taught : list of PhasesTaught
+        Phases of the worn sensors, named by what was learned from simulated ones.
     """
 
     sites: tuple[str, ...]
@@ -71,6 +62,7 @@ class GaitValidation(NamedTuple):
     energy_agreement: dict[str, Agreement]
     phases: SiteValidation
     calibrated: list[list[Alike]]
+    taught: list[PhasesTaught]
 
 
 def compare_gait(folder: Path, trial: str, seed: int = 0, sensor: SensorModel = MTW_AWINDA) -> GaitValidation:
@@ -102,12 +94,14 @@ def compare_gait(folder: Path, trial: str, seed: int = 0, sensor: SensorModel = 
         for kind in ("acc", "gyr")
     }
     phase = phases(worn)[:n]
-    sides = [_phase_windows(side, phase) for side in (real, made)]
+    pairs = [(_one(real, k, n), _one(made, k, n)) for k in range(real.n_sensors)]
+    sides = [phase_windows(side, phase) for side in (real, made)]
     return GaitValidation(
         real.sites, simulator.simulated_at, acc, gyr, energy,
         {kind: rank_agreement(*values, seed=seed) for kind, values in energy.items()},
         validate_sites(*sides, real.sites, PHASES, seed=seed),
-        [held_out([(_one(real, k, n), _one(made, k, n))], LONGEST_LAG_S)[1] for k in range(real.n_sensors)],
+        [held_out([pair], LONGEST_LAG_S)[1] for pair in pairs],
+        taught_phases(pairs, phase, LONGEST_LAG_S, seed),
     )  # fmt: skip
 
 
@@ -138,35 +132,6 @@ def _energy(values: np.ndarray, rate: float) -> np.ndarray:
     return np.linalg.norm(slow, axis=1).std(axis=1)
 
 
-def phases(worn: GaitTrial) -> np.ndarray:
-    """Phase of each sample by the speeds of Vicon's ankles, shape (T,), as indices into `PHASES`."""
-    swings = []
-    for side in "LR":
-        path = butterworth(worn.vicon[f"{side}TIO"].T, worn.recording.rate, LOWPASS_HZ, 2, zero_phase=True).T
-        speed = np.linalg.norm(np.gradient(path, 1 / worn.recording.rate, axis=0), axis=1)
-        swings.append(speed > SWING_SPEED * np.percentile(speed, 95))
-    left, right = swings
-    return np.where(left & ~right, 1, np.where(right & ~left, 2, 0))
-
-
-def _phase_windows(recording: ImuRecording, phase: np.ndarray) -> SiteWindows:
-    """Short windows, each named by the phase in its middle; none reaches from one block into the next."""
-    signals = np.concatenate([recording.acc, recording.gyr], axis=2)[: len(phase)]
-    views = np.lib.stride_tricks.sliding_window_view(signals, WINDOW, axis=0)[::STRIDE].transpose(0, 1, 3, 2)
-    starts = np.arange(len(views)) * STRIDE
-    block = starts * BLOCKS // len(phase)
-    whole = block == (starts + WINDOW - 1) * BLOCKS // len(phase)
-    named = np.array(PHASES)[phase[starts + WINDOW // 2]]
-    return SiteWindows(
-        window_features(views[whole], recording.rate),
-        named[whole],
-        np.array([f"block {number}" for number in block[whole]]),
-        np.full(int(whole.sum()), ""),
-        (starts[whole] // STRIDE) % (WINDOW // STRIDE) == 0,
-        {},
-    )
-
-
 def write_gait(out: Path, found: GaitValidation, sensor: SensorModel) -> str:
     """Write ``report.md`` and ``signals.json`` beside what `write_validation` writes; returns the report."""
     notes = [
@@ -189,6 +154,7 @@ def write_gait(out: Path, found: GaitValidation, sensor: SensorModel) -> str:
             f"{found_so.p_value:.3f} |"
         )
     lines += ["", "## Gait phases", "", found.phases.sentence(), "", *agreement_table(found.phases), ""]
+    lines += _taught_table(found)
     lines += ["![F1 of gait phases by site](f1_sites_phases.png)", ""]
     write_json(out / "signals.json", _content(found))
     write_text(out / "report.md", "\n".join(lines))
@@ -220,6 +186,20 @@ def _calibrated_table(found: GaitValidation) -> list[str]:
         cells = np.mean([(*half.force, *half.turning) for half in halves], axis=0)
         lines.append(f"| {site} | {' | '.join(f'{r:.2f}' for r in cells)} |")
     return lines
+
+
+def _taught_table(found: GaitValidation) -> list[str]:
+    lines = [
+        "Each half of the walk is named by what was learned from the other, with nothing fitted to it; macro "
+        "F1 (95 % of resamples of its stretches of a second):",
+        "",
+        "| learned from | mean of the sites | by site |",
+        "|---|---|---|",
+    ]
+    for one in found.taught:
+        sites = ", ".join(f"{site} {f1:.2f}" for site, f1 in zip(found.sites, one.by_site, strict=True))
+        lines.append(f"| {one.way} | {one.mean:.2f} ({one.low:.2f} to {one.high:.2f}) | {sites} |")
+    return [*lines, ""]
 
 
 def _content(found: GaitValidation) -> dict:
