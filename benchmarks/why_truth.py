@@ -10,14 +10,15 @@ the intervals are over people; for simulated steps performers are resampled, too
 drawn eight times, trained on one another only and judged by all others: there the range of draws is given.
 On UTD-MHAD, whose takes were seen and worn at once, activities are ranked at the wrist, not sites.
 
-Written to OUT: ``why_<set>_<analysis>.csv`` and ``why.png``. All steps, their numbers and the analyses were
+Written to OUT: ``why_<set>_<analysis>.csv``, which is not computed again where it stands there already, and
+``why.png``. All steps, their numbers and the analyses were
 fixed before any of them was computed; seen were docs/truth.md and docs/validation.md.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -33,18 +34,16 @@ from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
 from w2w.core.files import write_text
-from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.agreement import spearman_rows
-from w2w.core.validation.calibrated_transfer import limited
 from w2w.core.validation.protocol import Analysis, Protocol
 from w2w.core.validation.regret import lost
 from w2w.core.validation.site_scores import SiteScores
-from w2w.core.validation.site_transfer import magnitudes
 from w2w.core.validation.site_windows import SiteWindows, site_windows
 from w2w.core.validation.sites import mean_rho
 from w2w.core.validation.tuning import Setting
 
 from .why_figure import figure
+from .why_views import VIEWS, below, tempo
 
 LADDERS = {"mhad": ("all actions", "Kinect"), "umafall": ("all activities",), "dsads": ("all activities",)}
 """Analyses of each protocol."""
@@ -53,10 +52,8 @@ LOOSE = Setting("worn loosely", tissue=(6.0, 0.3, 0.8))
 LOOSE_TURN_DEG = 15.0
 """How far each clip's sensors sit turned at random, beside LOOSE's soft tissue."""
 
-SLOWEST_HZ, FASTEST_HZ = 0.2, 3.0
 MOST_FASTER = 2.0
-"""Tempo is the root mean square frequency of specific force in this band; an activity is played at most so
-many times as fast, or slow."""
+"""An activity is played at most so many times as fast, or slow."""
 
 FEW_PEOPLE, FEW_DRAWS = 4, 8
 
@@ -144,6 +141,9 @@ def main() -> None:
         _tell(asked["out"], "utd", "wrist", paired_ladder(asked["utd"]))
     for name, analyses in LADDERS.items():
         for analysis in analyses if asked[name] else ():
+            if _table(asked["out"], name, analysis).exists():
+                print(f"{name}, {analysis}: stands in {asked['out']} already")
+                continue
             _tell(asked["out"], name, analysis, ladder(name, asked[name], asked["libraries"], analysis))
     figure(asked["out"])
 
@@ -152,7 +152,8 @@ def ladder(name: str, path: Path, libraries: Sequence[Path], analysis_name: str,
     """All steps on one analysis of a data set."""
     data_set, body = DATA_SETS[name], Body.bundled()
     analysis = next(one for one in data_set.protocol.analyses if one.name == analysis_name)
-    motions, _ = load_motions(data_set.protocol, libraries, body)
+    rules = tuple(rule for rule in data_set.protocol.rules if rule.source in analysis.sources)
+    motions, _ = load_motions(replace(data_set.protocol, rules=rules), libraries, body)
     worn = real_side(data_set.protocol, data_set.read(path), analysis)
     makers = _Made(data_set.protocol, analysis, motions, worn, seed)
     fixed = makers.side("")
@@ -216,7 +217,7 @@ class _Made:
 
     def _faster(self) -> dict[str, float]:
         """How many times as fast as the library's people the worn sensors' people do an activity."""
-        worn, made = (_tempo(recordings) for recordings in (self._worn.recordings, self.side("").recordings))
+        worn, made = (tempo(recordings) for recordings in (self._worn.recordings, self.side("").recordings))
         return {
             name: float(np.clip(worn[name] / made[name], 1 / MOST_FASTER, MOST_FASTER))
             for name in set(worn) & set(made)
@@ -235,62 +236,10 @@ def _played(moving: Moving, faster: float) -> Moving:
     return moving._replace(motion=replace(moving.motion, rate=moving.motion.rate * faster))
 
 
-def _tempo(recordings: Sequence[ImuRecording]) -> dict[str, float]:
-    """Median over clips of the root mean square frequency of specific force, by activity."""
-    found: dict[str, list[float]] = {}
-    for recording in recordings:
-        acc = _filled(recording.acc)
-        acc = (acc - acc.mean(axis=0)) * np.hanning(len(acc))[:, None, None]
-        n = max(len(acc), round(4 * recording.rate))
-        hertz = np.fft.rfftfreq(n, 1 / recording.rate)
-        band = (hertz >= SLOWEST_HZ) & (hertz <= FASTEST_HZ)
-        power = np.square(np.abs(np.fft.rfft(acc, n, axis=0)[band])).sum(axis=(1, 2))
-        if power.sum() > 0:
-            mean = np.sqrt((np.square(hertz[band]) * power).sum() / power.sum())
-            found.setdefault(recording.activity, []).append(float(mean))
-    return {name: float(np.median(values)) for name, values in found.items()}
-
-
-def _filled(acc: np.ndarray) -> np.ndarray:
-    """Signals (T, N, 3) whose lost samples are bridged by straight lines, however many there are."""
-    out = acc.reshape(len(acc), -1).astype(np.float64)
-    for column in out.T:
-        lost_here = np.isnan(column)
-        if lost_here.all():
-            column[:] = 0.0
-        elif lost_here.any():
-            column[lost_here] = np.interp(
-                np.flatnonzero(lost_here), np.flatnonzero(~lost_here), column[~lost_here]
-            )
-    return out.reshape(acc.shape)
-
-
-def _below(recording: ImuRecording, hertz: float) -> ImuRecording:
-    """A recording below a frequency; what is lost stays lost."""
-    smooth = limited(replace(recording, acc=_filled(recording.acc), gyr=_filled(recording.gyr)), hertz)
-    acc, gyr = (
-        np.where(np.isnan(before), np.nan, after).astype(np.float32)
-        for before, after in ((recording.acc, smooth.acc), (recording.gyr, smooth.gyr))
-    )
-    return replace(recording, acc=acc, gyr=gyr)
-
-
-def _without_posture(signals: np.ndarray) -> np.ndarray:
-    """Windows (W, N, samples, 6) less their mean specific force."""
-    out = signals.copy()
-    out[..., :3] -= out[..., :3].mean(axis=-2, keepdims=True)
-    return out
-
-
-VIEWS: dict[str, Callable[[np.ndarray], np.ndarray] | None] = {
-    "": None, "band": None, "posture": _without_posture, "magnitudes": magnitudes,
-}  # fmt: skip
-
-
 def _seen(side: Side, protocol: Protocol, view: str, analysis: Analysis) -> SiteWindows:
     recordings = side.recordings
     if view == "band":
-        recordings = [_below(recording, analysis.cutoff_hz) for recording in recordings]
+        recordings = [below(recording, analysis.cutoff_hz) for recording in recordings]
     return site_windows(recordings, protocol.windows, protocol.use, view=VIEWS[view])
 
 
@@ -352,7 +301,7 @@ def paired_ladder(path: Path, seed: int = 0) -> list[Row]:
     worn = [trial.recording for trial in trials]
     made = [simulated_trial(trial, simulator, POSE_CUTOFF_HZ) for trial in trials]
     names = tuple(dict.fromkeys(recording.activity for recording in worn))
-    band = [_below(recording, POSE_CUTOFF_HZ) for recording in worn]
+    band = [below(recording, POSE_CUTOFF_HZ) for recording in worn]
     whole, low, simulated = (
         scores_of(site_windows(side, WINDOW), names, None, seed) for side in (worn, band, made)
     )
@@ -374,6 +323,10 @@ def paired_ladder(path: Path, seed: int = 0) -> list[Row]:
     return rows
 
 
+def _table(out: Path, name: str, analysis: str) -> Path:
+    return out / f"why_{name}_{analysis.replace(' ', '_')}.csv"
+
+
 def _tell(out: Path, name: str, analysis: str, rows: Sequence[Row]) -> None:
     """Print a ladder and write its csv."""
     columns = ("of_mean", "by_activity", "regret", "against")
@@ -382,7 +335,7 @@ def _tell(out: Path, name: str, analysis: str, rows: Sequence[Row]) -> None:
         [row.step, *(round(value, 3) for value in (row.f1, *(v for c in columns for v in getattr(row, c))))]
         for row in rows
     ]
-    write_text(out / f"why_{name}_{analysis.replace(' ', '_')}.csv", csv_text([head, *table]))
+    write_text(_table(out, name, analysis), csv_text([head, *table]))
     print(f"\n{name}, {analysis}\n| step | F1 | rho of mean F1 | mean rho by activity | regret | against |")
     print("|---" * 6 + "|")
     for row in rows:

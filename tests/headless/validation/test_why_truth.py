@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from benchmarks import why_truth
+from benchmarks import why_truth, why_views
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.validation.site_scores import SiteScores
 
@@ -35,17 +35,17 @@ def swinging(hertz, noise=0.0):
 
 
 def test_tempo_is_how_fast_the_force_swings_whatever_is_lost():
-    slow, fast = (why_truth._tempo([swinging(hertz)])["wave"] for hertz in (0.9, 1.8))
+    slow, fast = (why_views.tempo([swinging(hertz)])["wave"] for hertz in (0.9, 1.8))
     assert fast / slow == pytest.approx(2, rel=0.05)
     holed = swinging(1.8)
     holed.acc[60:63] = np.nan
-    assert why_truth._tempo([holed])["wave"] == pytest.approx(fast, rel=0.05)
+    assert why_views.tempo([holed])["wave"] == pytest.approx(fast, rel=0.05)
 
 
 def test_the_band_leaves_slow_movement_and_what_is_lost():
     noisy = swinging(1.0, noise=2.0)
     noisy.acc[60:63] = np.nan
-    below = why_truth._below(noisy, 3.0)
+    below = why_views.below(noisy, 3.0)
     np.testing.assert_array_equal(np.isnan(below.acc), np.isnan(noisy.acc))
     clear = swinging(1.0).acc
     before, after = (np.nanstd(one.acc - clear) for one in (noisy, below))
@@ -55,7 +55,7 @@ def test_the_band_leaves_slow_movement_and_what_is_lost():
 
 def test_posture_is_taken_from_each_window_alone():
     windows = np.random.default_rng(0).normal(size=(3, 2, 50, 6)) + 5
-    out = why_truth._without_posture(windows)
+    out = why_views.without_posture(windows)
     np.testing.assert_allclose(out[..., :3].mean(axis=2), 0, atol=1e-12)
     np.testing.assert_array_equal(out[..., 3:], windows[..., 3:])
 
@@ -63,7 +63,7 @@ def test_posture_is_taken_from_each_window_alone():
 def test_steps_replace_one_thing_at_a_time():
     for step in why_truth.STEPS:
         assert sum(map(bool, (step.view, step.made))) <= 1
-        assert step.view in why_truth.VIEWS
+        assert step.view in why_views.VIEWS
     assert len({step._replace(name="") for step in why_truth.STEPS}) == len(why_truth.STEPS)
 
 
