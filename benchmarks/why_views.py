@@ -65,5 +65,6 @@ def without_posture(signals: np.ndarray) -> np.ndarray:
 
 VIEWS: dict[str, Callable[[np.ndarray], np.ndarray] | None] = {
     "": None, "band": None, "posture": without_posture, "magnitudes": magnitudes,
+    "low magnitudes": magnitudes,
 }  # fmt: skip
 """What is made of windows; the band is taken from whole recordings."""
