@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from headless.validation.leave_out import only, scores_of, simulated_scores
+from headless.validation.leave_out import scores_of, simulated_scores
 from headless.validation.paired import AS_DEFAULT, POSE_CUTOFF_HZ
 from headless.validation.truth import DATA_SETS
 from headless.validation.unpaired import Moving, RegionSimulator, Side, load_motions, real_side
@@ -287,7 +287,7 @@ def _few(
         parts = judged.some(~few), seen.some(few)
         sides = [scores_of(part, names, None, seed) for part in parts]
         shared = [name for name in names if all(name in side.activities for side in sides)]
-        others, stands = (only(side, shared) for side in sides)
+        others, stands = (side.of(shared) for side in sides)
         f1.append(stands.f1.mean())
         found.append([float(value[0]) for value in _three(others.f1[None], stands.f1[None])])
     of = [(float(np.mean(one)), min(one), max(one)) for one in zip(*found, strict=True)]
