@@ -45,8 +45,8 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "scene_motion study_file study_record takes wear"
     ),
     "tests/ui": (
-        "activity_properties advice drawing garment_properties headless_door label_options lists "
-        "on_character overlay own_placement_panel own_sensor_panel panels placement_panels "
+        "activity_panel activity_properties advice drawing garment_properties headless_door label_options "
+        "lists on_character overlay own_placement_panel own_sensor_panel panels placement_panels "
         "placement_properties properties result_panels results scores second_map signal_cache "
         "source_view state step1_body step2_motions step3_patches step3_placements step4_signals "
         "step5_ranking step5_wishes step_panel surface text updates wishes"

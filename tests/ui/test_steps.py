@@ -187,7 +187,9 @@ def test_two_studies_in_one_file_do_not_mix(library: Path) -> None:
     before = (first.w2w.utility_key, [clip.signals for clip in first.w2w.clips], len(first.w2w.chosen))
     second = make_study(library, "motions patches")
     assert second is not first
-    assert len(second.w2w.activities) == 0
+    assert utility_of(second.w2w) is None
+    second.w2w.activities["waving"].part = "BACKGROUND"
+    assert {activity.part for activity in first.w2w.activities} == {"COUNTED"}
     bpy.ops.w2w.remove_patches()
     assert (first.w2w.utility_key, [c.signals for c in first.w2w.clips], len(first.w2w.chosen)) == before
     assert len(first.w2w.patch_collection.objects) == N_PATCHES

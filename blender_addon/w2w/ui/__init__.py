@@ -8,6 +8,7 @@ from types import ModuleType
 import bpy
 
 from . import (
+    activity_panel,
     character,
     choosing,
     exports,
@@ -71,6 +72,7 @@ MODULES: tuple[ModuleType, ...] = (
     own_placement_panel,
     own_sensor_panel,
     garments,
+    activity_panel,
     result_panels,
     placement_panels,
     pick_tool,

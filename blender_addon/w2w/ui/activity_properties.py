@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties of an activity of the ranking: what part it takes, and its weight."""
+"""Properties of an activity: what part it takes, and its weight."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _set_part(activity: W2W_PG_activity, number: int) -> None:
 
 
 class W2W_PG_activity(bpy.types.PropertyGroup):
-    """An activity of the ranking."""
+    """An activity of the clips, or of their ranking."""
 
     name: StringProperty(name="Activity")
     use: BoolProperty(name="Use", description="Not left out", default=True, update=updates.reweigh)

@@ -84,7 +84,7 @@ def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[t
 
 
 def list_activities(study: Group, activities: Iterable[str], run: StudyConfig) -> None:
-    """List the activities of a ranking: as they counted before, new ones as in the run opened."""
+    """List activities: as they counted before, new ones as in the run opened."""
     before = {item.name: (item.use, item.background, item.weight, item.given) for item in study.activities}
     activities = list(activities)
     counts = counting(activities, run.background, run.weights)

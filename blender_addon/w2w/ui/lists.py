@@ -15,6 +15,9 @@ from .state import BAKED, FAILED, STALE, bake_settings, playing_clip, state_of, 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 """Of a weight and a score, in heights of a row."""
 
+ACTIVITY_ROWS = (4, 10)
+"""Fewest and most rows of the list of activities."""
+
 ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
 
 
@@ -72,6 +75,20 @@ class W2W_UL_activities(bpy.types.UIList):
             best.alignment = "RIGHT"
             best.ui_units_x = SCORE_WIDTH
             best.label(text=f"{activity_scores(data, utility)[:, index].max():.2f}")
+
+
+def draw_activities(layout: bpy.types.UILayout, study: bpy.types.PropertyGroup, right: str) -> None:
+    """Draw the list of activities under a line that says what stands in it; `right` of its right side."""
+    row = layout.row()
+    row.active = False
+    row.label(text="Activity")
+    heading = row.row()
+    heading.alignment = "RIGHT"
+    heading.label(text=right)
+    rows, most = ACTIVITY_ROWS
+    layout.template_list(
+        "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=rows, maxrows=most
+    )
 
 
 def _tick(on: bool) -> str:

@@ -19,7 +19,9 @@ from ..scene.load import Carried, Source, carry, read_motion
 from ..scene.scene_motion import read_scene_take
 from ..scene.scene_takes import SceneTake
 from .jobs import Step, Steps
+from .listed_activities import list_labels
 from .on_body import on_body
+from .state import without_updates
 
 
 class Wanted(NamedTuple):
@@ -84,6 +86,7 @@ def import_steps(
         if not finished:
             remove_clips(mesh, range(before, len(mesh.w2w.clips)))
     mesh.w2w.clip_index = before
+    list_labels(mesh.w2w)
     return _outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice)
 
 
@@ -139,7 +142,8 @@ def add_clip(
     action = write_action(armature, motion, name)
     clip = mesh.w2w.clips.add()
     clip.name, clip.file, clip.subject = name, "" if item.take else str(item.path), item.subject
-    clip.action, clip.activity = action, item.activity
+    with without_updates():  # activities are listed when all clips are in
+        clip.action, clip.activity = action, item.activity
     clip.n_frames, clip.rate = motion.n_frames, motion.rate
     clip.skeleton, clip.scale = carried.skeleton, carried.scale
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
@@ -154,6 +158,7 @@ def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
     for index in indices:
         study.clips.remove(index)
     bpy.data.batch_remove([action for action in actions if action is not None])
+    list_labels(study)
     study.clip_index = min(max(study.clip_index, 0), max(len(study.clips) - 1, 0))
 
 

@@ -10,6 +10,7 @@ import bpy
 
 from ..scene.study_record import has_record
 from . import jobs, own_placements
+from .listed_activities import list_labels
 from .restore import link_signals, restore
 from .state import bodies, current_body
 from .step1_body import make_study
@@ -25,6 +26,7 @@ def loaded(*_: object) -> None:
             take_over(mesh.w2w)
             own_placements.take_over(mesh.w2w)
             link_signals(mesh.w2w)
+            list_labels(mesh.w2w)
         elif has_record(mesh):
             _restore(mesh)
 

@@ -96,7 +96,7 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
     activity: StringProperty(
         name="Activity",
         description="What the motion shows; clips with the same label are one activity",
-        update=updates.relabel_action,
+        update=updates.relabel,
     )
     subject: StringProperty(name="Subject", description="Who moves, where that is known")
     action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")

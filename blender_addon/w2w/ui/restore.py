@@ -87,8 +87,9 @@ def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.
     own_placements.take_over(study)
     _set_parameters(study, config)
     study.clips.clear()
-    for stored in record.clips:
-        _add_clip(study, stored, actions.get(stored.name))
+    with without_updates():
+        for stored in record.clips:
+            _add_clip(study, stored, actions.get(stored.name))
     settings = bake_settings(study)
     for clip in study.clips:
         clip.baked_as = settings if clip.signals else ""

@@ -7,6 +7,7 @@ import bpy
 
 from ..core.selection.headline import short
 from . import jobs
+from .lists import draw_activities
 from .results import findings
 from .scores import beside_of, minus_index
 from .side_by_side import draw_side_by_side
@@ -74,15 +75,7 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
         layout.enabled = can_change_now(context)
         layout.use_property_decorate = False
         layout.prop(study, "view", text="")
-        row = layout.row()
-        row.active = False
-        row.label(text="Activity")
-        best = row.row()
-        best.alignment = "RIGHT"
-        best.label(text="Weight, Best F1")
-        layout.template_list(
-            "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
-        )
+        draw_activities(layout, study, "Weight, Best F1")
         layout.use_property_split = True
         draw_side_by_side(layout, current_body(context))
         if beside_of(study) is None:

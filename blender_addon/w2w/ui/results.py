@@ -28,6 +28,7 @@ from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from . import advice, on_character, second_map
 from .counting import is_as_ranked, list_activities, shown_weights
+from .listed_activities import list_labels
 from .scores import (
     EXPECTED,
     MEAN_VIEW,
@@ -55,16 +56,17 @@ _waiting: set[str] = set()
 def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     """Keep a ranking in the file and show it on the body."""
     study = body.w2w
-    if not study.utility_key:
+    first = not study.utility_key
+    if first:
         study.show_patches = False  # hundreds of axes would hide the colours
-    same = [activity.name for activity in study.activities] == list(utility.activities)
+    same = not first and [activity.name for activity in study.activities] == list(utility.activities)
     study.utility_text, study.utility_key = pack(utility)
     study.ranked_as = ranked_as
     study.source_caution = _source_caution(study, utility)
     with without_updates():
         list_activities(study, utility.activities, run_of(study))
         if not same:
-            study.view, study.minus = MEAN_VIEW, NOTHING
+            study.view, study.minus, study.activity_index = MEAN_VIEW, NOTHING, -1
     if not body.data.materials:
         body.data.materials.append(heatmap.heatmap_material())
     paint(body)
@@ -76,7 +78,7 @@ def clear(body: bpy.types.Object) -> None:
     """Take a ranking away: it was of other patches."""
     study = body.w2w
     study.utility_text = study.utility_key = study.ranked_as = study.verdict = study.source_caution = ""
-    study.activities.clear()
+    list_labels(study)
     study.chosen.clear()
     study.regions.clear()
     advice.forget(study)

@@ -18,8 +18,9 @@ from ..scene.playback import active_action
 from ..scene.source_beside import remove_source
 from ..scene.takes import best_take
 from . import jobs
+from .listed_activities import list_labels
 from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted
-from .state import current_body, selected
+from .state import current_body, selected, without_updates
 
 Context = bpy.types.Context
 
@@ -198,8 +199,10 @@ class W2W_OT_relabel_clips(bpy.types.Operator):
         if not label:
             return jobs.show_error(self, "Type an activity: clips without one cannot be ranked")
         clips = selected(current_body(context).w2w)
-        for clip in clips:
-            clip.activity = label
+        with without_updates():
+            for clip in clips:
+                clip.activity = label
+        list_labels(current_body(context).w2w)
         self.report({"INFO"}, f"{len(clips)} clips are now '{label}'")
         return {"FINISHED"}
 

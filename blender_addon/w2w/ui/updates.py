@@ -11,6 +11,7 @@ from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
 from . import jobs, own_placements, results, scores
 from .jobs import redraw
+from .listed_activities import list_labels
 from .state import is_silent, without_updates
 from .step5_ranking import pick
 
@@ -18,10 +19,12 @@ Context = bpy.types.Context
 Group = bpy.types.PropertyGroup
 
 
-def relabel_action(clip: Group, _context: Context) -> None:
-    """The motion's label travels with its action."""
+def relabel(clip: Group, _context: Context) -> None:
+    """The motion's label travels with its action, and is among the activities."""
     if clip.action is not None:
         clip.action["activity"] = clip.activity
+    if not is_silent():
+        list_labels(clip.id_data.w2w)
 
 
 def show_armature(study: Group, _context: Context) -> None:
@@ -94,7 +97,7 @@ def show_view(study: Group, context: Context) -> None:
 
 def view_activity(study: Group, _context: Context) -> None:
     """A click on an activity in the list shows its heatmap."""
-    if is_silent():
+    if is_silent() or not study.utility_key:
         return
     if 0 <= study.activity_index < len(study.activities):
         study.view = f"A{study.activity_index + 1}"
