@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 
-.PHONY: demo test test-slow docs-check lint setup extension extension-all test-blender-5 test-window test-peers test-report
+.PHONY: demo test test-slow docs-check lint setup extension extension-all test-blender-4.2 test-blender-5 test-window test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -31,10 +31,13 @@ lint: setup
 	.venv/bin/ruff format --check .
 	.venv/bin/lint-imports
 
-# What reads, plays and writes through Blender, again with its next series; `make test-blender-5 MARK=slow` by night.
-test-blender-5:
-	@tools/set_up.sh .venv-blender-5 5.0.1
-	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow)" tests/scene tests/ui \
+# What reads, plays and writes through Blender, again with another of its series, the oldest by night;
+# `make test-blender-5 MARK=slow` runs the slow tests.
+test-blender-4.2: BPY = 4.2.0
+test-blender-5: BPY = 5.0.1
+test-blender-4.2 test-blender-5: test-blender-%:
+	@tools/set_up.sh .venv-blender-$* $(BPY)
+	.venv-blender-$*/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow)" tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.

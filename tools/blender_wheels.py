@@ -27,13 +27,17 @@ WINDOWS_WHEELS = ("colorama",)
 
 OTHER_VERSIONS = {
     ("contourpy", "3.11"): "1.3.2",
+    ("contourpy", "3.13"): "1.3.2",
     ("matplotlib", "3.11"): "3.10.8",
+    ("matplotlib", "3.13"): "3.10.8",
+    ("pygeodesic", "3.11"): "0.1.11",
     ("pygeodesic", "3.13"): "0.1.11",
     ("pygeodesic", "3.14"): None,
     ("scipy", "3.14"): "1.16.3",
 }
 """Where the constrained version has no wheel for a Python, or wants a newer numpy than Blender 4.2 has
-(1.24): the one to take, or None where there is none."""
+(1.24): the one to take, or None where there is none. Pythons that share a zip have the same: see
+`shipped_name`."""
 
 PLATFORMS = {
     "linux-x64": ("manylinux2014_x86_64", "manylinux_2_28_x86_64"),
@@ -67,6 +71,18 @@ def fetch_wheels(platform: str, pythons: tuple[str, ...]) -> list[Path]:
         for name, version in versions_for(python, COMPILED_WHEELS).items():
             wheels.append(_fetch(cache, name, version, tag, tags))
     return sorted(wheels)
+
+
+def shipped_name(wheel: str, oldest: str) -> str:
+    """Name of a wheel in a zip whose oldest Python is such as "3.11".
+
+    Blender 4.2 does not ask which Python a wheel is for: of a library's wheels it takes the highest version,
+    and of one version the name that sorts last. With a build tag all but the oldest Python's sort before.
+    Later Blenders take the wheel for their Python.
+    """
+    name, version, rest = wheel.split("-", 2)
+    newer = rest.startswith("cp") and not rest.startswith(f"cp{oldest.replace('.', '')}-")
+    return f"{name}-{version}-1-{rest}" if newer else wheel
 
 
 def ask_blender(blender: str) -> str:

@@ -21,7 +21,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels
+from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels, shipped_name
 
 MANIFEST = "blender_manifest.toml"
 PARTS = (MANIFEST, "__init__.py", "LICENSE", "assets", "blender_addon", "headless")
@@ -52,7 +52,7 @@ def build(platform: str, pythons: tuple[str, ...] = PYTHONS) -> Path:
     Path
         The zip.
     """
-    wheels = fetch_wheels(platform, pythons)
+    wheels = {shipped_name(wheel.name, pythons[0]): wheel for wheel in fetch_wheels(platform, pythons)}
     destination = PROJECT / "dist"
     destination.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -63,9 +63,9 @@ def build(platform: str, pythons: tuple[str, ...] = PYTHONS) -> Path:
             options = {"ignore": NOT_SHIPPED} if (PROJECT / part).is_dir() else {}
             copy(PROJECT / part, stage / part, **options)
         (stage / "wheels").mkdir()
-        for wheel in wheels:
-            shutil.copy(wheel, stage / "wheels")
-        (stage / MANIFEST).write_text(manifest(platform, [wheel.name for wheel in wheels]), encoding="utf-8")
+        for name, wheel in wheels.items():
+            shutil.copy(wheel, stage / "wheels" / name)
+        (stage / MANIFEST).write_text(manifest(platform, [*wheels]), encoding="utf-8")
         version = re.search(r'^version = "(.+)"', (stage / MANIFEST).read_text("utf-8"), re.MULTILINE)[1]
         only = "" if pythons == PYTHONS else "".join(f"-python{python}" for python in pythons)
         target = destination / f"w2w-{version}-{platform}{only}.zip"

@@ -21,6 +21,7 @@ from packaging.utils import canonicalize_name
 PROJECT = Path(__file__).resolve().parents[2]
 ZIPS = sorted((PROJECT / "dist").glob("w2w-*.zip"))
 PYTHONS = {
+    "4.2": PROJECT / ".venv-blender-4.2" / "bin" / "python",
     "4.5": Path(sys.executable),
     "5.0": Path(os.environ.get("W2W_BPY5_PYTHON", PROJECT / ".venv-blender-5" / "bin" / "python")),
 }
@@ -54,7 +55,8 @@ def test_the_zip_installs_into_a_bare_blender_and_ranks(series: str, tmp_path: P
     if not zips:
         pytest.skip("no extension here: run 'make extension' first")
     if not PYTHONS[series].exists():
-        pytest.skip(f"no Blender {series} module here: run 'make test-blender-5' first")
+        target = "test-blender-4.2" if series == "4.2" else "test-blender-5"
+        pytest.skip(f"no Blender {series} module here: run 'make {target}' first")
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     environment |= {
         "BLENDER_USER_RESOURCES": str(tmp_path / "resources"),

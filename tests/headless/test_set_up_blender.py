@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
-from blender_wheels import ask_blender, versions_for  # noqa: E402
+from blender_wheels import ask_blender, shipped_name, versions_for  # noqa: E402
 
 
 def answering(folder, answer):
@@ -36,7 +36,17 @@ def test_what_is_no_blender_is_said_and_nothing_is_made(program):
 
 
 def test_each_python_gets_wheels_that_there_are_for_it():
-    assert versions_for("3.11")["matplotlib"] < versions_for("3.13")["matplotlib"]  # numpy of Blender 4.2
+    assert versions_for("3.11")["matplotlib"] < versions_for("3.14")["matplotlib"]  # numpy of Blender 4.2
     assert versions_for("3.13")["pygeodesic"] == "0.1.11"
     assert "pygeodesic" not in versions_for("3.14")
     assert versions_for("3.14")["scipy"] != versions_for("3.13")["scipy"]
+
+
+def test_of_the_wheels_in_a_zip_blender_4_2_takes_those_of_its_python():
+    assert versions_for("3.11") == versions_for("3.13")  # it would take the higher version
+    theirs = "scipy-1.15.3-cp313-cp313-manylinux_2_17_x86_64.whl"
+    ours, pure = theirs.replace("cp313", "cp311"), "rich-15.0.0-py3-none-any.whl"
+    assert shipped_name(ours, "3.11") == ours > shipped_name(theirs, "3.11")
+    assert shipped_name(theirs, "3.11") == "scipy-1.15.3-1-cp313-cp313-manylinux_2_17_x86_64.whl"
+    assert shipped_name(pure, "3.11") == pure
+    assert shipped_name(theirs, "3.13") == theirs

@@ -13,6 +13,9 @@ from ..core.motion.library import MOTION_SUFFIXES
 PRESETS = Path(__file__).parent / "presets"
 PRESET_FOLDER = "w2w/study"
 
+REGISTERS_PRESETS = hasattr(bpy.utils, "register_preset_path")
+"""Blender 4.2 looks for presets in its own folders alone."""
+
 KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
 
 STEPS = (
@@ -71,7 +74,11 @@ class W2W_MT_study_presets(bpy.types.Menu):
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the presets, and the ways to add and remove one."""
-        self.draw_preset(context)
+        if REGISTERS_PRESETS:
+            self.draw_preset(context)
+        else:
+            folders = [str(PRESETS / PRESET_FOLDER), *bpy.utils.preset_paths(PRESET_FOLDER)]
+            self.path_menu(folders, self.preset_operator, filter_ext=lambda ext: ext == ".py")
         self.layout.separator()
         self.layout.operator("w2w.add_study_preset", text="New Preset", icon="ADD")
         remove = self.layout.operator("w2w.add_study_preset", text="Remove Last Used", icon="REMOVE")
@@ -144,7 +151,8 @@ def register() -> None:
     bpy.types.VIEW3D_MT_mesh_add.append(_add_menu)
     bpy.types.VIEW3D_MT_object.append(_object_menu)
     bpy.types.TOPBAR_MT_file_import.append(_import_menu)
-    bpy.utils.register_preset_path(str(PRESETS.parent))
+    if REGISTERS_PRESETS:
+        bpy.utils.register_preset_path(str(PRESETS.parent))
     configuration = bpy.context.window_manager.keyconfigs.addon
     if configuration is not None:  # there is none without a window
         keymap = configuration.keymaps.new(name="3D View", space_type="VIEW_3D")
@@ -158,7 +166,8 @@ def unregister() -> None:
     for keymap, item in _keymap_items:
         keymap.keymap_items.remove(item)
     _keymap_items.clear()
-    bpy.utils.unregister_preset_path(str(PRESETS.parent))
+    if REGISTERS_PRESETS:
+        bpy.utils.unregister_preset_path(str(PRESETS.parent))
     bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
     bpy.types.VIEW3D_MT_object.remove(_object_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(_add_menu)
