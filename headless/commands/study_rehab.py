@@ -166,7 +166,7 @@ def draw_figure(out: Path, subset: Subset) -> None:
         out / FIGURE,
         activities,
         mean,
-        Map(mean.views, count, subset.sentence()),
+        Map(mean.views, count, subset.expected_sentence()),
         markers,
         [patches.names[patch] for patch in order],
         subset.mean_max_after_each[: len(order)],
