@@ -73,7 +73,7 @@ def idle(driver: Driver) -> Script:
     """Wait until no job runs."""
     jobs = sys.modules["bl_ext.user_default.w2w.blender_addon.w2w.ui.jobs"]
     yield from driver.turns(5)
-    yield from driver.until(lambda: jobs.running is None, 300)
+    yield from driver.until(lambda: jobs.running is None, 900)
     yield from driver.turns(5)
     report.setdefault("messages", []).append(jobs.message.text if jobs.message else "")
 
