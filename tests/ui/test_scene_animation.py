@@ -36,6 +36,7 @@ def scene_armature(shared_data: Path) -> bpy.types.Object:
         bpy.data.objects.remove(other)
     track = armatures[0].animation_data.nla_tracks.new()
     strip = track.strips.new("Second step", 300, bpy.data.actions["Walking.001"])
+    strip.name = "Second step"  # Blender 4.2 calls new strips by their action
     strip.action_frame_start += 5
     track.mute = True
     return armatures[0]
