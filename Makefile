@@ -54,7 +54,7 @@ extension-all: setup
 	.venv/bin/python tools/build_extension.py --all
 
 # In a real Blender, its window and its command line; fails where the window test cannot run at all. All of it,
-# Run All and Rigify too, by `make test-window WINDOW=tests/gui`, by night.
+# Run All, Rigify and garments too, by `make test-window WINDOW=tests/gui`, by night.
 WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py window.py zips.py)
 test-window: extension
 	tools/real_blender.sh
