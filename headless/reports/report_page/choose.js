@@ -64,7 +64,7 @@
       const count = chosen.order.length, value = chosen.after[count - 1].toFixed(3);
       said.className = "";
       said.textContent = `${count} sensor${count === 1 ? " reaches" : "s reach"} a best-of F1 of ${value} on these clips` +
-        ` (target ${wished[3]}${chosen.reached ? "" : ", not reached"}).`;
+        ` (target ${Number(wished[3].toPrecision(3))}${chosen.reached ? "" : ", not reached"}).`;
     } catch (error) {
       chosen = null;
       said.className = "caution";

@@ -171,7 +171,7 @@ class JointSet:
         sensors = "1 sensor reaches" if count == 1 else f"{count} sensors worn together reach"
         text = (
             f"{sensors} an expected F1 of {made.mean[-1]:.3f} on other clips "
-            f"(95 % interval {made.low[-1]:.2f} to {made.high[-1]:.2f}; target {self.target:g}"
+            f"(95 % interval {made.low[-1]:.2f} to {made.high[-1]:.2f}; target {self.target:.3g}"
         )
         if self.every_activity:
             worst = int(np.where(self.weights > 0, made.f1[-1], np.inf).argmin())

@@ -73,9 +73,9 @@ class Subset:
         patches = "1 patch reaches" if len(self.order) == 1 else f"{len(self.order)} patches reach"
         reach = f"{patches} a mean-max F1 of {self.mean_max_after_each[-1]:.3f}"
         if self.reached:
-            return f"{reach} (target {self.target:g})"
+            return f"{reach} (target {self.target:.3g})"
         return (
-            f"{reach}; the target {self.target:g} is not reached, and "
+            f"{reach}; the target {self.target:.3g} is not reached, and "
             f"all allowed patches together reach {self.best_reachable:.3f}"
         )
 
