@@ -161,7 +161,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         """Draw what there is to know about the active clip."""
         activities = [clip.activity.strip() for clip in usable(study)]
         failed = sum(bool(clip.problem) for clip in study.clips)
-        count, kinds = len(activities), len(set(activities) - {''})
+        count, kinds = len(activities), len(set(activities) - {""})
         text = f"{count} clip{'s' * (count != 1)}, {kinds} {'activity' if kinds == 1 else 'activities'}"
         if "" in activities:
             text = f"{text}, {activities.count('')} without one"

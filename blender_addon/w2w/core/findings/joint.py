@@ -63,7 +63,9 @@ def _sentence(best: dict[str, Any], last: dict[str, Any], target: float, chosen:
         lead = ""
     if reached:
         return f"{lead}tested together, one classifier reaches {score} (target {target:.3g})"
-    text = f"{lead}tested together, up to {sensors(last['sensors'])} do not reach {target:.3g}: {score} at best"
+    text = (
+        f"{lead}tested together, up to {sensors(last['sensors'])} do not reach {target:.3g}: {score} at best"
+    )
     if last["mean_f1"] < best["mean_f1"] - ROUNDING:
         text += f", {last['mean_f1']:.3f} with {last['sensors']}"
     return text + (f"; more than {last['sensors']} were not tested" if chosen > last["sensors"] else "")
