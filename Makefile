@@ -31,7 +31,7 @@ lint: setup
 	.venv/bin/ruff format --check .
 	.venv/bin/lint-imports
 
-# What reads, plays and writes through Blender, again with another of its series, the oldest by night;
+# What reads, plays and writes through Blender, again with another of its series;
 # `make test-blender-5 MARK=slow` runs the slow tests.
 test-blender-4.2: BPY = 4.2.0
 test-blender-5: BPY = 5.0.1
