@@ -24,7 +24,7 @@ JOBS = {
     "bake": (lambda body, _library: bake_steps(body, range(9)), 4),
     "bake by frame": (lambda body, _library: bake_steps(body, range(9)), 6),
     "rank": (lambda body, _library: rank_steps(body), 2),
-    "place": (lambda body, _library: place_steps(body), 2),
+    "place": (lambda body, _library: place_steps(body), 1),  # its thread may be done by the first look
     "import": (lambda body, library: import_steps(body, wanted(plan_folder(library))), 4),
 }
 
