@@ -21,8 +21,8 @@ study = bpy.context.scene.w2w.body.w2w
 study.patch_count, study.patch_method = 24, "fast"
 bpy.ops.w2w.place_patches()
 if sys.argv[2] == "job":
-    from w2w.ui import jobs, patch_ops
-    steps = patch_ops.place_steps(bpy.context.scene.w2w.body)
+    from w2w.ui import jobs, step3_patches
+    steps = step3_patches.place_steps(bpy.context.scene.w2w.body)
     next(steps)
     jobs.running = jobs.Job("Place Patches", steps)
 print("the end")
@@ -43,5 +43,6 @@ def test_leaving_without_unregistering_ends_cleanly(state: str) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr
+    assert done.stdout.endswith("the end\n"), done.stderr
     assert "the end" in done.stdout
     assert "Not freed memory" not in done.stdout + done.stderr
