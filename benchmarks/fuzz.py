@@ -2,11 +2,12 @@
 """Feed damaged files to every reader: a sentence or a result, never another error, a crash or a hang.
 
     python -m benchmarks.fuzz [--cases 10000] [--seed 0]        # W2W's own readers, in this process
-    python -m benchmarks.fuzz --blender 500 [--seed 0]      # damaged FBX and BVH through Blender, in workers
+    python -m benchmarks.fuzz --blender 500 [--seed 0]      # damaged FBX and BVH as a library, in workers
 
 Files are real ones (and small ones made here) with bytes flipped, cut, doubled, spliced and set to extremes;
-npz files also with whole arrays changed inside, where a checksum would catch single bytes. Printed are the
-cases by reader and how each ended; an error that a reader does not promise is a FAULT and the exit code 1.
+npz files also with whole arrays changed inside, where a checksum would catch single bytes, BVH files also
+with lines and words moved, lost and replaced. Printed are the cases by reader and how each ended; an error
+that a reader does not promise is a FAULT and the exit code 1.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import numpy as np
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.bone_maps import BONE_MAPS, BoneMap
+from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.library import read_library
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
@@ -34,6 +36,32 @@ PROMISED = (UnusableMotion, ValueError, OSError)
 """What a reader may raise; LibraryError is a ValueError."""
 
 EXTREMES = (b"\0" * 4, b"\xff" * 4, b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\0\0\xc0\x7f", b"\0\0\x80\x7f")
+
+
+WORDS = (
+    b"nan", b"1e9", b"-1e9", b"1e308", b"0", b"1e-300", b"{", b"}", b"ROOT x", b"JOINT y", b"End Site",
+    b"MOTION", b"CHANNELS 0", b"OFFSET 0 0 0", b"Xscale", b"1_0", b"0x1p3", b"infinity",
+)  # fmt: skip
+
+TWO_BONES = b"""HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT Chest
+  {
+    OFFSET 0 10 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    End Site
+    {
+      OFFSET 0 10 0
+    }
+  }
+}
+MOTION
+Frames: 5
+Frame Time: 0.0333
+""" + b"".join(b"0 90 %d 1 2 %d 3 4 5\n" % (row, row) for row in range(5))
 
 
 def mutated(data: bytes, rng: np.random.Generator, other: bytes = b"") -> bytes:
@@ -62,6 +90,26 @@ def mutated(data: bytes, rng: np.random.Generator, other: bytes = b"") -> bytes:
         else:
             damaged[place : place + 1] = str(int(rng.integers(-(10**9), 10**9))).encode()
     return bytes(damaged)
+
+
+def mutated_words(data: bytes, rng: np.random.Generator) -> bytes:
+    """A text whose lines and words are moved, doubled, lost and replaced."""
+    lines = data.split(b"\n")
+    for _ in range(rng.integers(1, 4)):
+        one, other = rng.integers(0, len(lines), 2)
+        kind = rng.integers(0, 6)
+        if kind == 0:
+            lines[one], lines[other] = lines[other], lines[one]
+        elif kind == 1:
+            lines.insert(one, lines[other])
+        elif kind == 2 and len(lines) > 1:
+            del lines[one]
+        else:
+            words = lines[one].split(b" ")
+            place = int(rng.integers(0, len(words)))
+            words[place : place + int(kind != 3)] = [WORDS[rng.integers(0, len(WORDS))]] * int(kind != 4)
+            lines[one] = b" ".join(words)
+    return b"\n".join(lines)
 
 
 def mutated_npz(data: bytes, rng: np.random.Generator) -> bytes:
@@ -127,7 +175,23 @@ def readers(place: Path) -> Iterator[tuple[str, str, list[bytes], Callable[[Path
     yield "features npz", ".npz", [whole.read_bytes()], _columns
     yield "labels csv", ".csv", [labels], lambda path: read_library(place / "library", path)
     yield "bone map json", ".json", maps, BoneMap.load
+    yield "BVH", ".bvh", _bvh_files(), read_bvh
     yield "FBX check", ".fbx", fbx or [b"Kaydara FBX Binary  \0\x1a\0" + bytes(400)], check_fbx
+
+
+def _bvh_files() -> list[bytes]:
+    """Real ones of every program's, with their first frames: most damage is then in the skeleton."""
+    folders = sorted(path for path in (DATA / "bvh").iterdir() if path.is_dir()) if DATA.is_dir() else []
+    files = [sorted(folder.glob("*.bvh"))[0].read_bytes() for folder in folders]
+    return [_first_frames(data, 12) for data in files] or [TWO_BONES]
+
+
+def _first_frames(data: bytes, frames: int) -> bytes:
+    head, motion, rows = data.partition(b"MOTION")
+    promise, rate, *rows = [line for line in rows.splitlines() if line.strip()]
+    kept = rows[:frames]
+    promise = promise.split(b":")[0] + b": %d" % len(kept)
+    return head + b"\n".join([motion, promise, rate, *kept, b""])
 
 
 def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
@@ -140,6 +204,8 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
         data = files[rng.integers(0, len(files))]
         if suffix == ".npz" and rng.random() < 0.6:
             data = mutated_npz(data, rng)
+        elif suffix == ".bvh" and rng.random() < 0.5:
+            data = mutated_words(data, rng)
         else:
             data = mutated(data, rng, files[rng.integers(0, len(files))])
         path = place / f"case{suffix}"

@@ -265,22 +265,33 @@ def test_a_heatmap_is_drawn_without_blender(ranking, tmp_path):
     assert np.abs(mean - kicking)[coloured].mean() > 0.01
 
 
-def test_fbx_and_bvh_come_in_through_blender(shared_data):
+def run_without_blender(folder, code, *arguments):
+    """What Python does in a process whose `bpy` cannot be imported."""
+    (folder / "bpy.py").write_text("raise ModuleNotFoundError(\"No module named 'bpy'\", name='bpy')\n")
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments], cwd=folder, capture_output=True, text=True, check=True,
+        env={"PYTHONPATH": f"{folder}:{ROOT / 'blender_addon'}"},
+    )  # fmt: skip
+
+
+def test_fbx_comes_in_through_blender(shared_data):
     pytest.importorskip("bpy")
-    motions = w2w.load(shared_data / "bvh" / "cmu_DragonForged")
-    assert [motion.clip for motion in motions] == ["002_03", "007_12"]
-    assert [motion.n_frames for motion in motions] == [86, 131]
+    (motion,) = w2w.load(shared_data / "mixamo" / "Conv-AI__ThreeJs-World-Tutorial" / "TalkingMale.fbx")
+    assert (motion.clip, motion.n_frames) == ("TalkingMale", 298)
+
+
+def test_bvh_comes_in_without_blender(shared_data, tmp_path):
+    folder = shared_data / "bvh" / "cmu_DragonForged"
+    code = "import sys, w2w\nfor m in w2w.load(sys.argv[1]): print(m.clip, m.n_frames)"
+    done = run_without_blender(tmp_path, code, str(folder))
+    assert done.stdout.split() == ["002_03", "86", "007_12", "131"]
 
 
 def test_without_blender_a_sentence_says_how_to_get_it(tmp_path):
-    (tmp_path / "walk.bvh").write_text("HIERARCHY\n")
-    (tmp_path / "bpy.py").write_text("raise ModuleNotFoundError(\"No module named 'bpy'\", name='bpy')\n")
-    code = "import w2w\ntry: w2w.load('walk.bvh')\nexcept ValueError as error: print(error)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True,
-        env={"PYTHONPATH": f"{tmp_path}:{ROOT / 'blender_addon'}"},
-    )  # fmt: skip
-    assert "walk.bvh is read through Blender's Python module, which is missing" in done.stdout
+    (tmp_path / "walk.fbx").write_text("; FBX 7.3.0 project file\n")
+    code = "import w2w\ntry: w2w.load('walk.fbx')\nexcept ValueError as error: print(error)"
+    done = run_without_blender(tmp_path, code)
+    assert "walk.fbx is read through Blender's Python module, which is missing" in done.stdout
     assert "pip install '.[blender]'" in done.stdout
 
 

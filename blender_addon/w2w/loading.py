@@ -84,7 +84,7 @@ def load(
 ) -> Motions:
     """Read motion files and retarget them to a body.
 
-    FBX, BVH and glTF are read through Blender's Python module (`bpy`), all else without it.
+    FBX, glTF and USD are read through Blender's Python module (`bpy`), all else without it.
 
     Parameters
     ----------

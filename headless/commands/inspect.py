@@ -123,10 +123,11 @@ def _about_source(
     matched = f"matched by their names ({details['skeleton']})"
     if details["skeleton"] == BY_STRUCTURE:
         matched = "matched by structure, as no bone map knows their names"
-    rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(source.bones) - 1} bones, {matched}")]
+    bones = source.bones[source.first_bone :]
+    rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(bones)} bones, {matched}")]
     if source.people > 1:
         rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
-    extent = np.ptp(source.rest[1:, :3, 3], axis=0).max()
+    extent = np.ptp(source.rest[source.first_bone :, :3, 3], axis=0).max()
     scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
     rows.append(("scale", f"{scale}; the rest pose spans {extent:.4g} units"))
     return [*rows, ("frames", rate)]

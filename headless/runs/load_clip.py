@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read one motion file through Blender, silently, and retarget it to a body."""
+"""Read one motion file, silently where Blender does it, and retarget it to a body."""
 
 from __future__ import annotations
 

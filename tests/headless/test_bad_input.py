@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 from headless.__main__ import APP
 from w2w.core.files import write_npz
 
+from ..made_bvh import ONE_JOINT
+
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 GOOD = {
@@ -21,20 +23,13 @@ GOOD = {
     "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
     "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
 }
-BVH = """HIERARCHY
-ROOT Hips
-{
-  OFFSET 0 0 0
-  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
-  End Site
-  {
-    OFFSET 0 10 0
-  }
-}
-MOTION
+BVH = (
+    ONE_JOINT
+    + """MOTION
 Frames: %d
 Frame Time: %s
 %s"""
+)
 
 
 def w2w(*arguments):

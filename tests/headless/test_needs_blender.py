@@ -52,8 +52,8 @@ def w2w(folder, *arguments, blocked="not installed"):
 def clip(tmp_path):
     folder = tmp_path / "library" / "walking"
     folder.mkdir(parents=True)
-    (folder / "one.bvh").write_text("HIERARCHY\nROOT Hips\n")
-    return folder / "one.bvh"
+    (folder / "one.fbx").write_text("; FBX 7.3.0 project file\n")
+    return folder / "one.fbx"
 
 
 @pytest.mark.parametrize("blocked", BLOCKED)

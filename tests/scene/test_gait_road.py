@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole road, from a BVH through Blender, body and skin, against nine sensors worn on that walk."""
+"""The whole road, from a BVH over body and skin, against nine sensors worn on that walk."""
 
 import numpy as np
 import pytest

@@ -10,7 +10,8 @@ from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.retarget import BY_STRUCTURE, retarget
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.rehab.skeleton import BONE_INDEX
-from w2w.scene.takes import find_takes, imported, read_clip
+from w2w.scene.load import read_motion
+from w2w.scene.takes import find_takes, imported
 
 from ..made_motions import FILES, PLAYED_BY, SPEED
 
@@ -43,7 +44,7 @@ def carried(made_files, bundled_body):
     maps = [BoneMap.load(folder / "werkstatt.json")]
     results = {}
     for file in clips:
-        source = read_clip(folder / file)
+        source = read_motion(folder / file)
         result = retarget(source, bundled_body, maps)
         results[file] = source, result, joint_transforms(bundled_body, result.motion)
     return results

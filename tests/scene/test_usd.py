@@ -3,6 +3,7 @@
 
 import shutil
 import sys
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 
 import w2w
 from w2w.core.motion.skinning import joint_transforms
+from w2w.core.motion.source import UnusableMotion
+from w2w.scene import usd
 
 FORMS = ("usda", "usdc", "usdz")
 HAS_USD = bpy.app.version >= (4, 4)  # its own library, open to Python
@@ -84,3 +87,9 @@ def test_binary_parts_in_other_files_are_refused(tmp_path, written):
     layer.Save()
     with pytest.raises(ValueError, match=r"parts of it lie in other files \(\.\./rig\.usda\)"):
         w2w.load(tmp_path / "whole.usdc")
+
+
+def test_a_blender_built_without_usd_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(usd, "bpy", SimpleNamespace(ops=SimpleNamespace(wm=SimpleNamespace())))  # as Debian's
+    with pytest.raises(UnusableMotion, match=r"built without USD: export the file as \.glb or FBX"):
+        usd.import_usd(tmp_path / "run.usdc")

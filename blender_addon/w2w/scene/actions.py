@@ -199,23 +199,26 @@ def slot_curves(
 
 def _channels(armature: bpy.types.Object, motion: Motion) -> Iterator[tuple[str, str, int, np.ndarray]]:
     """Bone, property, index and values (T,) of every curve that the motion needs."""
+    bones = [armature.data.bones[name] for name in JOINT_NAMES]
+    shown = np.stack([matrix(bone.matrix_local)[:3, :3] for bone in bones])
+    # orthogonal in double precision: else each frame is made so
+    rests = Rotation.from_matrix(shown).as_matrix()
+    turns = rests.swapaxes(1, 2) @ motion.rotations @ rests
+    quaternions = Rotation.from_matrix(turns.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    quaternions = _unbroken(quaternions.reshape(*turns.shape[:2], 4))
+    pelvis = motion.pelvis / np.diag(body_space(armature))[:3]
+    offsets = (pelvis - np.array(bones[0].head_local, dtype=np.float64)) @ shown[0]
+    yield from ((JOINT_NAMES[0], "location", index, offsets[:, index]) for index in range(3))
     for joint, name in enumerate(JOINT_NAMES):
-        bone = armature.data.bones[name]
-        rest = matrix(bone.matrix_local)[:3, :3]
-        turns = Rotation.from_matrix(rest.T @ motion.rotations[:, joint] @ rest)
-        quaternions = _unbroken(turns.as_quat(scalar_first=True))
-        if joint == 0:
-            pelvis = motion.pelvis / np.diag(body_space(armature))[:3]
-            offsets = (pelvis - np.array(bone.head_local, dtype=np.float64)) @ rest
-            yield from ((name, "location", index, offsets[:, index]) for index in range(3))
-        yield from ((name, "rotation_quaternion", index, quaternions[:, index]) for index in range(4))
+        yield from ((name, "rotation_quaternion", index, quaternions[:, joint, index]) for index in range(4))
 
 
 def _unbroken(quaternions: np.ndarray) -> np.ndarray:
-    """The same rotations without jumps in sign, which straight lines between keys would cross."""
-    jumps = (quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0
-    signs = np.cumprod(np.concatenate([[1.0], np.where(jumps, -1.0, 1.0)]))
-    return quaternions * signs[:, None]
+    """The same rotations (T, J, 4) without jumps in sign, which straight lines between keys would cross."""
+    jumps = (quaternions[1:] * quaternions[:-1]).sum(axis=-1) < 0
+    signs = np.cumprod(np.where(jumps, -1.0, 1.0), axis=0)
+    quaternions[1:] *= signs[..., None]
+    return quaternions
 
 
 def _curve_maker(
@@ -241,7 +244,9 @@ def _write_curve(curve: bpy.types.FCurve, times: np.ndarray, values: np.ndarray)
         times, values = times[:1], values[:1]
     points = curve.keyframe_points
     points.add(len(times))
-    points.foreach_set("co", np.stack([times, values], axis=1).astype(np.float32).ravel())
+    keys = np.empty((len(times), 2), dtype=np.float32)
+    keys[:, 0], keys[:, 1] = times, values
+    points.foreach_set("co", keys.ravel())
     points.foreach_set("interpolation", np.full(len(times), LINEAR, dtype=np.int32))
     curve.update()
 

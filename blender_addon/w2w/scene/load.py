@@ -12,6 +12,7 @@ from ..core.keypoints.facts import PoseFacts
 from ..core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ..core.motion.asf_amc import AMC_SUFFIX, read_amc
 from ..core.motion.bone_maps import BoneMap
+from ..core.motion.bvh import BVH_SUFFIX, read_bvh
 from ..core.motion.joint_files import is_joint_file
 from ..core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
 from ..core.motion.mvnx import MVNX_SUFFIX, read_mvnx
@@ -46,7 +47,7 @@ Source = SourceMotion | Motion | JointPositions
 
 
 def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
-    """Read a motion file: a named skeleton through Blender, an SMPL motion or joint positions directly.
+    """Read a motion file: FBX, glTF and USD through Blender, all else directly.
 
     Parameters
     ----------
@@ -61,6 +62,8 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
     """
     if is_joint_file(path):
         return read_joints(path, pose)
+    if path.suffix.lower() == BVH_SUFFIX:
+        return read_bvh(path)
     if path.suffix.lower() == AMC_SUFFIX:
         return read_amc(path, pose.rate)
     if path.suffix.lower() == MVNX_SUFFIX:

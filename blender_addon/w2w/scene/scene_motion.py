@@ -105,7 +105,15 @@ def _as_played(found: SceneTake) -> Generator[float, None, SourceMotion]:
                 local[number, index] = bone.matrix
             yield (number + 1) / len(found.frames)
     matrices = np.concatenate([world[:, None], world[:, None] @ local], axis=1)
-    return SourceMotion(names, parents, world[0] @ rest, matrices, scene_rate(), found.take.action.name)
+    return SourceMotion(
+        names,
+        parents,
+        world[0] @ rest,
+        matrices,
+        scene_rate(),
+        found.take.action.name,
+        first_bone=1,
+    )
 
 
 @contextmanager

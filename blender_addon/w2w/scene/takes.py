@@ -6,17 +6,25 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ..core.motion.bone_maps import best_match, missing_joints
-from ..core.motion.bvh_check import check_bvh
+from ..core.motion.bvh import BVH_SUFFIX
+from ..core.motion.bvh_text import read_bvh_text
 from ..core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
-from ..core.motion.repair import repaired
 from ..core.motion.retarget import is_crumpled
-from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
+from ..core.motion.source import (
+    NOT_FINITE,
+    SourceMotion,
+    UnusableMotion,
+    people_in,
+    refuse_rate,
+    refuse_too_long,
+)
 from ..core.motion.stillness import is_pose, motion_amount, refuse_pose
 from ..core.motion.usd_check import USD_SUFFIXES
 from .actions import scene_rate
@@ -58,7 +66,7 @@ def read_clip(path: str | Path) -> SourceMotion:
     Parameters
     ----------
     path : str or Path
-        An FBX, BVH, glTF, VRM or USD file.
+        An FBX, glTF, VRM or USD file.
 
     Returns
     -------
@@ -75,7 +83,7 @@ def read_clip(path: str | Path) -> SourceMotion:
         # actions that were there before may fit the file's armature too: other clips of the same rig
         source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
     refuse_rate(source.rate)
-    return repaired(source) if path.suffix.lower() == ".bvh" else source
+    return source
 
 
 @contextmanager
@@ -109,9 +117,8 @@ def import_file(path: Path) -> None:
         if kind == ".fbx":
             check_fbx(path, python_importer=not _has_cpp_importer())
             _import_fbx(path)
-        elif kind == ".bvh":
-            check_bvh(path)
-            bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
+        elif kind == BVH_SUFFIX:
+            _import_bvh(path)
         elif kind in GLTF_SUFFIXES:
             import_gltf(path)
         elif kind in USD_SUFFIXES:
@@ -159,7 +166,7 @@ def best_take(
             f"its armature '{people[0].name}' ({len(people[0].data.bones)} bones) has no animation"
         )
     motion = _most_moving(takes)
-    return replace(motion, people=max(len(people), _whole_trees(motion.parents)))
+    return replace(motion, people=max(len(people), people_in(motion.parents[1:] - 1)))
 
 
 def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] | None = None) -> list[Take]:
@@ -218,6 +225,7 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
         matrices=matrices,
         rate=scene_rate(),
         take=take.action.name,
+        first_bone=1,
     )
 
 
@@ -229,6 +237,19 @@ def _import_fbx(path: Path) -> None:
         bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
 
 
+def _import_bvh(path: Path) -> None:
+    """Blender's importer, for the armature alone: it takes fewer files than W2W's reader of motions."""
+    read_bvh_text(path)
+    try:
+        bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
+    except Exception as error:  # it raises anything, and none of it is for people
+        raise UnusableMotion(
+            "its armature cannot be shown: Blender's own importer does not read this BVH file, though W2W "
+            "reads its motion"
+        ) from error
+
+
+@cache  # Blender lists some hundred operators to answer
 def _has_cpp_importer() -> bool:
     return "fbx_import" in dir(bpy.ops.wm)
 
@@ -242,16 +263,6 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
         refuse_pose(max(motions, key=lambda motion: motion.n_frames))
     preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
     return max(preferred or moving, key=motion_amount)
-
-
-def _whole_trees(parents: np.ndarray) -> int:
-    """Trees of bones in one armature that are no mere helpers: half as large as the largest."""
-    tree = np.arange(len(parents))
-    for bone, parent in enumerate(parents):
-        if parent > 0:
-            tree[bone] = tree[parent]
-    sizes = np.bincount(tree[1:], minlength=1)
-    return max(1, int(np.count_nonzero((sizes > 0) & (2 * sizes >= sizes.max()))))
 
 
 def _read_finite(take: Take) -> SourceMotion | None:

@@ -6,7 +6,7 @@ import socket
 
 import pytest
 
-from w2w.core.motion.bvh_check import check_bvh
+from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.motion_file import MAX_FILE_BYTES, readable_size, size_and_head
 from w2w.core.motion.source import UnusableMotion, reason_of
@@ -58,7 +58,7 @@ REASONS = {
 
 @pytest.mark.parametrize("kind", REASONS)
 @pytest.mark.parametrize(
-    ("read", "suffix"), [(readable_size, ".fbx"), (check_bvh, ".bvh"), (read_amass, ".npz")]
+    ("read", "suffix"), [(readable_size, ".fbx"), (read_bvh, ".bvh"), (read_amass, ".npz")]
 )
 def test_what_is_no_file_is_never_opened(tmp_path, kind, read, suffix):
     if kind == "socket" and not os.path.isdir("/proc/self/fd"):  # noqa: PTH112

@@ -12,7 +12,7 @@ from ..body.body import Body
 from ..body.landmarks import SensorSite
 from ..filtering import count_resampled
 from ..motion.motion import Motion
-from ..motion.skinning import frames_from_edges, skin, skinning_transforms
+from ..motion.skinning import posed_patches, skinning_transforms
 from ..patches.naming import resolve
 from ..patches.patches import PatchSet, sample_patches
 from .channels import FURTHER
@@ -100,10 +100,7 @@ class _SkinnedPatches:
         self.shape = (len(transforms), len(triangles), 4, 4)
 
     def __getitem__(self, part: tuple[slice, slice]) -> np.ndarray:
-        triangles = self._triangles[part[1]]
-        corners = skin(self._body, self._transforms, triangles.T.ravel())
-        first, second, third = np.split(corners, 3, axis=1)
-        return frames_from_edges((first + second + third) / 3, second - first, third - first)
+        return posed_patches(self._body, self._triangles[part[1]], self._transforms)
 
 
 class SiteSimulator:

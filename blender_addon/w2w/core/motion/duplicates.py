@@ -24,6 +24,10 @@ SIZE = PHASES * len(JOINTS) * 6 + 1
 """Numbers of a signature, K."""
 
 
+SIGNS = np.array([-1.0, 1.0, 1.0])[:, None] * np.array([-1.0, 1.0])
+"""Of A R A with A = diag(-1, 1, 1), on the first two columns of R."""
+
+
 def motion_signature(motion: Motion) -> np.ndarray:
     """Poses at even phases of a clip and its length, whoever moves and wherever they face.
 
@@ -33,13 +37,13 @@ def motion_signature(motion: Motion) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (K,), float64
+    ndarray, shape (K,), float32
         Two columns of the rotation of each of `JOINTS` at `PHASES` moments, then the
         logarithm of the duration.
     """
     frames = np.linspace(0, motion.n_frames - 1, PHASES).round().astype(int)
     turns = motion.rotations[np.ix_(frames, JOINTS)][..., :2]
-    return np.append(turns.ravel(), np.log(max(motion.duration, 1e-3)))
+    return np.append(turns.ravel(), np.log(max(motion.duration, 1e-3))).astype(np.float32)
 
 
 def mirrored_signatures(signatures: np.ndarray) -> np.ndarray:
@@ -54,9 +58,8 @@ def mirrored_signatures(signatures: np.ndarray) -> np.ndarray:
     -------
     ndarray, shape (C, K)
     """
-    signatures = np.asarray(signatures, dtype=np.float64)
+    signatures = np.asarray(signatures)
     turns = signatures[:, :-1].reshape(len(signatures), PHASES, len(JOINTS), 3, 2)
     partner = [JOINTS.index(MIRRORED_JOINTS[joint]) for joint in JOINTS]
-    # A R A with A = diag(-1, 1, 1), on the first two columns of R
-    mirrored = turns[:, :, partner] * np.array([-1.0, 1.0, 1.0])[:, None] * np.array([-1.0, 1.0])
+    mirrored = turns[:, :, partner] * SIGNS.astype(signatures.dtype)
     return np.concatenate([mirrored.reshape(len(signatures), -1), signatures[:, -1:]], axis=1)

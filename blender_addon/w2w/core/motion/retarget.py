@@ -312,8 +312,8 @@ def _moving_leg_length(source: SourceMotion, matched: dict[int, int]) -> float:
 
 def _unmatched(source: SourceMotion, missing: list[str]) -> str:
     names = ", ".join(name.replace("_", " ") for name in missing)
-    shown = ", ".join(source.bones[1:9])
+    bones = source.bones[source.first_bone :]
     return (
         f"no bone was found, by name or by structure, for {len(missing)} needed joints ({names}) "
-        f"among its {len(source.bones) - 1} bones ({shown}, ...): give a bone map for this rig"
+        f"among its {len(bones)} bones ({', '.join(bones[:8])}, ...): give a bone map for this rig"
     )

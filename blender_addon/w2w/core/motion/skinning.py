@@ -69,25 +69,20 @@ def skin(body: Body, transforms: np.ndarray, vertices: np.ndarray | slice = slic
     ----------
     body : Body
     transforms : ndarray, shape (T, 24, 3, 4)
-        From `skinning_transforms`.
+        From `skinning_transforms`; or of some axes of the world only, (T, 24, A, 4).
     vertices : ndarray of int, shape (N,), or slice
         Which vertices; all of them by default.
 
     Returns
     -------
-    ndarray, shape (T, N, 3)
+    ndarray, shape (T, N, 3) or (T, N, A)
         World positions, metres.
     """
     return _blend(transforms, _skinning_rows(body.weights[vertices], body.vertices[vertices]))
 
 
 def patch_matrices(body: Body, triangles: np.ndarray, motion: Motion) -> np.ndarray:
-    """World matrix of every patch in every frame.
-
-    The frame of a patch is that of Blender's three-vertex parent: x along v2 - v1, z the
-    outward normal, y = z cross x, origin at the triangle's centroid. Skinning is linear in
-    the rest position, so the centroid and the two edges of a triangle are skinned as three
-    rows of one matrix product and no vertex is ever posed.
+    """World matrix of every patch in every frame of a motion.
 
     Parameters
     ----------
@@ -100,11 +95,35 @@ def patch_matrices(body: Body, triangles: np.ndarray, motion: Motion) -> np.ndar
     -------
     ndarray, shape (T, N, 4, 4), float64
     """
-    n_patches = len(triangles)
+    return posed_patches(body, triangles, skinning_transforms(body, motion))
+
+
+def posed_patches(body: Body, triangles: np.ndarray, transforms: np.ndarray) -> np.ndarray:
+    """World matrix of every patch in every frame of a body that has been posed.
+
+    The frame of a patch is that of Blender's three-vertex parent: x along v2 - v1, z the
+    outward normal, y = z cross x, origin at the triangle's centroid. Skinning is linear in
+    the rest position, so the centroid and the two edges of a triangle are skinned as three
+    rows of one matrix product and no vertex is ever posed.
+
+    Parameters
+    ----------
+    body : Body
+    triangles : ndarray of int, shape (N, 3)
+        Vertices of each patch's carrier triangle, as in `PatchSet.triangles`.
+    transforms : ndarray, shape (T, 24, 3, 4)
+        From `skinning_transforms`.
+
+    Returns
+    -------
+    ndarray, shape (T, N, 4, 4), float64
+        Entry by entry in memory, as whoever works on all matrices at once reads them.
+    """
+    n_frames, n_patches = len(transforms), len(triangles)
     rows = _triangle_rows(body, triangles).T
-    columns = skinning_transforms(body, motion).transpose(0, 2, 1, 3).reshape(motion.n_frames, 3, -1)
-    matrices = np.empty((motion.n_frames, n_patches, 4, 4))
-    for start in range(0, motion.n_frames, FRAME_BLOCK):
+    columns = transforms.transpose(0, 2, 1, 3).reshape(n_frames, 3, -1)
+    matrices = np.empty((4, 4, n_frames, n_patches)).transpose(2, 3, 0, 1)
+    for start in range(0, n_frames, FRAME_BLOCK):
         block = columns[start : start + FRAME_BLOCK]
         blended = multiply(block.reshape(-1, len(rows)), rows).reshape(len(block), 3, 3, n_patches)
         _write_frames(matrices[start : start + FRAME_BLOCK], *blended.transpose(2, 0, 1, 3))
@@ -171,10 +190,10 @@ def _triangle_rows(body: Body, triangles: np.ndarray) -> np.ndarray:
 
 
 def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Multiply rows (N, 96) with all frames' transforms at once; shape (T, N, 3)."""
-    n_frames = len(transforms)
-    columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * 3)
-    return multiply(rows, columns).reshape(len(rows), n_frames, 3).transpose(1, 0, 2)
+    """Multiply rows (N, 96) with all frames' transforms (T, 24, A, 4) at once; shape (T, N, A)."""
+    n_frames, n_axes = len(transforms), transforms.shape[2]
+    columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * n_axes)
+    return multiply(rows, columns).reshape(len(rows), n_frames, n_axes).transpose(1, 0, 2)
 
 
 def relative_to_parents(world: np.ndarray) -> np.ndarray:
@@ -196,8 +215,8 @@ def relative_to_parents(world: np.ndarray) -> np.ndarray:
 
 def on_the_ground(body: Body, motion: Motion) -> Motion:
     """The same motion lifted or lowered as a whole until the body touches z = 0."""
-    transforms = skinning_transforms(body, motion)
-    lowest = skin(body, transforms, slice(None, None, GROUND_SAMPLE))[:, :, 2].min(axis=1)
+    heights = skinning_transforms(body, motion)[:, :, 2:]
+    lowest = skin(body, heights, slice(None, None, GROUND_SAMPLE))[:, :, 0].min(axis=1)
     pelvis = motion.pelvis.copy()
     pelvis[:, 2] -= np.percentile(lowest, GROUND_PERCENTILE)
     return Motion(motion.rotations, pelvis, motion.rate, motion.activity, motion.subject, motion.clip)

@@ -28,6 +28,8 @@ class SourceMotion:
         Name of the take (action) the frames come from.
     people : int
         Whole skeletons in the file, of which this is one.
+    first_bone : int
+        Number of the first true bone: 1 where the armature that holds them comes before.
     """
 
     bones: tuple[str, ...]
@@ -37,6 +39,7 @@ class SourceMotion:
     rate: float
     take: str = ""
     people: int = 1
+    first_bone: int = 0
 
     @property
     def n_frames(self) -> int:
@@ -47,6 +50,22 @@ class SourceMotion:
     def duration(self) -> float:
         """Seconds from the first frame to the last."""
         return (self.n_frames - 1) / self.rate
+
+
+def people_in(parents: np.ndarray) -> int:
+    """Trees of bones that are no mere helpers: half as large as the largest.
+
+    Parameters
+    ----------
+    parents : ndarray of int, shape (B,)
+        -1 for a root; parents come before their children.
+    """
+    tree = np.arange(len(parents))
+    for bone, parent in enumerate(parents):
+        if parent >= 0:
+            tree[bone] = tree[parent]
+    sizes = np.bincount(tree, minlength=1)
+    return max(1, int(np.count_nonzero((sizes > 0) & (2 * sizes >= sizes.max()))))
 
 
 MOST_BONE_FRAMES = 2**24

@@ -42,7 +42,7 @@ def refuse_pose(motion: SourceMotion) -> None:
     if not np.isfinite(motion.matrices).all():
         raise UnusableMotion(NOT_FINITE)
     if motion.n_frames < MIN_FRAMES:
-        count = f"{motion.n_frames} frame{'s' if motion.n_frames > 1 else ''}"
+        count = f"{motion.n_frames} frame{'s' * (motion.n_frames != 1)}"
         raise UnusableMotion(f"it holds a pose, not a motion: {count} in '{motion.take}'")
     if motion_amount(motion) < 1:
         raise UnusableMotion(

@@ -3,17 +3,16 @@
 
 import csv
 
-import bpy
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.retarget import BY_STRUCTURE, matched_joints, retarget
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.takes import read_clip
 
 pytestmark = pytest.mark.filterwarnings("ignore:Gimbal lock")
 
@@ -42,14 +41,13 @@ NAMES = (
 @pytest.fixture(scope="module")
 def carried(shared_data, bundled_body):
     """Every BVH file of motions.csv and the gait trial, retargeted to the body; and why some were skipped."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
     with (shared_data / "motions.csv").open(newline="", encoding="utf-8") as stream:
         rows = {row["file"]: row for row in csv.DictReader(stream) if row["format"] == "bvh"}
     assert len(rows) == 78
     clips, skipped = {}, {}
     for file in [*rows, GAIT]:
         try:
-            source = read_clip(shared_data / file)
+            source = read_bvh(shared_data / file)
             result = retarget(source, bundled_body)
             clips[file] = _measure(source, result, bundled_body) | {"row": rows.get(file)}
         except UnusableMotion as error:
@@ -257,7 +255,7 @@ def striding(bundled_body):
 def test_a_known_motion_comes_back(tmp_path, bundled_body, striding, folded_by, z_up, scale):
     """Through other units, axes and offsets that are no pose, its leading T-pose left out."""
     write_bvh(tmp_path / "a.bvh", bundled_body, striding, folded_by, z_up=z_up, scale=scale)
-    source = read_clip(tmp_path / "a.bvh")
+    source = read_bvh(tmp_path / "a.bvh")
     result = retarget(source, bundled_body)
     assert result.motion.n_frames == striding.n_frames
     assert result.motion.rate == pytest.approx(30, rel=1e-4)
@@ -271,13 +269,13 @@ def test_a_known_motion_comes_back(tmp_path, bundled_body, striding, folded_by, 
 
 def test_a_motion_without_t_pose_keeps_its_first_frame(tmp_path, bundled_body, striding):
     write_bvh(tmp_path / "a.bvh", bundled_body, striding, t_pose=False)
-    assert read_clip(tmp_path / "a.bvh").n_frames == striding.n_frames
+    assert read_bvh(tmp_path / "a.bvh").n_frames == striding.n_frames
 
 
 def test_offsets_that_are_no_pose_and_no_t_pose_at_all(tmp_path, bundled_body, striding):
     """The straightest frame stands in for the rest pose: limbs are exact, twists within a few degrees."""
     write_bvh(tmp_path / "a.bvh", bundled_body, striding, folded_by=8, t_pose=False)
-    result = retarget(read_clip(tmp_path / "a.bvh"), bundled_body)
+    result = retarget(read_bvh(tmp_path / "a.bvh"), bundled_body)
     _, ours = joint_transforms(bundled_body, result.motion)
     _, truth = joint_transforms(bundled_body, striding)
     for start, end in SEGMENTS:
@@ -296,7 +294,7 @@ def test_a_body_that_lies_is_not_stood_up(tmp_path, bundled_body, striding):
     rotations[:, 0] = lying @ rotations[:, 0]
     pelvis = np.tile([0.3, 0.2, 0.12], (striding.n_frames, 1))
     write_bvh(tmp_path / "a.bvh", bundled_body, Motion(rotations, pelvis, 30.0), t_pose=False)
-    result = retarget(read_clip(tmp_path / "a.bvh"), bundled_body)
+    result = retarget(read_bvh(tmp_path / "a.bvh"), bundled_body)
     np.testing.assert_allclose(result.motion.rotations[:, 0], rotations[:, 0], atol=0.01)
 
 
@@ -308,7 +306,7 @@ def test_unknown_names_are_matched_by_structure(tmp_path, bundled_body, striding
             f"JOINT {name}\n", f"JOINT n{number}\n"
         )
     (tmp_path / "b.bvh").write_text(text)
-    result = retarget(read_clip(tmp_path / "b.bvh"), bundled_body)
+    result = retarget(read_bvh(tmp_path / "b.bvh"), bundled_body)
     assert result.bone_map == BY_STRUCTURE
-    expected = retarget(read_clip(tmp_path / "a.bvh"), bundled_body)
+    expected = retarget(read_bvh(tmp_path / "a.bvh"), bundled_body)
     np.testing.assert_allclose(result.motion.rotations, expected.motion.rotations, atol=1e-5)

@@ -1,23 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """BVH files whose header and frames disagree, or that say no frame rate, are refused with the numbers."""
 
+import numpy as np
 import pytest
 
-from w2w.core.motion.bvh_check import check_bvh
+from w2w.core.motion.bvh_text import read_bvh_text
 from w2w.core.motion.source import UnusableMotion
 
+from ...made_bvh import ONE_JOINT as SKELETON
+
 BVH = "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh"
-SKELETON = """HIERARCHY
-ROOT Hips
-{
-  OFFSET 0 0 0
-  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
-  End Site
-  {
-    OFFSET 0 10 0
-  }
-}
-"""
 HEADER = "MOTION\nFrames: 3\nFrame Time: 0.0333\n"
 ROWS = "0 0 0 1 2 3\n" * 3
 WHOLE = SKELETON + HEADER + ROWS
@@ -26,7 +18,7 @@ WHOLE = SKELETON + HEADER + ROWS
 def reason(path, content):
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(UnusableMotion) as said:
-        check_bvh(path)
+        read_bvh_text(path)
     return str(said.value)
 
 
@@ -39,13 +31,24 @@ def reason(path, content):
         WHOLE.replace("\n", "\n\n") + "\n \n\n",
         WHOLE.rstrip(),
         WHOLE.replace("MOTION", "motion").replace("Frames", "FRAMES").replace("Hips", "Hüfte"),
-        WHOLE.replace("0.0333", "3.33e-2"),
+        WHOLE.replace("0.0333", "3.33e-2").replace("0 10 0", "0 1E1 +0").replace("1 2 3", "+1 .2e1 300E-2"),
+        WHOLE.replace(" ", "\t"),
+        WHOLE.replace("\n{", " {"),
+        WHOLE.replace("0 10 0\n  }\n}", "0 10 0 } }"),
+        "\ufeff" + WHOLE,
     ],
-    ids=["plain", "Windows", "old Mac", "blank lines", "no last line end", "other cases", "exponent"],
-)
-def test_whole_files_pass(tmp_path, content):
+    ids=[
+        "plain", "Windows", "old Mac", "blank lines", "no last line end", "other cases", "exponent", "tabs",
+        "brace behind the name", "braces behind the offset", "byte order mark",
+    ],
+)  # fmt: skip
+def test_whole_files_are_read(tmp_path, content):
     (tmp_path / "walk.bvh").write_bytes(content.encode())
-    check_bvh(tmp_path / "walk.bvh")
+    found = read_bvh_text(tmp_path / "walk.bvh")
+    (joint,) = found.joints
+    assert (joint.parent, joint.offset, len(joint.channels)) == (-1, (0, 0, 0), 6)
+    assert found.rate == 1 / 0.0333
+    np.testing.assert_array_equal(found.values, [[0, 0, 0, 1, 2, 3]] * 3)
 
 
 def test_every_real_file_passes_but_the_broken_one(shared_data):
@@ -53,7 +56,7 @@ def test_every_real_file_passes_but_the_broken_one(shared_data):
     files = sorted((shared_data / "bvh").rglob("*.bvh"))
     for path in files:
         try:
-            check_bvh(path)
+            read_bvh_text(path)
         except UnusableMotion as error:
             refused[path.name] = str(error)
     assert len(files) > 70
@@ -142,6 +145,13 @@ def test_a_real_file_cut_short(shared_data, tmp_path):
         ("0 10 0", "0 1e11 0", "(NaN, infinite or beyond 1e10)"),
         ("CHANNELS 6", "CHANNELS 5", "line 5 says '5' channels and names 6"),
         ("MOTION", "MOTIONS", "no MOTION follows its skeleton"),
+        ("ROOT", "ROT", "line 2 holds 'ROT Hips' where no such line belongs"),
+        ("  OFFSET 0 0 0\n", "", "its joint 'Hips' (line 2) has no OFFSET"),
+        ("0 10 0", "0 10", "line 8 gives an offset of 2 numbers, and one has 3"),
+        ("Zrotation", "Zrotatiom", "line 5 names the channel 'Zrotatiom', not one such as Xposition"),
+        ("Zrotation", "Xrotation", "line 5 names the channel 'Xrotation' a second time"),
+        ("ROOT Hips\n{", "{\nROOT Hips", "line 2 holds '{' where no such line belongs"),
+        ("End Site\n  {", "{\n  End Site", "line 6 holds '{' where no such line belongs"),
     ],
 )
 def test_damage_is_told_with_its_line(tmp_path, old, new, said):
@@ -150,5 +160,32 @@ def test_damage_is_told_with_its_line(tmp_path, old, new, said):
 
 def test_bytes_that_are_no_utf8(tmp_path):
     assert "not UTF-8 text" in reason(tmp_path / "walk.bvh", WHOLE.replace("Hips", "Hüfte").encode("latin-1"))
-    assert "byte order mark" in reason(tmp_path / "walk.bvh", WHOLE.encode("utf-8-sig"))
     assert "does not begin with HIERARCHY" in reason(tmp_path / "walk.bvh", WHOLE.encode("utf-16"))
+
+
+def test_a_file_without_joints(tmp_path):
+    assert "its skeleton has no joint" in reason(tmp_path / "walk.bvh", "HIERARCHY\n" + HEADER)
+
+
+def test_what_has_no_end_is_given_up_early(tmp_path):
+    """A skeleton that goes on for ever, and a row as long as the file: neither is taken apart first."""
+    assert "too large to be one" in reason(tmp_path / "walk.bvh", "HIERARCHY\n" + "ROOT a\n" * 700_000)
+    endless = WHOLE.replace(ROWS, "0 " * 1_000_000)
+    assert "line 14 holds 1000000 numbers" in reason(tmp_path / "walk.bvh", endless)
+
+
+def test_more_frames_than_fit_are_refused_before_they_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr("w2w.core.motion.bvh_text.MOST_BONE_FRAMES", 2)
+    monkeypatch.setattr("w2w.core.motion.source.MOST_BONE_FRAMES", 2)
+    said = reason(tmp_path / "walk.bvh", WHOLE.replace("Frames: 3", "Frames: 70"))
+    assert said.startswith("it is too long to be read at once (70 frames of 1 bones)")
+
+
+def test_names_with_spaces_and_names_that_stand_twice(tmp_path):
+    joint = "JOINT Left  Arm\n{\nOFFSET 1 2 3\nCHANNELS 1 Xrotation\n}\n"
+    text = SKELETON.replace("  End Site", joint * 3 + "  End Site") + HEADER + "0 0 0 1 2 3 4 5 6\n" * 3
+    (tmp_path / "walk.bvh").write_text(text)
+    joints = read_bvh_text(tmp_path / "walk.bvh").joints
+    assert [joint.name for joint in joints] == ["Hips", "Left_Arm", "Left_Arm.001", "Left_Arm.002"]
+    assert [joint.parent for joint in joints] == [-1, 0, 0, 0]
+    assert [joint.offset for joint in joints[1:]] == [(1, 2, 3)] * 3

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a BVH file says: its joints, its frame rate, the numbers of its frames; or what is wrong with it."""
+
+from __future__ import annotations
+
+import math
+import re
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from .motion_file import size_and_head, unreadable
+from .source import (
+    HIGHEST_RATE,
+    LOWEST_RATE,
+    MOST_BONE_FRAMES,
+    NOT_FINITE,
+    UnusableMotion,
+    refuse_too_long,
+)
+
+MOST = 1e10
+"""No coordinate or angle of a body comes near."""
+
+SHOWN = 24
+"""Characters of a damaged value that are quoted."""
+
+MAX_SKELETON = 1 << 22
+"""Characters; a skeleton of a thousand joints has a twentieth."""
+
+HEADER_LINE = 200
+"""Characters of a header's line that are looked at."""
+
+CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "xyz")
+UNUSED_CHANNELS = tuple(f"{axis}scale" for axis in "xyz")
+"""Channels that some programs write and no body has; they are left out."""
+
+AN_END = -1
+"""Stands for an End Site among the numbers of joints."""
+
+Lines = Iterator[tuple[int, str]]
+Statements = Iterator[tuple[int, list[str]]]
+
+
+@dataclass
+class BvhJoint:
+    """A joint of the skeleton.
+
+    Parameters
+    ----------
+    name : str
+        Words joined by underscores; a name that stands twice has a number from its second time on.
+    parent : int
+        Number of its parent, -1 for a root.
+    line : int
+        Where it begins.
+    offset : tuple of float
+        From its parent, in the file's unit; of a root from the origin.
+    channels : tuple of str
+        What its columns are, in their order and in lower case: ``xposition``, ``zrotation``.
+    """
+
+    name: str
+    parent: int
+    line: int
+    offset: tuple[float, ...] = ()
+    channels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class BvhText:
+    """What a BVH file says.
+
+    Parameters
+    ----------
+    joints : list of BvhJoint, length B
+        Parents come before their children.
+    rate : float
+        Frames per second.
+    values : ndarray, shape (T, C)
+        A row a frame, a column a channel, the joints' channels one after another; angles in degrees.
+    """
+
+    joints: list[BvhJoint]
+    rate: float
+    values: np.ndarray
+
+
+def read_bvh_text(path: Path) -> BvhText:
+    """Read a BVH file, line by line.
+
+    Raises
+    ------
+    UnusableMotion
+        If the file cannot be read, is no BVH, cut short or damaged, if its header and its frames
+        disagree, if it does not say its frame rate, or is too long.
+    """
+    size, head = size_and_head(path)
+    if head.removeprefix(b"\xef\xbb\xbf").lstrip()[:9].upper() != b"HIERARCHY":
+        raise UnusableMotion("it is not a BVH file: it does not begin with HIERARCHY")
+    try:
+        with path.open(encoding="utf-8-sig") as stream:
+            lines = enumerate(stream, start=1)
+            joints = _joints(lines, size)
+            n_frames, rate = _header(lines)
+            return BvhText(joints, rate, _frames(lines, n_frames, joints))
+    except UnicodeDecodeError as error:
+        raise UnusableMotion(
+            "it holds bytes that are not UTF-8 text: it is damaged, or was saved in another encoding; if it "
+            "opens elsewhere, save it as UTF-8"
+        ) from error
+    except OSError as error:
+        raise UnusableMotion(unreadable(error)) from error
+
+
+def _joints(lines: Lines, size: int) -> list[BvhJoint]:
+    """The skeleton; the lines are left behind MOTION."""
+    statements = list(_until_motion(lines, size))
+    opened, closed = (sum(words == [brace] for _, words in statements) for brace in "{}")
+    if opened != closed:
+        raise UnusableMotion(f"it is damaged: its skeleton opens {opened} braces and closes {closed}")
+    tree = _Tree()
+    for number, words in statements:
+        tree.take_up(number, words)
+    if not tree.joints:
+        raise UnusableMotion("it is damaged: its skeleton has no joint")
+    for joint in tree.joints:
+        if not joint.offset:
+            raise UnusableMotion(
+                f"it is damaged: its joint {_quoted(joint.name)} (line {joint.line}) has no OFFSET"
+            )
+    return tree.joints
+
+
+def _until_motion(lines: Lines, size: int) -> Statements:
+    """Words of each line above MOTION; braces count as lines of their own, which they are in most files."""
+    length = 0
+    for number, line in lines:
+        length += len(line)
+        if length > MAX_SKELETON:
+            raise UnusableMotion("it is damaged: what should be its skeleton is too large to be one")
+        for part in re.split(r"([{}])", line):
+            words = part.split()
+            if len(words) == 1 and words[0].upper() == "MOTION":
+                return
+            if words and words[0].upper() != "HIERARCHY":
+                yield number, words
+    raise UnusableMotion(f"it is cut short at {size} bytes: no MOTION follows its skeleton")
+
+
+class _Tree:
+    """The skeleton, as its lines are taken up one by one."""
+
+    def __init__(self) -> None:
+        self.joints: list[BvhJoint] = []
+        self._names: set[str] = set()
+        self._open: list[int] = []
+        self._named: int | None = None
+
+    def take_up(self, number: int, words: list[str]) -> None:
+        """Take up the words of a line."""
+        kind = words[0].upper()
+        if kind in ("ROOT", "JOINT") and self._named is None and AN_END not in self._open[-1:]:
+            self._name("_".join(words[1:]), number)
+        elif kind == "END" and [word.upper() for word in words[1:2]] == ["SITE"] and self._open:
+            self._named = AN_END
+        elif kind == "{" and self._named is not None:
+            self._open.append(self._named)
+            self._named = None
+        elif kind == "}" and self._open and self._named is None:
+            self._open.pop()
+        elif kind == "OFFSET" and self._open:
+            self._offset(words[1:], number)
+        elif kind == "CHANNELS" and self._open and self._open[-1] != AN_END:
+            self._channels(words[1:], number)
+        else:
+            raise UnusableMotion(
+                f"it is damaged: line {number} holds {_quoted(' '.join(words))} where no such line belongs"
+            )
+
+    def _name(self, name: str, number: int) -> None:
+        """Begin a joint, as Blender names it: one name twice would be two joints in one."""
+        free, copies = name, 0
+        while free in self._names:
+            copies += 1
+            free = f"{name}.{copies:03d}"
+        self._names.add(free)
+        self._named = len(self.joints)
+        self.joints.append(BvhJoint(free, self._open[-1] if self._open else -1, number))
+
+    def _offset(self, words: list[str], number: int) -> None:
+        if len(words) != 3:
+            raise UnusableMotion(
+                f"it is damaged: line {number} gives an offset of {len(words)} numbers, and one has 3"
+            )
+        try:
+            offset = tuple(map(float, words))
+        except ValueError:
+            _refuse_word(words, number)
+        if not all(abs(value) < MOST for value in offset):  # NaN too
+            raise UnusableMotion(NOT_FINITE)
+        if self._open[-1] != AN_END:
+            self.joints[self._open[-1]].offset = offset
+
+    def _channels(self, words: list[str], number: int) -> None:
+        if words[:1] != [str(len(words) - 1)]:
+            raise UnusableMotion(
+                f"it is damaged: line {number} says {_quoted(' '.join(words[:1]))} channels and names "
+                f"{max(0, len(words) - 1)}"
+            )
+        joint = self.joints[self._open[-1]]
+        for word in words[1:]:
+            channel = word.lower()
+            if channel not in (*CHANNELS, *UNUSED_CHANNELS) or channel in joint.channels:
+                twice = " a second time" if channel in joint.channels else ""
+                raise UnusableMotion(
+                    f"it is damaged: line {number} names the channel {_quoted(word)}{twice}, not one such as "
+                    "Xposition or Zrotation"
+                )
+            joint.channels += (channel,)
+
+
+def _header(lines: Lines) -> tuple[int, float]:
+    """The number of frames that the header promises, and frames per second."""
+    full = (words for words in (line[:HEADER_LINE].split() for _, line in lines) if words)
+    frames, time = next(full, []), next(full, [])
+    if len(frames) != 2 or frames[0].upper() != "FRAMES:" or not frames[1].isdecimal():
+        raise UnusableMotion(f"it does not say how many frames it has: {_instead('Frames: 120', frames)}")
+    if len(time) != 3 or [word.upper() for word in time[:2]] != ["FRAME", "TIME:"]:
+        raise UnusableMotion(f"it does not say its frame rate: {_instead('Frame Time: 0.0333', time)}")
+    return int(frames[1][:18]), _rate(time[2])  # more digits are no count, and Python refuses thousands
+
+
+def _rate(word: str) -> float:
+    """Frames per second, from the seconds of one frame."""
+    try:
+        seconds = float(word)
+    except ValueError:
+        seconds = math.nan
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise UnusableMotion(
+            f"its frame time is {_quoted(word)}, which gives no frame rate: write the seconds from one "
+            "frame to the next, such as 'Frame Time: 0.0333' for 30 frames a second"
+        )
+    if not LOWEST_RATE <= 1 / seconds <= HIGHEST_RATE:
+        raise UnusableMotion(
+            f"its frame time of {word} s means {1 / seconds:,.4g} frames a second; motions have "
+            f"{LOWEST_RATE:g} to {HIGHEST_RATE:,.0f}: correct its 'Frame Time' line"
+        )
+    return 1 / seconds
+
+
+def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
+    """Numbers of the frames, a row each."""
+    channels = sum(len(joint.channels) for joint in joints)
+    most = MOST_BONE_FRAMES // len(joints)
+    values, found = array("d"), 0
+    for number, line in lines:
+        words = line.split(None, channels)  # at most: a line may be as long as the file
+        if not words:
+            continue
+        if len(words) != channels or not channels:
+            count = sum(1 for _ in re.finditer(r"\S+", line))
+            raise UnusableMotion(
+                f"it is damaged: line {number} holds {count} numbers, and its skeleton has {channels} "
+                "channels"
+            )
+        try:
+            values.extend(map(float, words))
+        except ValueError:
+            _refuse_word(words, number)
+        found += 1
+        if found > most:
+            refuse_too_long(max(found, promised), len(joints))
+    if found != promised:
+        raise UnusableMotion(
+            f"its header promises {promised:,} frame{'s' * (promised != 1)}, and it holds {found:,}: export "
+            "it again, or correct its 'Frames' line"
+        )
+    rows = np.frombuffer(values, dtype=np.float64).reshape(found, channels)
+    if not (np.abs(rows) < MOST).all():
+        raise UnusableMotion(NOT_FINITE)
+    return rows
+
+
+def _refuse_word(words: list[str], number: int) -> NoReturn:
+    """Say which of the words is no number."""
+    word = next(word for word in words if not _is_number(word))
+    if any(part in word.lower() for part in ("nan", "inf", "#")):  # as C writes them
+        raise UnusableMotion(NOT_FINITE)
+    raise UnusableMotion(f"it is damaged: line {number} holds {_quoted(word)} where a number should stand")
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _instead(wanted: str, words: list[str]) -> str:
+    found = f"{_quoted(' '.join(words))} stands" if words else "nothing stands"
+    return f"{found} where a line such as '{wanted}' belongs"
+
+
+def _quoted(text: str) -> str:
+    """A piece of the file, short and printable."""
+    short = text if len(text) <= SHOWN else text[:SHOWN] + "..."
+    return f"'{short.encode('unicode_escape').decode('ascii')}'"
