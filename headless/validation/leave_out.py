@@ -39,6 +39,7 @@ def try_settings(
         If it cannot be done; the message says why.
     """
     protocol, body = data_set.protocol, Body.bundled()
+    simulator = RegionSimulator(body, protocol, seed)
     motions, _ = load_motions(protocol, libraries, body)
     recordings = data_set.read(path)
     sites = () if data_set.site_of is None else recordings[0].sites
@@ -48,9 +49,8 @@ def try_settings(
     results = {}
     for setting in settings:
         changed, analysis = setting.of(protocol, protocol.analyses[0])
-        simulator = RegionSimulator(body, changed, seed)
         if setting.signals not in sides:
-            sides[setting.signals] = simulator.side(motions, analysis)
+            sides[setting.signals] = simulator.with_sensor(changed.sensor).side(motions, analysis)
         made = simulated_scores(sides[setting.signals], simulator.site_of, protocol, setting, seed)
         names = made.activities
         if names not in scores:

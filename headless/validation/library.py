@@ -192,7 +192,7 @@ def study_library(
         whole, whole_at_once = (repeats(one, pooling, halvings, seed=seed) for one in (windows, as_one))
     counts = windows.count("motion")
     many = tuple(name for name in within.activities if counts[name] >= ENOUGH)
-    enough = windows.part(np.isin(windows.activity, many))
+    enough = windows.some(np.isin(windows.activity, many))
     sizes = CURVE if len(many) > 1 else ()
     with step("drawing the learning curve"):
         curve = {clips: repeats(enough, pooling, halvings, clips, seed) for clips in sizes}

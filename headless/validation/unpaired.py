@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +15,7 @@ from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import at_patches, record_motion
 from w2w.core.keypoints.fit import fit_keypoints
@@ -69,14 +71,20 @@ class RegionSimulator:
             for site, of_site in zip(protocol.sites.values(), of_sites, strict=True)
         )
         self._patches = at_patches(patches, chosen)
-        self._sensor = protocol.sensor
+
+    def with_sensor(self, sensor: SensorModel) -> RegionSimulator:
+        """The same patches, read by another sensor."""
+        other = copy(self)
+        other.protocol = replace(self.protocol, sensor=sensor)
+        return other
 
     def record(self, moving: Moving, cutoff_hz: float) -> ImuRecording:
         """What the sensors would record; the paths of a Kinect's joints are limited already."""
         settings = Synthesis(rate_hz=self.protocol.rate_hz)
         if moving.source != KINECT:
             settings = replace(settings, cutoff_hz=cutoff_hz)
-        return record_motion(self.body, self._patches, moving.motion, settings, self._sensor, self.seed)
+        sensor = self.protocol.sensor
+        return record_motion(self.body, self._patches, moving.motion, settings, sensor, self.seed)
 
     def side(self, motions: Sequence[Moving], analysis: Analysis) -> Side:
         """Windows of the clips that take part in an analysis."""

@@ -71,6 +71,10 @@ class WindowLabels:
             np.concatenate([found.is_test for found in windows]),
         )
 
+    def some(self, rows: np.ndarray) -> WindowLabels:
+        """Of some windows, by their numbers or a mask."""
+        return WindowLabels(self.activity[rows], self.motion[rows], self.subject[rows], self.is_test[rows])
+
     def protocol(self, config: StudyConfig, classifier: Any = None) -> dict[str, Any]:
         """How `utility_map` is to train and test: the arguments after the activity."""
         activities = sorted(set(self.activity.tolist()))
@@ -143,8 +147,9 @@ def same_motions(
         [clip.motion_key for clip in clips],
         np.array([found.signature for found in windows]),
     )
+    first = np.unique(groups, return_index=True)[1]
     return tuple(
-        LabelledClip(clip.name, clip.activity, clip.subject, clips[int(np.argmax(groups == group))].name)
+        LabelledClip(clip.name, clip.activity, clip.subject, clips[int(first[group])].name)
         for clip, group in zip(clips, groups, strict=True)
     )
 

@@ -26,8 +26,8 @@ from .motion.variants import low_passed, smoothed_root
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.feature_kinds import SUMMARY, check_features, features_of
-from .ranking.folds import same_motion_groups
 from .ranking.further_features import further_features
+from .ranking.same_motion import same_motion_groups
 from .ranking.utility import CLASSIFIERS, inputs_of
 from .ranking.windows import WindowSpec, cut_windows
 from .selection.constraints import Constraints

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse.csgraph import connected_components
 
-from w2w.core.ranking.folds import grouped_folds, same_motion_groups, subject_folds, untestable
+from w2w.core.ranking.folds import grouped_folds, subject_folds, untestable
 
 
 @st.composite
@@ -73,48 +72,3 @@ def test_left_out_activities_have_a_true_sentence():
     assert "bow has only one clip" in reasons["bow"]
     assert "fly has no clip" in reasons["fly"]
     assert "jump fell into one fold" in reasons["jump"]
-
-
-def test_one_motion_is_one_group_by_name_key_or_likeness_and_by_chain():
-    clips = ["a", "b", "c", "d", "e", "a", "f"]
-    keys = ["k1", "k2", "k1", "", "", "k9", "k7"]
-    rng = np.random.default_rng(0)
-    signatures = rng.normal(size=(7, 20))
-    signatures[3] = signatures[1] + 1e-3
-    group = same_motion_groups(clips, keys, signatures)
-    np.testing.assert_array_equal(group, [0, 1, 0, 1, 2, 0, 3])
-    np.testing.assert_array_equal(same_motion_groups(clips), [0, 1, 2, 3, 4, 0, 5])
-
-
-@given(noise=st.floats(0, 0.03), seed=st.integers(0, 20))
-def test_nearly_equal_motions_are_found_and_others_are_not(noise, seed):
-    rng = np.random.default_rng(seed)
-    signatures = rng.normal(size=(30, 40)) * rng.uniform(0.1, 10, 40)
-    copy = signatures[:5] + noise * signatures.std(axis=0) * rng.uniform(-1, 1, (5, 40))
-    group = same_motion_groups([str(k) for k in range(35)], signatures=np.concatenate([signatures, copy]))
-    np.testing.assert_array_equal(group[30:], group[:5])
-    assert len(np.unique(group)) == 30
-
-
-def test_a_clip_alone_and_clips_all_alike():
-    assert same_motion_groups(["a"], signatures=np.ones((1, 3))).tolist() == [0]
-    assert same_motion_groups(["a", "b", "c"], signatures=np.ones((3, 3))).tolist() == [0, 0, 0]
-
-
-def test_the_search_on_few_axes_finds_what_every_pair_tells():
-    rng = np.random.default_rng(3)
-    kinds = rng.normal(size=(12, 60)) * np.geomspace(3, 0.1, 60)
-    signatures = kinds[rng.integers(12, size=80)] + rng.uniform(0, 0.06, (80, 1)) * rng.normal(size=(80, 60))
-    mirrored = np.concatenate([signatures[40:], signatures[:40][:, ::-1]])
-    unit = (signatures - signatures.mean(axis=0)) / signatures.std(axis=0)
-    other = (mirrored - signatures.mean(axis=0)) / signatures.std(axis=0)
-    near = np.eye(80, dtype=bool)
-    for one in (unit, other):
-        near |= np.linalg.norm(one[:, None] - unit, axis=2) <= 0.1 * np.sqrt(60)
-    expected = connected_components(near | near.T, directed=False)[1]
-    found = same_motion_groups(
-        [str(k) for k in range(80)], signatures=signatures, tolerance=0.1, mirrored=mirrored
-    )
-    assert 12 < len(set(found.tolist())) < 80
-    assert len(set(zip(found.tolist(), expected.tolist(), strict=True))) == len(set(expected.tolist()))
-    assert len(set(found.tolist())) == len(set(expected.tolist()))

@@ -51,6 +51,13 @@ def test_each_patch_added_equals_the_definition(library, worn):
             np.testing.assert_allclose(scores, wanted, rtol=1e-3, atol=2e-3 * np.abs(wanted).max())
 
 
+def test_the_way_is_chosen_by_how_many_windows_there_are(library):
+    features, labels, trainings = library
+    joint = JointScores(features, labels, trainings, RIDGE)
+    many = features.shape[2] == D
+    assert [joint._is_narrow(worn) for worn in (0, 5, 7)] == [many, many, False]
+
+
 def test_the_first_and_the_first_two_are_what_adding_gives(library):
     features, labels, trainings = library
     joint = JointScores(features, labels, trainings, RIDGE)
@@ -59,6 +66,9 @@ def test_the_first_and_the_first_two_are_what_adding_gives(library):
         (added,) = joint.of_added(order[: size - 1], [order[size - 1]], np.copy)
         np.testing.assert_allclose(scores, added, atol=2e-3 * np.abs(added).max())
     np.testing.assert_array_equal(joint.windows, [*range(40, 60), *range(20)])
+    later = list(joint.each_first_of([order, order[::-1]], after=1))
+    for one, scores in zip((order, order[::-1]), later, strict=True):
+        np.testing.assert_array_equal(scores, joint.each_first(one)[1:])
 
 
 def test_an_activity_without_training_is_never_named(library):

@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.features import BAND_EDGES_HZ, CHANNELS, feature_names, window_features
-from w2w.core.ranking.folds import grouped_folds, same_motion_groups
+from w2w.core.ranking.folds import grouped_folds
 from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
 
 
@@ -69,20 +69,6 @@ def test_clips_of_different_activities_do_not_share_a_fold_while_one_is_empty():
     activity, clip = np.repeat(["bow", "walk"], [6, 6]), np.repeat(np.arange(4), 3)
     for seed in range(10):
         assert np.bincount(grouped_folds(activity, clip, 4, seed), minlength=4).tolist() == [3, 3, 3, 3]
-
-
-@pytest.mark.parametrize(("distance", "groups"), [(0.9, 1), (1.1, 2)])
-def test_motions_are_one_up_to_the_tolerance(distance, groups):
-    """Root mean square over the columns, in each one's standard deviations; 0.05 by default."""
-    rng = np.random.default_rng(0)
-    others = rng.normal(size=(400, 30)) * rng.uniform(0.1, 10, 30)
-    deviation = np.concatenate([others, others[:1]]).std(axis=0)
-    step = rng.choice([-1, 1], 30) * np.linspace(0.5, 1.5, 30)
-    step *= distance * 0.05 / np.sqrt((step**2).mean())
-    signatures = np.concatenate([others, others[:1] + step * deviation])
-    group = same_motion_groups([str(i) for i in range(401)], signatures=signatures)
-    assert len(np.unique(group)) == 399 + groups
-    assert bool(group[400] == group[0]) is (groups == 1)
 
 
 def sine(frequency, samples=200, rate=50.0, channel=0, size=1.0):

@@ -29,6 +29,9 @@ class Measured:
     def f1_of_first(self, order):
         return reached(self.single, order)[:, None]
 
+    def f1_of_firsts(self, orders, after):
+        return np.array([self.f1_of_first(order)[after:] for order in orders])
+
 
 def best_first(tests, _terms, size):
     return (-tests.single).argsort()[:size]

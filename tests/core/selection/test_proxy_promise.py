@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from w2w.core.selection.exact import LARGEST
-from w2w.core.selection.promise import promise
+from w2w.core.selection.promise import _level, promise
 from w2w.core.selection.proxy_promise import exact_by_half, greedy_by_half, promised
 from w2w.core.selection.subsets import exact_subset, greedy_subset
 
@@ -82,13 +82,24 @@ def test_random_sets_are_tested_once_for_all_that_is_chosen_under_the_same_terms
     expected = (0.5, 0.4, 0.54)
     promise(tests, free, [0, 4, 1], greedy_by_half, expected)
     tested = []
-    f1_of_first = type(tests.whole).f1_of_first
-    monkeypatch.setattr(
-        type(tests.whole), "f1_of_first", lambda one, order: tested.append(order) or f1_of_first(one, order)
-    )
+    f1_of_firsts = type(tests.whole).f1_of_firsts
+
+    def f1_of_firsts_told(one, orders, after=0):
+        tested.extend(orders)
+        return f1_of_firsts(one, orders, after)
+
+    monkeypatch.setattr(type(tests.whole), "f1_of_firsts", f1_of_firsts_told)
     again = promise(tests, free, [0, 4], greedy_by_half, expected)
     assert len(tested) == 1 + 2 * len(tests.pairs)  # the set itself, and each half's choice
     assert len(again.mean) == 2
+
+
+@pytest.mark.parametrize("required", [(), ([10, 11], [4, 5])])
+def test_random_sets_that_grow_are_as_good_as_larger_ones_from_the_start(tests, required):
+    free, anew = terms(4, required=required), terms(4, required=required)
+    _level(tests.whole, free, 1, 0)
+    grown = _level(tests.whole, free, 4, 0)
+    np.testing.assert_array_equal(grown, _level(tests.whole, anew, 4, 0))
 
 
 def test_clips_that_cannot_be_halved_are_said_to_tell_nothing():

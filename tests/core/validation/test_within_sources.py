@@ -38,7 +38,7 @@ def test_a_source_in_which_nothing_can_be_compared_is_left_out_with_the_reason()
     assert found.activities == ("a", "b")
     assert "two activities" in found.left_out["lab"]
     with pytest.raises(ValueError, match="lab: a utility map needs two activities"):
-        rank_within_sources(made.part(made.source == "lab"))
+        rank_within_sources(made.some(made.source == "lab"))
 
 
 def test_one_performer_is_never_trained_on_and_tested():

@@ -11,7 +11,8 @@ from scipy.stats import norm, t
 
 from .halves import Plan, maps_of
 from .pooling import Pooling, centred
-from .reliability import agreement, of_all
+from .reliability import agreement, of_all, with_noise
+from .unhalved import Unhalved
 from .weights import alike, mean_over
 
 UNPROVEN = 0.5
@@ -93,7 +94,7 @@ def expect(
     """
     raw = maps.raw[0]
     weights = np.ones(len(raw)) if weights is None else weights
-    repeat = _Repeat.of(maps, plan, pooling, weights)
+    repeat = _Repeat.of(maps, plan, pooling, weights, seed)
     pooled = pooling.apply(maps.score[0], repeat.shares)
     f1 = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * centred(pooled)
     level_of_all = raw.mean() if alike(weights) else mean_over(raw, weights, 0).mean()
@@ -141,7 +142,7 @@ class _Repeat:
     reliability: float
 
     @classmethod
-    def of(cls, maps: TrialMaps, plan: Plan, pooling: Pooling, weights: np.ndarray) -> _Repeat:
+    def of(cls, maps: TrialMaps, plan: Plan, pooling: Pooling, weights: np.ndarray, seed: int) -> _Repeat:
         whole = maps.score[0]
         shown = [first.testable & second.testable for first, second in plan.pairs]
         both = np.logical_and.reduce(shown) if shown else np.zeros(len(whole), dtype=bool)
@@ -153,20 +154,27 @@ class _Repeat:
         shares = pooling.learn(scores if plan.disjoint else [], int(both.sum()))
         pooled = [(pooling.apply(a, shares), pooling.apply(b, shares)) for a, b in scores]
         slope, by_activity = _slope(means_of(pooled), means_of(raw)), _slope(pooled, raw)
+        rest = Unhalved.of(weights, both, plan.clips)
         variance = _variance(means_of(raw), slope, means_of(pooled), plan.shrink)
+        variance = rest.variance_with(variance, raw)
         if plan.disjoint:
             slope, by_activity = slope * _of_all(means_of(pooled)), by_activity * _of_all(pooled)
         every = np.repeat(shares.mean(axis=1, keepdims=True), len(whole), axis=1)
         every[:, both] = shares
-        means = slope * centred(np.array(means_of(pooled)))
+        believed = rest.believed(pooling.apply(whole, every)[rest.rows], pooled)
+        every[:, ~both] *= believed
+        means = slope * rest.halved * centred(np.array(means_of(pooled)))
+        more = slope * rest.noise_maps(pooled, believed, seed)
+        signal = float((means[:, 0] * means[:, 1]).mean())
+        reliability = of_all(agreement(means_of(pooled))) if plan.disjoint else np.nan
         return cls(
             shares=every,
             slope=slope,
             slope_by_activity=by_activity,
             variance=variance,
-            noise_maps=(means[:, 0] - means[:, 1]) / np.sqrt(plan.shrink),
-            agreement=float((means[:, 0] * means[:, 1]).mean() * 2 / plan.shrink),
-            reliability=of_all(agreement(means_of(pooled))) if plan.disjoint else np.nan,
+            noise_maps=(means[:, 0] - means[:, 1]) / np.sqrt(plan.shrink) + more,
+            agreement=signal * 2 / plan.shrink,
+            reliability=with_noise(reliability, signal, float(more.var())),
         )
 
     @classmethod

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Split windows into folds that never share a clip, and find clips that are one and the same."""
+"""Split windows into folds that never share a clip."""
 
 from __future__ import annotations
 
@@ -7,18 +7,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 ALWAYS_TRAIN = -1
 """Fold of windows that every fold trains on and none tests."""
-
-TREE_AXES = 16
-"""Principal axes on which near signatures are sought; on hundreds a tree looks at every pair."""
-
-PAIRS_AT_ONCE = 10_000
-"""Pairs whose distance is told at a time."""
 
 SUBJECT_OUT = "leave one of"
 """How the protocol begins where subjects are left out."""
@@ -142,91 +133,6 @@ def untestable(
         elif fold is not None and len(np.unique(np.asarray(fold)[is_it])) < 2:
             reasons[name] = f"all clips of {name} fell into one fold, so it could not be trained when tested"
     return reasons
-
-
-def same_motion_groups(
-    clips: Sequence[str],
-    keys: Sequence[str] | None = None,
-    signatures: np.ndarray | None = None,
-    tolerance: float = 0.05,
-    mirrored: np.ndarray | None = None,
-) -> np.ndarray:
-    """Number the distinct motions among clips: downloads of one motion get one number.
-
-    Two clips are the same when their keys are equal or their signatures nearly are, and
-    sameness is passed on: if a equals b and b equals c, all three are one.
-
-    Parameters
-    ----------
-    clips : sequence of str, length C
-        Name of each clip; clips of equal name are the same.
-    keys : sequence of str, optional
-        Known identity of each clip's motion; an empty key says nothing.
-    signatures : ndarray, shape (C, K), optional
-        Description of each clip's motion, such as `motion_signature` gives.
-    tolerance : float
-        Greatest root mean square difference of two signatures of one motion, in units
-        of each column's standard deviation over the clips.
-    mirrored : ndarray, shape (C, K), optional
-        The signatures with left and right exchanged: libraries hold the same motion mirrored,
-        and a mirrored copy made to train on would be the very clip tested.
-
-    Returns
-    -------
-    ndarray, shape (C,), int
-        Groups in order of first appearance.
-    """
-    edges = [_equal_pairs(list(clips))]
-    if keys is not None:
-        edges.append(_equal_pairs([key or None for key in keys]))
-    if signatures is not None:
-        edges.append(_near_pairs(np.asarray(signatures, dtype=np.float64), mirrored, tolerance))
-    first, second = np.concatenate(edges, axis=1)
-    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(clips), len(clips)))
-    _, component = connected_components(graph, directed=False)
-    _, appearance, number = np.unique(component, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(appearance))[number]
-
-
-def _equal_pairs(values: list) -> np.ndarray:
-    """Link each value other than None to its first occurrence: indices (2, M)."""
-    first: dict = {}
-    links = [(first.setdefault(value, i), i) for i, value in enumerate(values) if value is not None]
-    return np.array(links, dtype=np.int64).reshape(-1, 2).T
-
-
-def _near_pairs(signatures: np.ndarray, mirrored: np.ndarray | None, tolerance: float) -> np.ndarray:
-    """Index pairs (2, M) of rows that differ by at most `tolerance`, columns standardised; of rows and
-    mirrored rows too, where given."""
-    deviation, mean = signatures.std(axis=0), signatures.mean(axis=0)
-    used = deviation > 0
-    if not used.any():  # all rows are equal
-        rows = np.arange(len(signatures))
-        return np.stack([np.zeros_like(rows), rows])
-
-    def standard(rows: np.ndarray) -> np.ndarray:
-        return (rows[:, used] - mean[used]) / deviation[used]
-
-    own, reach = standard(signatures), tolerance * np.sqrt(used.sum())
-    first = np.linalg.eigh(own.T @ own)[1][:, -TREE_AXES:]
-    tree = KDTree(own @ first)
-    far = reach * (1 + 1e-6)  # of projections, which are no longer than what they are of
-    pairs = [_within(own, own, tree.query_pairs(far, output_type="ndarray"), reach)]
-    if mirrored is not None:
-        other = standard(np.asarray(mirrored, dtype=np.float64))
-        near = KDTree(other @ first).query_ball_tree(tree, far)
-        found = np.array([(i, j) for i, some in enumerate(near) for j in some], dtype=np.int64)
-        pairs.append(_within(other, own, found.reshape(-1, 2), reach))
-    return np.concatenate(pairs, axis=1).astype(np.int64)
-
-
-def _within(one: np.ndarray, other: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
-    """Those of the pairs (M, 2) of rows that are no further apart than `reach`, shape (2, L)."""
-    near = np.empty(len(pairs), dtype=bool)
-    for start in range(0, len(pairs), PAIRS_AT_ONCE):
-        i, j = pairs[start : start + PAIRS_AT_ONCE].T
-        near[start : start + PAIRS_AT_ONCE] = np.linalg.norm(one[i] - other[j], axis=1) <= reach
-    return pairs[near].T
 
 
 class Dealt(NamedTuple):

@@ -66,6 +66,8 @@ class Plan:
         Whether no clip that one of a pair is trained or tested on is trained on by the other.
     shrink : float
         The variance of the whole map is the mean square of a pair's difference over this.
+    clips : ndarray of int, shape (A,)
+        How many clips (subjects, where those are left out) show each activity.
     """
 
     block: np.ndarray
@@ -74,6 +76,7 @@ class Plan:
     pairs: tuple[tuple[Trial, Trial], ...]
     disjoint: bool
     shrink: float
+    clips: np.ndarray
 
     @property
     def trials(self) -> tuple[Trial, ...]:
@@ -114,6 +117,7 @@ def plan(
     block = block.ravel()
     tested = [f for f in np.unique(fold[is_test]) if f != ALWAYS_TRAIN]
     vote = fold if by_subject else np.unique(clip, return_inverse=True)[1]
+    clips = np.bincount(np.unique(np.stack([labels, vote]), axis=1)[0], minlength=labels.max() + 1)
     splits: list[Split] = []
 
     def trial(of_side: np.ndarray, among: np.ndarray) -> Trial:
@@ -130,12 +134,12 @@ def plan(
     whole = trial(everything, np.ones(len(fold), dtype=bool))
     if by_subject and halvings and not sides:
         single = _single_folds(labels, vote, whole, splits)
-        return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested))
+        return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested), clips)
     pairs, always = [], kinds[:, 0] == ALWAYS_TRAIN
     for number, side in enumerate(sides, start=1):
         if (_in_two_folds(labels, fold, side) & _in_two_folds(labels, fold, ~side)).any():
             pairs.append(tuple(trial(always | (kinds[:, number] == s), side == s) for s in (False, True)))
-    return Plan(block, tuple(splits), whole, tuple(pairs), True, 4.0)
+    return Plan(block, tuple(splits), whole, tuple(pairs), True, 4.0, clips)
 
 
 def _single_folds(

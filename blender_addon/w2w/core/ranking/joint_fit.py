@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply_lower, solve_positive
-from .classifiers.ridge import LEAST_WITHIN, NEVER_VARIES
+from .classifiers.discriminant import deviation, with_ridge
 
 FEW = 1.2
 """Windows for each feature up to which kernels of windows are solved where one more patch is worn."""
@@ -209,13 +209,5 @@ class JointFit:
 
 def _scale(seen: np.ndarray, within: np.ndarray) -> np.ndarray:
     """Deviation of each feature within classes; infinite for one that never varies."""
-    variance = np.einsum("nd,nd->d", within, within) / len(seen)
-    least = LEAST_WITHIN * np.einsum("nd,nd->d", seen, seen) / len(seen)
-    variance = np.maximum(variance, least)
-    return np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf)).astype(np.float32)
-
-
-def with_ridge(matrix: np.ndarray, ridge: np.float32) -> np.ndarray:
-    """The matrix itself, the ridge added to its diagonal."""
-    matrix.flat[:: len(matrix) + 1] += ridge
-    return matrix
+    squares = (np.einsum("nd,nd->d", rows, rows) for rows in (within, seen))
+    return deviation(*(square / len(seen) for square in squares)).astype(np.float32)

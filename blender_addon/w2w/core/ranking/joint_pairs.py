@@ -12,7 +12,8 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, solve_positive
-from .joint_fit import JointFit, Kernels, with_ridge
+from .classifiers.discriminant import with_ridge
+from .joint_fit import JointFit, Kernels
 
 FEW = 1.6
 """Windows for each feature up to which kernels are solved: of pairs they are made once for many."""

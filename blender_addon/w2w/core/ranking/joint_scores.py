@@ -6,17 +6,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import islice
 from typing import Any, TypeVar
 
 import numpy as np
 
 from .joint_fit import JointFit, Training
 from .joint_pairs import Seconds, bytes_of_second, second_patches
+from .joint_sums import JointSums
 
 Judged = TypeVar("Judged")
 
 TILE_BYTES = 512 * 2**20
 """Memory for what pairs share of their second patches, held for as many of these as it takes."""
+
+NARROW = 0.75
+"""Features worn for each window trained on, up to which sums that trainings share take less time."""
 
 AT_ONCE = 16
 """Pairs judged at once."""
@@ -103,6 +108,7 @@ class JointScores:
         self._workers = workers
         n_activities = int(labels.max()) + 1
         self._fits = [JointFit(features, labels, training, n_activities, ridge) for training in trainings]
+        self._sums = JointSums(features, labels, self._fits)
         self.windows = np.concatenate([training.tested for training in trainings])
 
     def of_added(
@@ -118,13 +124,24 @@ class JointScores:
             Given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
             all classes share. Called from several threads.
         """
-        bases = [fit.wear(worn) for fit in self._fits]
+        add = self._added_by_sums(worn) if self._is_narrow(len(worn)) else self._added_by_fits(worn)
+        return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
 
-        def of(candidate: int) -> Judged:
+    def _is_narrow(self, worn: int) -> bool:
+        """Whether windows are many for so many patches worn, in every training."""
+        return not any(fit.few or worn * fit.shape[2] > NARROW * fit.shape[0] for fit in self._fits)
+
+    def _added_by_sums(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
+        return partial(self._sums.add, self._sums.wear(worn))
+
+    def _added_by_fits(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
+        bases = list(self._parallel(lambda fit: fit.wear(worn), self._fits))
+
+        def add(candidate: int) -> np.ndarray:
             scores = [fit.add(base, candidate) for fit, base in zip(self._fits, bases, strict=True)]
-            return judge(np.concatenate(scores))
+            return np.concatenate(scores)
 
-        return list(self._parallel(of, candidates))
+        return add
 
     def of_pairs(
         self,
@@ -199,12 +216,20 @@ class JointScores:
 
     def each_first(self, order: Sequence[int]) -> list[np.ndarray]:
         """Scores (V, A) by the first patch, by the first two, and so on."""
+        return next(self.each_first_of([order]))
 
-        def of_fit(fit: JointFit) -> list[np.ndarray]:
-            sums = fit.sums_of_kernels(order)
-            return [fit.scores(kernels, count) for count, kernels in enumerate(sums, start=1)]
+    def each_first_of(self, orders: Sequence[Sequence[int]], after: int = 0) -> Iterator[list[np.ndarray]]:
+        """As `each_first`, of one order after another, from the first `after` + 1 patches on."""
 
-        return [np.concatenate(of_size) for of_size in zip(*self._parallel(of_fit, self._fits), strict=True)]
+        def of(order_and_fit: tuple[Sequence[int], JointFit]) -> list[np.ndarray]:
+            order, fit = order_and_fit
+            sums = enumerate(fit.sums_of_kernels(order), start=1)
+            return [fit.scores(kernels, count) for count, kernels in sums if count > after]
+
+        found = self._parallel(of, [(order, fit) for order in orders for fit in self._fits])
+        for _ in orders:
+            of_fits = islice(found, len(self._fits))
+            yield [np.concatenate(of_size) for of_size in zip(*of_fits, strict=True)]
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         with ThreadPoolExecutor(self._workers) as pool:

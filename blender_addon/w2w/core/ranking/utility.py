@@ -215,7 +215,7 @@ def utility_map(
     activity : array_like of str, shape (W,)
     clip : array_like, shape (W,)
         Clip of each window. Clips that are one motion, and augmented copies of a clip,
-        must bear one name (`crossval.same_motion_groups`).
+        must bear one name (`same_motion.same_motion_groups`).
     subject : array_like of str, shape (W,), or None
         Where given, one subject is left out at a time instead of a fold of clips.
     is_test : array_like of bool, shape (W,)

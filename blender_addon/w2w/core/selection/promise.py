@@ -175,7 +175,10 @@ def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
 def _level(tests: Tests, terms: Terms, size: int, seed: int) -> np.ndarray:
     """Mean F1 of sets drawn at random, by their size; kept for what else is chosen under the same terms."""
     before, level = tests.level
-    if before is not terms or len(level) < size:
-        level = np.mean([tests.f1_of_first(order) for order in random_sets(terms, size, seed)], axis=0)
+    if before is not terms or len(terms.required) > len(level):  # else larger sets begin as those did
+        level = level[:0]
+    if len(level) < size:
+        more = tests.f1_of_firsts(random_sets(terms, size, seed), after=len(level)).mean(axis=0)
+        level = np.concatenate([level, more])
         tests.level = terms, level
     return level[:size]

@@ -106,9 +106,13 @@ class Tests:
 
     def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
+        return self.f1_of_firsts([order])[0]
+
+    def f1_of_firsts(self, orders: Sequence[Sequence[int]], after: int = 0) -> np.ndarray:
+        """The same of several orders of one length, shape (orders, K, A), from `after` + 1 patches on."""
         found = [
-            window_f1(scores.argmax(axis=1), self._labels, self._n_activities)
-            for scores in self._scores.each_first(order)
+            [window_f1(scores.argmax(axis=1), self._labels, self._n_activities) for scores in of_order]
+            for of_order in self._scores.each_first_of(orders, after)
         ]
         return np.where(self._trial.testable, found, np.nan)
 

@@ -51,7 +51,7 @@ def across_sources(windows: MixedWindows, seed: int = 0) -> AcrossSources:
         If fewer than two activities are shown by two sources; the message says why.
     """
     counts = windows.count("source")
-    kept = windows.part(np.isin(windows.activity, [name for name, count in counts.items() if count > 1]))
+    kept = windows.some(np.isin(windows.activity, [name for name, count in counts.items() if count > 1]))
     names = sorted(set(kept.activity.tolist()))
     unseen = utility_map(
         kept.inputs, kept.activity, kept.motion, kept.source, kept.is_test, names,

@@ -88,7 +88,7 @@ def repeats(
     by_activity = {name: np.full(halvings, np.nan) for name in names}
     left_out: dict[str, list[MeansAgree]] = {}
     for number, side in enumerate(deal_halves(labels, windows.performer, seed, halvings)):
-        halves = [windows.part(side), windows.part(~side)]
+        halves = [windows.some(side), windows.some(~side)]
         if clips is not None:
             halves = [_drawn(half, clips, seed + number) for half in halves]
         try:
@@ -160,4 +160,4 @@ def _drawn(windows: MixedWindows, clips: int, seed: int) -> MixedWindows:
         turn = np.array([(performer[:before] == who).sum() for before, who in enumerate(performer.tolist())])
         chosen = motions[order][np.argsort(turn, kind="stable")[:clips]]
         kept |= here & np.isin(windows.motion, chosen)
-    return windows.part(kept)
+    return windows.some(kept)

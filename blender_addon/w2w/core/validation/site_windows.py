@@ -12,6 +12,7 @@ import numpy as np
 from ..imu.recording import ImuRecording
 from ..ranking.features import window_features
 from ..ranking.windows import TooShortError, WindowSpec, cut_windows
+from .some_windows import some_windows
 
 Use = Literal["both", "acc", "gyr"]
 
@@ -41,10 +42,7 @@ class SiteWindows(NamedTuple):
         """Who is seen in each clip."""
         return dict(zip(self.clip.tolist(), self.subject.tolist(), strict=True))
 
-    def some(self, rows: np.ndarray) -> SiteWindows:
-        """Some of the windows, by a mask."""
-        names = ("features", "activity", "clip", "subject", "is_test")
-        return self._replace(**{name: getattr(self, name)[rows] for name in names})
+    some = some_windows
 
 
 def site_windows(

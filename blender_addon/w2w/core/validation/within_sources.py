@@ -8,13 +8,15 @@ cannot be told by its source; its score is the mean over the sources that show i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from ..ranking.inputs import PatchBlocks, SomeWindows
+from ..ranking.inputs import PatchBlocks
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap, utility_map
+from .some_windows import some_windows
 
 FOLDS = 10
 """Most folds: up to so many performers are left out one at a time, more are dealt to so many folds."""
@@ -26,8 +28,7 @@ RESAMPLES = 20
 """Of the bootstrap, whose intervals are not used here."""
 
 
-@dataclass(frozen=True, eq=False)
-class MixedWindows:
+class MixedWindows(NamedTuple):
     """Windows of a library of several sources.
 
     Attributes
@@ -47,21 +48,11 @@ class MixedWindows:
     performer: np.ndarray
     is_test: np.ndarray
 
-    def part(self, rows: np.ndarray) -> MixedWindows:
-        """Some of the windows, by a mask."""
-        index = np.flatnonzero(rows)
-        names = ("activity", "motion", "source", "performer", "is_test")
-        held = self.inputs
-        inputs = (
-            SomeWindows(held.source, held.rows[index])
-            if isinstance(held, SomeWindows)
-            else SomeWindows(held, index)
-        )
-        return MixedWindows(inputs, *(getattr(self, name)[index] for name in names))
+    some = some_windows
 
     def as_one_source(self) -> MixedWindows:
         """The windows as if one source had made them all."""
-        return replace(self, source=np.full(len(self.source), "all sources"))
+        return self._replace(source=np.full(len(self.source), "all sources"))
 
     def count(self, what: str) -> dict[str, int]:
         """Distinct values of `what` ("motion", "performer" or "source") by activity."""
@@ -116,7 +107,7 @@ def rank_within_sources(
     """
     parts, left_out = {}, {}
     for source in np.unique(windows.source).tolist():
-        part = windows.part(windows.source == source)
+        part = windows.some(windows.source == source)
         try:
             parts[source] = _ranked(part, part.activity, pooling, seed, halvings)
         except ValueError as error:

@@ -137,3 +137,17 @@ def test_threads_and_repetition_change_nothing():
     two = Ridge(workers=2).predict_folds(features, labels, fold, is_test)
     np.testing.assert_array_equal(one, two)
     np.testing.assert_allclose(told, np.arange(1, 7) / 6)
+
+
+def test_trainings_on_few_windows_and_on_many_name_alike(monkeypatch):
+    """Folds of unequal size: some trainings have fewer windows than features, others more."""
+    rng = np.random.default_rng(8)
+    labels = np.arange(120) % 3
+    features = rng.normal(size=(120, 4, 60)).astype(np.float32)
+    features[..., 0] += labels[:, None]
+    fold, is_test = np.where(np.arange(120) < 90, 0, 1 + np.arange(120) % 2), np.ones(120, dtype=bool)
+    both = Ridge(alphas=(0.1,)).predict_folds(features, labels, fold, is_test)
+    for factor in (0.0, 100.0):
+        monkeypatch.setattr("w2w.core.ranking.classifiers.discriminant.FEW", factor)
+        alone = Ridge(alphas=(0.1,)).predict_folds(features, labels, fold, is_test)
+        np.testing.assert_array_equal(both, alone)

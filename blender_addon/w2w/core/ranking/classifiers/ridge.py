@@ -11,9 +11,9 @@ from typing import ClassVar
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ...blas import solve_positive
 from ..halves import Plan, Split, plan
 from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
+from .discriminant import Discriminant, few
 
 ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
@@ -22,10 +22,6 @@ STEADY = (0.05,)
 that do equally well is chosen moves a map as much as other clips do."""
 INNER_FOLDS = 4
 """Parts that a fold's training windows are dealt to, to choose its ridge."""
-LEAST_WITHIN = 1e-6
-"""Smallest variance within classes, as a share of all, that rounding leaves meaningful."""
-NEVER_VARIES = 1e-12
-"""Variance of a feature that is the same in every training window."""
 WINDOWS_AT_ONCE = 4096
 """Windows of a patch that are added up or scored at once, so that memory does not grow with the library."""
 
@@ -42,7 +38,7 @@ class Ridge:
 
     Every feature is scaled by its deviation within classes in the training windows. Gram
     matrices and class sums are formed once a block of windows; those of any training set
-    are sums of them.
+    are sums of them. Trainings on few windows solve for these instead.
 
     Parameters
     ----------
@@ -226,6 +222,8 @@ class _Splits:
         self.trained = np.zeros((len(splits), len(self.rows)))
         for member, split in zip(self.trained, splits, strict=True):
             member[split.train] = 1.0
+        self.n_trained = self.trained @ [len(rows) for rows in self.rows]
+        self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
         """Scores (ridges, v, A) of some tested windows at a time, for each ridge of the split in `alphas`.
@@ -233,17 +231,32 @@ class _Splits:
         Before them the split's number, and that of the first of the windows among those it tests.
         """
         centre = inputs.mean(axis=0)
-        grams, sums, windows = self._of_blocks(inputs, centre)
-        kept = [
-            (self.trained @ of_block.reshape(len(of_block), -1)).reshape(-1, *of_block.shape[1:])
-            for of_block in (grams, sums, windows)
-        ]
-        del grams
-        for number, (*of_split, rows, ridges) in enumerate(zip(*kept, self.tested, alphas, strict=True)):
-            trained = _Discriminant(*of_split, ridges)
+        is_few = few(self.n_trained, inputs.shape[1])
+        of_blocks = self._of_blocks(inputs, centre) if not is_few.all() else ()
+        kept = zip(*(self._of_splits(~is_few, values) for values in of_blocks), strict=True)
+        for number, (rows, ridges) in enumerate(zip(self.tested, alphas, strict=True)):
+            if is_few[number]:
+                some, member = self._few_windows(number)
+                about = (inputs[some] - centre).astype(np.float32, copy=False)
+                trained = Discriminant.by_windows(about, member, ridges)
+            else:
+                trained = Discriminant.by_features(*next(kept), ridges)
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
                 yield number, first, trained.scores(inputs[some] - centre)
+
+    def _few_windows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """The windows that a split trains on, and their classes as rows of ones and zeros."""
+        if number not in self._few:
+            rows = [rows for rows, has in zip(self.rows, self.trained[number], strict=True) if has]
+            some = np.sort(np.concatenate(rows))
+            self._few[number] = some, np.eye(self.n_classes, dtype=np.float32)[self.labels[some]]
+        return self._few[number]
+
+    def _of_splits(self, chosen: np.ndarray, of_block: np.ndarray) -> np.ndarray:
+        """Sums over the blocks that each of some splits trains on."""
+        flat = self.trained[chosen] @ of_block.reshape(len(of_block), -1)
+        return flat.reshape(-1, *of_block.shape[1:])
 
     def _of_blocks(self, inputs: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Gram matrices, class sums and class sizes of each block, some windows at a time."""
@@ -261,32 +274,6 @@ class _Splits:
                 sums[number] += member.T @ part
                 windows[number] += member.sum(axis=0)
         return grams, sums, windows
-
-
-class _Discriminant:
-    """Linear discriminant analysis from a Gram matrix (D, D), class sums (A, D), counts (A,) and ridges."""
-
-    def __init__(self, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray, ridges: np.ndarray) -> None:
-        means = sums / np.maximum(windows, 1)[:, None]
-        within = (gram - sums.T @ means) / windows.sum()
-        variance = np.maximum(np.diag(within), LEAST_WITHIN * np.diag(gram) / windows.sum())
-        self.scale = np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf))
-        # a ridge keeps the matrix so well conditioned that single precision does
-        means = (means / self.scale).astype(np.float32)
-        correlation = (within / np.outer(self.scale, self.scale)).astype(np.float32)
-        self.slopes, self.offsets = [], []
-        for ridge in ridges:
-            matrix = correlation.copy()
-            matrix.flat[:: len(matrix) + 1] += np.float32(ridge)
-            slopes = solve_positive(matrix, means)
-            offset = np.where(windows > 0, -0.5 * (means * slopes).sum(axis=1), -np.inf)
-            self.slopes.append(slopes)
-            self.offsets.append(offset.astype(np.float32))
-
-    def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """Scores (ridges, v, A) of windows (v, D)."""
-        scaled = (inputs / self.scale).astype(np.float32)
-        return np.stack([scaled @ s.T + o for s, o in zip(self.slopes, self.offsets, strict=True)])
 
 
 def _parts(folds: np.ndarray) -> list[np.ndarray]:
