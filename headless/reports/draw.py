@@ -10,6 +10,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from w2w.core.findings.finished_study import Study
@@ -21,12 +22,15 @@ from ..needs_blender import NoBlenderError, missing_library
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import claim, remove_claimed
 from ..runs.picture_names import HEATMAPS, picture_files
-from ..runs.workers import run_alone
+from ..runs.workers import run_side_by_side
 from .pictures import BLEND, write_blend, write_pictures
 
 POLL_S = 0.2
 MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
+
+Draw = Callable[[Path, Subset], None]
+"""Draws something of a results folder and the set of sensors chosen by the proxy."""
 
 
 def draw_study(study: Study, monitor: RunMonitor) -> dict[str, str]:
@@ -47,30 +51,38 @@ def draw_folder(out: Path, subset: Subset, activities: Sequence[str], monitor: R
     remove_claimed(out, HEATMAPS)
     files = picture_files(activities)
     claim(out, [f"{HEATMAPS}/{file}" for file in files])
-    failed = {}
     pictures = [folder / file for file in files]
-    with monitor.bar("drawing", len(files), "Drawing heatmaps") as advance, _counted(pictures, advance):
-        failed[HEATMAPS] = draw_alone(write_pictures, out, subset)
-    with monitor.step("drawing", f"Saving {BLEND}"):
-        failed[BLEND] = draw_alone(write_blend, out, subset)
+    works = {HEATMAPS: write_pictures, BLEND: write_blend}
+    title = f"Drawing heatmaps, saving {BLEND}"
+    with monitor.bar("drawing", len(files), title) as advance, _counted(pictures, advance):
+        failed = dict(zip(works, draw_side_by_side(list(works.values()), out, subset), strict=True))
     if failed[BLEND]:
         (out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results
     return {name: why for name, why in failed.items() if why}
 
 
-def draw_alone(work: Callable[[Path, Subset], None], out: Path, subset: Subset) -> str:
+def draw_alone(work: Draw, out: Path, subset: Subset) -> str:
     """Let Blender draw something in a worker process; says why where it could not, else is empty."""
+    return draw_side_by_side([work], out, subset)[0]
+
+
+def draw_side_by_side(works: Sequence[Draw], out: Path, subset: Subset) -> list[str]:
+    """As `draw_alone`, several things at once, each in a worker process of its own."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
-        said = Path(folder) / "blender.txt"
-        why = run_alone(_draw, work, out, subset, said)
-        if why is not None:
-            return why
-        text = said.read_text(errors="replace") if said.exists() else ""
-        last = " ".join(text.partition("Fatal Python error")[0].split())  # then come Python's own
-        return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
+        said = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
+        calls = [partial(_draw, work, out, subset, file) for work, file in zip(works, said, strict=True)]
+        found = run_side_by_side(calls)
+        return [_crash(file) if why is None else why for why, file in zip(found, said, strict=True)]
 
 
-def _draw(work: Callable[[Path, Subset], None], out: Path, subset: Subset, said: Path) -> str:
+def _crash(said: Path) -> str:
+    """Why Blender died, by what it printed."""
+    text = said.read_text(errors="replace") if said.exists() else ""
+    last = " ".join(text.partition("Fatal Python error")[0].split())  # then come Python's own
+    return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
+
+
+def _draw(work: Draw, out: Path, subset: Subset, said: Path) -> str:
     """In the worker: do it, with what Blender prints kept for the case that the process dies."""
     forget_scripts_path()
     with output_to(said):

@@ -16,6 +16,9 @@ from matplotlib.text import Text
 from w2w.core.files import atomic_write
 
 DPI = 200
+PACKED = {"compress_level": 4}
+"""How hard a PNG is packed: the usual 6 takes half as long again for files 2 % smaller."""
+
 INK, FAINT, HAIRLINE, ACCENT = "#1d2530", "#7a8391", "#d9dde3", "#31688e"
 OTHER_SCRIPTS = ("Noto Sans CJK SC", "Noto Sans CJK JP", "Microsoft YaHei", "PingFang SC", "Noto Sans Arabic")
 FONT = ["DejaVu Sans", *(name for name in OTHER_SCRIPTS if name in fontManager.get_font_names())]
@@ -72,7 +75,7 @@ def fit(figure: Figure, text: Text, width: float) -> None:
 def save(figure: Figure, path: str | Path) -> None:
     """Write the PNG whole or not at all, without the date and program that would change its bytes."""
     with atomic_write(path) as stream:
-        figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": None})
+        figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": None}, pil_kwargs=PACKED)
 
 
 LIST_COLUMN = 3.7

@@ -6,6 +6,7 @@ Blender draws them, and may die of it: `draw` has this done in a worker process.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -45,14 +46,19 @@ def write_pictures(out: Path, subset: Subset) -> None:
     maps = [*zip(picture_names(utility.activities), titles, utility.expected_f1.T, best, strict=True)]
     allowed = study.config().constraints.terms(study.patches)["allowed"]
     maps.append((MEAN, mean_title(utility), utility.expected_mean, best_single(utility, allowed)))
-    with BodyRenderer(study.body()) as renderer:
+    # Blender renders the next body while matplotlib makes a page of the last
+    with BodyRenderer(study.body()) as renderer, ThreadPoolExecutor(1) as pages:
+        drawn = []
         for name, title, scores, spot in maps:
             low, high = score_range(scores, utility.colour_span)
             pictures = renderer.render(patch_colours(study.patches, scores, low, high))
             subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
             subtitle += f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
             note = span_note(scores, low, high)
-            heatmap_figure(folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle, note=note)
+            page = (folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle)
+            drawn.append(pages.submit(heatmap_figure, *page, note=note))
+        for one in drawn:
+            one.result()
         _draw_subset(study, subset, renderer)
 
 

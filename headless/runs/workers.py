@@ -12,14 +12,14 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
-from contextlib import contextmanager, suppress
+from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky import ProcessPoolExecutor
 
 from w2w.core.body.body import Body
 from w2w.core.findings.finished_study import ClipResult
@@ -145,13 +145,23 @@ def _on_this_machine(
 
 def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
     """Do something in a worker process of its own; None if the worker dies of it."""
-    with _local_executor(1) as executor:
-        try:
-            with deaf_children():
-                future = executor.submit(work, *args)
-            return future.result()
-        except BrokenExecutor:
-            return None
+    return run_side_by_side([partial(work, *args)])[0]
+
+
+def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | None]:
+    """Do several things at once, each in a worker process of its own; None where that dies of it."""
+    with ExitStack() as stack:
+        executors = [stack.enter_context(_local_executor(1)) for _ in works]
+        with deaf_children():
+            futures = [executor.submit(work) for executor, work in zip(executors, works, strict=True)]
+        return [_unless_dead(future) for future in futures]
+
+
+def _unless_dead(future: Future[Result]) -> Result | None:
+    try:
+        return future.result()
+    except BrokenExecutor:
+        return None
 
 
 def _alone(task: ClipTask) -> ClipResult:
@@ -188,9 +198,7 @@ def _local_executor(workers: int) -> Iterator[Executor]:
         kill = executor.kill
     else:
         with deaf_children():
-            executor = get_reusable_executor(
-                max_workers=workers, timeout=60, reuse=False, initializer=end_with, initargs=(os.getpid(),)
-            )
+            executor = ProcessPoolExecutor(workers, timeout=60, initializer=end_with, initargs=(os.getpid(),))
         kill = partial(_kill, executor)
     with when_stopped(kill):
         try:
