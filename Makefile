@@ -40,7 +40,7 @@ test-blender-4.2 test-blender-5: test-blender-%:
 	.venv-blender-$*/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow)" tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
-# Files read by the programs they are for (OpenSim, gaitmap), in environments of their own.
+# Files read by the programs they are for (OpenSim, gaitmap, the BIDS validator), in environments of their own.
 test-peers: setup
 	PYTHON=$(CURDIR)/.venv/bin/python tools/test_peers.sh
 

@@ -172,7 +172,7 @@ def test_bids_motion(results, tmp_path):
     people = (folder / "participants.tsv").read_text().splitlines()
     assert people == ["participant_id\tname", "sub-unknown\tunknown"]
     files = sorted(path.name for path in (folder / "sub-unknown" / "motion").iterdir())
-    assert len(files) == 3 * 8
+    assert len(files) == 4 * 8
     stem = folder / "sub-unknown" / "motion" / "sub-unknown_task-slow_tracksys-imu_run-1"
     facts = json.loads(stem.with_name(f"{stem.name}_motion.json").read_text())
     assert (facts["TaskName"], facts["SamplingFrequency"], facts["TrackedPointsCount"]) == ("slow", 50, 1)
@@ -180,7 +180,7 @@ def test_bids_motion(results, tmp_path):
     header, *channels = [
         line.split("\t") for line in stem.with_name(f"{stem.name}_channels.tsv").read_text().splitlines()
     ]
-    assert header == ["name", "component", "type", "tracked_point", "units"]  # required, in this order
+    assert header == ["name", "component", "type", "tracked_point", "units", "reference_frame"]
     assert [(row[1], row[2], row[4]) for row in channels] == [
         *((axis, "ACCEL", "m/s^2") for axis in "xyz"), *((axis, "GYRO", "rad/s") for axis in "xyz"),
     ]  # fmt: skip

@@ -72,11 +72,13 @@ def test_bids_knows_what_each_channel_is(results, tmp_path):
     folder = exported(results, tmp_path, "bids") / "sub-unknown" / "motion"
     stem = "sub-unknown_task-slow_tracksys-imu_run-1"
     rows = [line.split("\t") for line in (folder / f"{stem}_channels.tsv").read_text().splitlines()[1:]]
-    assert [(row[1], row[2], row[4]) for row in rows[6:14]] == [
-        *((f"quat_{axis}", "ORNT", "n/a") for axis in "wxyz"),
-        *((axis, "MAGN", "uT") for axis in "xyz"),
-        ("n/a", "MISC", "Pa"),
+    assert [(row[1], row[2], *row[4:]) for row in rows[6:14]] == [
+        *((f"quat_{axis}", "ORNT", "n/a", "world") for axis in "wxyz"),
+        *((axis, "MAGN", "uT", "sensor") for axis in "xyz"),
+        ("n/a", "MISC", "Pa", "n/a"),
     ]
+    frames = json.loads((folder / f"{stem}_channels.json").read_text())["reference_frame"]["Levels"]
+    assert {row[5] for row in rows} == set(frames)
     facts = json.loads((folder / f"{stem}_motion.json").read_text())
     counts = {name: facts[f"{name}ChannelCount"] for name in ("ACCEL", "GYRO", "ORNT", "MAGN", "MISC")}
     assert counts == {"ACCEL": 24, "GYRO": 24, "ORNT": 32, "MAGN": 24, "MISC": 8}

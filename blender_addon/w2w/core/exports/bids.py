@@ -26,6 +26,22 @@ TYPES = {
 }
 """Reading -> BIDS's name of its channels, and their unit."""
 
+FRAMES = {
+    "sensor": {"RotationRule": "right-hand", "Description": "The sensor's own axes"},
+    "world": {"RotationRule": "right-hand", "Description": "z up; quaternions turn the sensor's axes to it"},
+    "n/a": {"Description": "A reading without a direction"},
+}
+"""Reference frame -> what it is, in BIDS's words."""
+
+FRAME_OF = {"orientation": "world", "barometer": "n/a"}
+"""Reading -> its reference frame where that is not the sensor's."""
+
+COLUMNS = {
+    "participants.json": {"name": {"Description": "As the labels of the run call this person"}},
+    "scans.json": {"clip": {"Description": "The clip of the run that this recording was simulated from"}},
+}
+"""File -> what the columns mean that BIDS does not know."""
+
 
 def write_bids(folder: Path, signals: StudySignals) -> int:
     """Write a dataset: a folder a subject, a run a clip, tsv with json beside; gives the number of clips."""
@@ -36,18 +52,22 @@ def write_bids(folder: Path, signals: StudySignals) -> int:
     for recording in signals.recordings():
         subject, task = subjects[recording.subject or "unknown"], tasks[recording.activity]
         runs[subject, task] += 1
-        place = folder / f"sub-{subject}" / "motion"
-        place.mkdir(parents=True, exist_ok=True)
+        motion = folder / f"sub-{subject}" / "motion"
+        motion.mkdir(parents=True, exist_ok=True)
         stem = f"sub-{subject}_task-{task}_tracksys-{SYSTEM}_run-{runs[subject, task]}"
-        write_text(place / f"{stem}_motion.tsv", _samples(recording))
-        write_text(place / f"{stem}_channels.tsv", _channels(recording))
-        write_json(place / f"{stem}_motion.json", _facts(recording, signals))
-        scans.setdefault(subject, []).append(f"motion/{stem}_motion.tsv\t{recording.clip}")
+        write_text(motion / f"{stem}_motion.tsv", _samples(recording))
+        write_text(motion / f"{stem}_channels.tsv", _channels(recording))
+        # beside each: bids-validator 1.15 refuses one at the top that holds for all
+        write_json(motion / f"{stem}_channels.json", {"reference_frame": {"Levels": FRAMES}})
+        write_json(motion / f"{stem}_motion.json", _facts(recording, signals))
+        scans.setdefault(subject, []).append(f"motion/{stem}_motion.tsv\t{_cell(recording.clip)}")
     for subject, lines in scans.items():
         table = "\n".join(["filename\tclip", *lines]) + "\n"
         write_text(folder / f"sub-{subject}" / f"sub-{subject}_scans.tsv", table)
     people = [f"sub-{label}\t{_cell(name)}" for name, label in subjects.items()]
     write_text(folder / "participants.tsv", "\n".join(["participant_id\tname", *people]) + "\n")
+    for name, columns in COLUMNS.items():
+        write_json(folder / name, columns)
     write_json(
         folder / "dataset_description.json",
         {
@@ -91,13 +111,14 @@ def _samples(recording: ImuRecording) -> str:
 
 
 def _channels(recording: ImuRecording) -> str:
-    lines = ["name\tcomponent\ttype\ttracked_point\tunits"]
+    lines = ["name\tcomponent\ttype\ttracked_point\tunits\treference_frame"]
     for site in recording.sites:
         point = site.replace(" ", "_")
         for reading in recording.readings:
             kind, unit = TYPES[reading.name]
+            frame = FRAME_OF.get(reading.name, "sensor")
             lines += [
-                f"{point}_{channel}\t{_component(channel)}\t{kind}\t{point}\t{unit}"
+                f"{point}_{channel}\t{_component(channel)}\t{kind}\t{point}\t{unit}\t{frame}"
                 for channel in reading.channels
             ]
     return "\n".join(lines) + "\n"
