@@ -19,6 +19,7 @@ suite=${W2W_DEBIAN:-trixie}
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 packages="blender xvfb xauth imagemagick libgl1-mesa-dri libegl1 fonts-dejavu-core python3-numpy python3-requests"
 packages="$packages python3-xlib"
+[ "$suite" = trixie ] || packages="$packages python3-cattr" # Blender 5.2's own add-on for extensions imports it
 
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
 

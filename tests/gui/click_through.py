@@ -8,74 +8,34 @@ pictures go. Every check is of Blender's state; the pictures are for people.
 from __future__ import annotations
 
 import csv
-import json
 import os
 import shutil
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import Driver, Script, run
+from driver import FIELD, LAST, Driver, Script
+from panel import OUT, empty, idle, install, longest_freeze, module, open_tab, play, report, study
 
-OUT = Path(os.environ["W2W_OUT"])
 DATA = Path(os.environ["W2W_DATA"])
 ACTIVITIES = (
     "crawling", "kneeling", "load_carrying", "pivot_kick",
     "running", "sit_to_stand", "turning_180", "walking",
 )  # fmt: skip
 CLIPS_EACH = 6
-N_PATCHES = 512
-
-report: dict[str, object] = {}
-
-
-def scenario() -> Script:
-    """All five steps."""
-    driver = Driver(OUT / "pictures")
-    yield from prepare(driver)
-    yield from step_body(driver)
-    yield from step_motions(driver)
-    yield from step_patches(driver)
-    yield from step_signals(driver)
-    yield from step_utility(driver)
-    yield from pick_and_compare(driver)
-    yield from reshape(driver)
-    yield from reopen(driver)
-    yield from show_preferences(driver)
-    (OUT / "report.json").write_text(json.dumps(report, indent=2))
+PART = 0.12
+"""Where in a row of the list of activities its part stands, from left to right."""
 
 
 def prepare(driver: Driver) -> Script:
     """Install the extension, empty the scene, open the tab."""
-    bpy.ops.extensions.package_install_files(
-        filepath=os.environ["W2W_ZIP"], repo="user_default", enable_on_install=True
-    )
-    with bpy.context.temp_override(window=driver.window):
-        bpy.data.batch_remove([*bpy.data.objects])
-        bpy.ops.ed.undo_push(message="Empty")
-    driver.area.spaces.active.show_region_ui = True
-    yield from driver.turns(5)
-    driver.region("UI").active_panel_category = "W2W"
-    yield from driver.turns(5)
+    install()
+    empty(driver)
+    yield from open_tab(driver)
     yield from driver.look("0_empty")
-
-
-def study() -> bpy.types.PropertyGroup:
-    """The study; looked up anew each time, for undo replaces everything."""
-    return bpy.context.scene.w2w.body.w2w
-
-
-def idle(driver: Driver) -> Script:
-    """Wait until no job runs."""
-    jobs = sys.modules["bl_ext.user_default.w2w.blender_addon.w2w.ui.jobs"]
-    yield from driver.turns(5)
-    yield from driver.until(lambda: jobs.running is None, 900)
-    yield from driver.turns(5)
-    report.setdefault("messages", []).append(jobs.message.text if jobs.message else "")
 
 
 def undo_and_redo(driver: Driver, what: str, probe: Callable[[], object]) -> Script:
@@ -119,7 +79,7 @@ def step_motions(driver: Driver) -> Script:
     report["objects_left_by_import"] = len(bpy.data.objects) - objects
     yield from undo_and_redo(driver, "import", lambda: len(study().clips))
     actions = len(bpy.data.actions)
-    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
+    with driver.in_view():
         files = [{"name": path.name} for path in sorted((DATA / "mixamo/_broken").glob("*.fbx"))]
         bpy.ops.w2w.import_motions("INVOKE_DEFAULT", directory=f"{DATA}/mixamo/_broken/", files=files)
     yield from idle(driver)
@@ -197,20 +157,57 @@ def step_signals(driver: Driver) -> Script:
     yield from idle(driver)
     report["baked_after_esc"] = sum(bool(clip.signals) for clip in study().clips)
     yield from driver.press("w2w.bake_signals")
-    start, slowest, last = time.monotonic(), 0.0, time.monotonic()
-    jobs = sys.modules["bl_ext.user_default.w2w.blender_addon.w2w.ui.jobs"]
-    while jobs.running is not None:
-        yield
-        slowest, last = max(slowest, time.monotonic() - last), time.monotonic()
-    report["bake_seconds"] = round(time.monotonic() - start, 2)
-    report["longest_freeze_while_baking_seconds"] = round(slowest, 3)
-    yield from idle(driver)
+    report["longest_freeze_while_baking"] = yield from longest_freeze(idle(driver))
     report["baked"] = sum(bool(clip.signals) for clip in study().clips)
     yield from driver.key("Z", ctrl=True)
     report["baked_after_undo"] = sum(bool(clip.signals) for clip in study().clips)
     yield from driver.key("Z", ctrl=True, shift=True)
     report["baked_after_redo"] = sum(bool(clip.signals) for clip in study().clips)
     yield from driver.look("4_signals")
+
+
+def record_further(driver: Driver) -> Script:
+    """Tick two further sensors, one to recognise by; look at a part of one's own; take it all back."""
+    yield from driver.open_panel_above("window_s")
+    for name in ("recorded[0]", "recorded[1]", "recognised_by[1]"):
+        x, y = yield from driver.reach(name, FIELD)
+        yield from driver.click(x, y)
+    yield from driver.look("4_further")
+    further = module("state").config_of(study()).further
+    report["further"] = [further.record, further.features]
+    with driver.in_view():
+        bpy.ops.w2w.start_sensor(like="bmi270")
+    yield from driver.look("4_own_part")
+    for name in ("recorded[0]", "recorded[1]"):
+        x, y = yield from driver.reach(name, FIELD)
+        yield from driver.click(x, y)
+    report["further_left"] = sorted(study().record)
+    study().property_unset("sensor")
+    study().property_unset("recognise_by")
+    yield from driver.close_panel(".band")
+
+
+def step_activities(driver: Driver) -> Script:
+    """Before the first ranking, weigh an activity and let the menu make it background; take that back."""
+    yield from driver.open_panel_below("w2w.rank_patches")
+    yield from driver.scroll_sidebar(12)
+    x, y = yield from driver.reach(".weight", LAST)
+    yield from driver.drag(x, y, 40)
+    report["weight_after_drag"] = study().activities[0].weight
+    study().activities[0].weight = 1.0
+    yield from driver.look("5_activities")
+    region, parts = driver.region("UI"), []
+    x = region.x + int(PART * region.width)
+    for letter in "BLC":  # of the menu's words
+        yield from driver.click(x, y)
+        yield from driver.turns(10)
+        if letter == "B":
+            driver.photograph("5_part_menu")
+        yield from driver.event(letter, "PRESS", x, y)
+        yield from driver.event(letter, "RELEASE", x, y)
+        yield from driver.turns(10)
+        parts.append(study().activities[0].part)
+    report["parts_by_menu"] = parts
 
 
 def step_utility(driver: Driver) -> Script:
@@ -230,7 +227,7 @@ def step_utility(driver: Driver) -> Script:
     yield from driver.look("5_mean")
     yield from driver.scroll_sidebar(12)
     yield from driver.look("5_places")
-    x, y = yield from driver.reach("target")
+    x, y = yield from driver.reach("target", FIELD)
     yield from driver.drag(x, y, -60)
     report["target_after_drag"] = round(study().target, 3)
     report["chosen_after_drag"] = len(study().chosen)
@@ -267,11 +264,10 @@ def pick_and_compare(driver: Driver) -> Script:
 
 def in_sight(driver: Driver) -> dict[str, list[bool]]:
     """Whether patches of the chest and of the back can be seen from the front."""
-    ui = "bl_ext.user_default.w2w.blender_addon.w2w.ui"
     body = bpy.context.scene.w2w.body
-    patches = sys.modules[f"{ui}.state"].patches_of(body)
-    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
-        surface = sys.modules[f"{ui}.surface"].Surface(bpy.context, body, patches)
+    patches = module("state").patches_of(body)
+    with driver.in_view():
+        surface = module("surface").Surface(bpy.context, body, patches)
         return {
             part: [surface.in_sight(patch) for patch, region in enumerate(patches.regions) if part in region]
             for part in ("sternum", "abdomen", "lower back", "scapula")
@@ -281,8 +277,8 @@ def in_sight(driver: Driver) -> dict[str, list[bool]]:
 def reshape(driver: Driver) -> Script:
     """Drag a shape slider: the body changes under its heatmap; one undo brings it back."""
     yield from driver.scroll_sidebar_to_top()
-    yield from driver.open_panel_below("show_armature")
-    x, y = yield from driver.find("shape.gender")
+    yield from driver.open_panel_below("show_armature", FIELD)
+    x, y = yield from driver.reach("shape.gender", FIELD)
     before, shown = outline(), bpy.context.scene.w2w.body.data.color_attributes.active_color.name
     yield from driver.drag(x, y, 60)
     yield from driver.look("8_shape")
@@ -374,4 +370,17 @@ def choose_folder(driver: Driver, folder: Path) -> Script:
         bpy.ops.file.execute()
 
 
-run(scenario())
+play(
+    prepare,
+    step_body,
+    step_motions,
+    step_patches,
+    step_signals,
+    record_further,
+    step_activities,
+    step_utility,
+    pick_and_compare,
+    reshape,
+    reopen,
+    show_preferences,
+)

@@ -12,18 +12,25 @@ import subprocess
 import sys
 import time
 import traceback
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import bpy
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
-ROW = 7
-"""Pixels between two tries when a panel is searched for a button: less than half a row."""
+ROW = 12
+"""Pixels between two tries when a panel is searched for a button: less than the lowest row has."""
 
-HEADER = 32
-"""Pixels from a panel's last button to the header of the next one."""
+HEADER, CLOSED = 32, 26
+"""Pixels from a panel's outermost button to the next header, and from a closed panel's header to the next."""
+
+BUTTON, FIELD, LAST = 0.3, 0.7, 0.835
+"""Where across the sidebar buttons stand, fields behind their names, and what comes last in a row."""
+
+TRIES = 8
+"""How often the sidebar is scrolled in search of a button."""
 
 Script = Generator[None, None, None]
 
@@ -60,7 +67,11 @@ class Driver:
         for _ in range(count):
             yield
 
-    def until(self, condition: object, seconds: float = 60.0) -> Script:
+    def in_view(self) -> AbstractContextManager:
+        """Operators called inside work in the 3D view."""
+        return bpy.context.temp_override(window=self.window, area=self.area, region=self.region("WINDOW"))
+
+    def until(self, condition: Callable[[], object], seconds: float = 60.0) -> Script:
         """Wait until a callable is true."""
         deadline = time.monotonic() + seconds
         while not condition():
@@ -119,15 +130,29 @@ class Driver:
         region = self.region("UI")
         x, y = region.x + 12, region.y + 30
         yield from self.move(x, y)
-        for _ in range(60):
-            yield from self.event("WHEELUPMOUSE", "PRESS", x, y)
-        yield from self.turns(30)
+        before = None
+        while self.in_panel(y) != before:
+            before = self.in_panel(y)
+            for _ in range(5):
+                yield from self.event("WHEELUPMOUSE", "PRESS", x, y)
+            yield from self.turns(5)
 
-    def open_panel_below(self, wanted: str) -> Script:
+    def open_panel_below(self, wanted: str, across: float = BUTTON) -> Script:
         """Click the header of the closed panel under the last button of another."""
-        _, y = yield from self.find(wanted)
-        left = self.region("UI").x + 60
-        yield from self.click(left, y - HEADER)
+        yield from self.click_header(wanted, -HEADER, across)
+
+    def open_panel_above(self, wanted: str) -> Script:
+        """Click the header of the closed panel over that of the panel whose first field this is."""
+        yield from self.click_header(wanted, HEADER + CLOSED, FIELD)
+
+    def close_panel(self, wanted: str) -> Script:
+        """Click the header of the panel whose first field this is."""
+        yield from self.click_header(wanted, HEADER, FIELD)
+
+    def click_header(self, wanted: str, distance: int, across: float) -> Script:
+        """Click the header of a panel, so many pixels over a button."""
+        _, y = yield from self.reach(wanted, across)
+        yield from self.click(self.region("UI").x + 60, y + distance)
         yield from self.turns(30)
 
     def on_screen(self, place: tuple[float, float, float]) -> tuple[int, int]:
@@ -145,23 +170,40 @@ class Driver:
         yield from self.event(kind, "RELEASE", x, y, **keys)
         yield from self.turns(3)
 
-    def find(self, wanted: str) -> Generator[None, None, tuple[int, int]]:
+    def look_from_the_front(self) -> Script:
+        """Turn the view to the front, with all of the scene in it."""
+        yield from self.key("NUMPAD_1")
+        yield from self.key("HOME")
+        yield from self.turns(10)
+
+    def find(
+        self, wanted: str, below: float = float("inf"), across: tuple[float, ...] = (BUTTON, FIELD, LAST, 0.5)
+    ) -> Generator[None, None, tuple[int, int]]:
         """Where the sidebar's button is whose operator or property path holds this text.
 
         The mouse goes down the sidebar as a person's would, and Blender is asked what lies under it.
+
+        Parameters
+        ----------
+        wanted : str
+        below : float
+            Height in the panel from which downwards to look: what stands higher was searched before.
+        across : tuple of float
+            Where across the sidebar to look, one after the other.
         """
         region = self.region("UI")
+        rows = [y for y in range(region.y + region.height - 10, region.y, -ROW) if self.in_panel(y) <= below]
         seen = []
-        for share in (0.3, 0.7, 0.835, 0.5):
-            for y in range(region.y + region.height - 10, region.y, -ROW):
-                x = region.x + int(share * region.width)
+        for share in across:
+            x = region.x + int(share * region.width)
+            for y in rows:
                 yield from self.move(x, y)
                 under = self.under_mouse(region)
                 if under and under not in seen:
                     seen.append(under)
                 if wanted in under:
                     # the highlight follows the mouse a redraw later: make sure where the button is
-                    for near in (y - ROW, y, y + ROW):
+                    for near in (y + ROW, y + ROW // 2, y, y - ROW // 2):
                         yield from self.move(x, near - 1)
                         yield from self.move(x, near)
                         yield from self.turns(2)
@@ -169,14 +211,24 @@ class Driver:
                             return x, near
         raise LookupError(f"the sidebar has no button for {wanted!r}, only {seen}")
 
-    def reach(self, wanted: str) -> Generator[None, None, tuple[int, int]]:
+    def in_panel(self, y: int) -> float:
+        """Height of a row of pixels in the sidebar's content, however far that is scrolled."""
+        region = self.region("UI")
+        return region.view2d.region_to_view(0, y - region.y)[1]
+
+    def reach(self, wanted: str, across: float = BUTTON) -> Generator[None, None, tuple[int, int]]:
         """Scroll the sidebar down until a button is in view; where it is."""
-        for _ in range(8):
+        searched = float("inf")
+        for _ in range(TRIES):
             try:
-                return (yield from self.find(wanted))
+                return (yield from self.find(wanted, searched, (across,)))
             except LookupError:
-                yield from self.scroll_sidebar(4)
-        return (yield from self.find(wanted))
+                lowest = self.in_panel(self.region("UI").y)
+                if lowest + 2 * ROW >= searched:
+                    raise
+                searched = lowest + 2 * ROW
+                yield from self.scroll_sidebar(8)
+        return (yield from self.find(wanted, searched, (across,)))
 
     def press(self, wanted: str) -> Script:
         """Find a button of the sidebar and click it."""
@@ -226,10 +278,18 @@ def run(script: Script) -> None:
             return None
         return 0.005
 
-    view = bpy.context.preferences.view
+    set_preferences()
+    bpy.app.timers.register(turn, first_interval=1.0, persistent=True)
+
+
+def set_preferences() -> None:
+    """No splash screen, buttons that tell what they do, and what is quick to draw without a graphics card."""
+    view, system = bpy.context.preferences.view, bpy.context.preferences.system
     view.show_splash = False
     view.show_developer_ui = True  # or Blender would not tell what the button under the mouse does
-    bpy.app.timers.register(turn, first_interval=1.0, persistent=True)
+    view.smooth_view = 0
+    system.viewport_aa = "OFF"
+    system.use_overlay_smooth_wire = system.use_edit_mode_smooth_wire = False
 
 
 def _quit(code: int) -> None:

@@ -6,58 +6,35 @@ Environment: W2W_ZIP the extension, W2W_RUN the results folder, W2W_OUT where th
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-import time
 from pathlib import Path
 
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import Driver, Script, run
+from driver import Driver, Script
+from panel import empty, install, longest_freeze, module, open_tab, play, report, study
 
-OUT = Path(os.environ["W2W_OUT"])
 RUN = Path(os.environ["W2W_RUN"])
-UI = "bl_ext.user_default.w2w.blender_addon.w2w.ui"
-
-report: dict[str, object] = {}
-
-
-def scenario() -> Script:
-    """The file of the run, then its folder dropped on another scene."""
-    driver = Driver(OUT / "pictures")
-    yield from enable_late(driver)
-    yield from open_file(driver)
-    yield from look_at_a_spot(driver)
-    yield from undo(driver)
-    yield from cancel_a_choice(driver)
-    yield from two_maps(driver)
-    yield from delete_body(driver)
-    yield from drop_summary(driver)
-    (OUT / "report.json").write_text(json.dumps(report, indent=2))
-
-
-def study() -> bpy.types.PropertyGroup:
-    """The study that the panel shows."""
-    return bpy.context.scene.w2w.body.w2w
+OPENING_S = 120.0
 
 
 def found() -> dict[str, object]:
     """What the panel shows of the run."""
-    state = sys.modules[f"{UI}.state"]
+    state = module("state")
     body = bpy.context.scene.w2w.body
     clips = [clip for clip in study().clips if clip.action is not None]
     return {
         "clips": len(clips),
-        "baked": sum(sys.modules[f"{UI}.signal_cache"].has(clip.signals) for clip in clips),
+        "baked": sum(module("signal_cache").has(clip.signals) for clip in clips),
         "keys": len(frames(clips[0].action)),
         "patches": len(study().patch_collection.objects),
         "chosen": [place.patch for place in study().chosen],
         "regions": len(study().regions),
         "heatmaps": len(body.data.color_attributes),
         "up_to_date": study().ranked_as == state.rank_settings(study()),
-        "message": sys.modules[f"{UI}.jobs"].message.text,
+        "message": module("jobs").message.text,
     }
 
 
@@ -72,9 +49,7 @@ def enable_late(driver: Driver) -> Script:
     with bpy.context.temp_override(window=driver.window):
         bpy.ops.wm.open_mainfile(filepath=str(RUN / "study.blend"))
     yield from driver.turns(10)
-    bpy.ops.extensions.package_install_files(
-        filepath=os.environ["W2W_ZIP"], repo="user_default", enable_on_install=True
-    )
+    install()
     yield from driver.until(lambda: bpy.context.scene.w2w.body is not None, 30)
     report["enabled_late"] = found()
 
@@ -84,10 +59,7 @@ def open_file(driver: Driver) -> Script:
     with bpy.context.temp_override(window=driver.window):
         bpy.ops.wm.open_mainfile(filepath=str(RUN / "study.blend"))
     yield from driver.turns(10)
-    driver.area.spaces.active.show_region_ui = True
-    yield from driver.turns(5)
-    driver.region("UI").active_panel_category = "W2W"
-    yield from driver.turns(20)
+    yield from open_tab(driver)
     yield from driver.look("1_opened")
     report["opened"] = found()
 
@@ -98,7 +70,7 @@ def look_at_a_spot(driver: Driver) -> Script:
     yield from driver.look("2_ranking")
     yield from driver.press("w2w.select_patch")
     report["picked"] = study().picked
-    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
+    with driver.in_view():
         bpy.ops.w2w.preview_clip(index=0)
     bpy.context.scene.frame_set(40)
     yield from driver.turns(20)
@@ -117,10 +89,10 @@ def undo(driver: Driver) -> Script:
 
 def cancel_a_choice(driver: Driver) -> Script:
     """Ask for more than the run did, choose sensors anew, and cancel that."""
-    jobs = sys.modules[f"{UI}.jobs"]
+    jobs = module("jobs")
     report["worn"] = [place.patch for place in study().worn]
     study().target = 0.99
-    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
+    with driver.in_view():
         bpy.ops.w2w.choose_sensors("INVOKE_DEFAULT")
     yield from driver.turns(10)
     report["choosing"] = jobs.running is not None
@@ -137,11 +109,9 @@ def two_maps(driver: Driver) -> Script:
     yield from driver.click(x, y)
     yield from driver.until(lambda: study().beside is not None, 30)
     study().view, study().beside_view = "A1", "A2"
-    yield from driver.key("NUMPAD_1")
-    yield from driver.key("HOME")
-    yield from driver.turns(30)
+    yield from driver.look_from_the_front()
     yield from driver.look("6_two_maps")
-    legend = sys.modules[f"{UI}.legend"].legend(study(), sys.modules[f"{UI}.state"].utility_of(study()))
+    legend = module("legend").legend(study(), module("state").utility_of(study()))
     report["two_maps"] = [legend.name, legend.beside]
     before = study().regions[0].f1
     study().activities["walk_left"].part = "BACKGROUND"
@@ -172,36 +142,31 @@ def drop_summary(driver: Driver) -> Script:
     with bpy.context.temp_override(window=driver.window):
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=False)
     yield from driver.turns(10)
-    bpy.data.batch_remove([*bpy.data.objects])
-    driver.area.spaces.active.show_region_ui = True
-    yield from driver.turns(5)
-    driver.region("UI").active_panel_category = "W2W"
-    yield from driver.turns(10)
+    empty(driver)
+    yield from open_tab(driver)
     yield from driver.look("4_empty")
-    jobs = sys.modules[f"{UI}.jobs"]
-    jobs.message = None
-    region = driver.region("WINDOW")
-    slowest, last, start = 0.0, time.monotonic(), time.monotonic()
-    for _ in until_opened(driver.drop([RUN / "summary.json"], region.x + 200, region.y + 300)):
-        yield
-        slowest, last = max(slowest, time.monotonic() - last), time.monotonic()
-        if last - start > 120:
-            raise TimeoutError("nothing was opened")
-    report["longest_freeze_while_opening_seconds"] = round(slowest, 3)
+    module("jobs").message = None
+    report["longest_freeze_while_opening"] = yield from longest_freeze(drop_and_wait(driver))
     yield from driver.turns(10)
-    yield from driver.key("NUMPAD_1")
-    yield from driver.key("HOME")
-    yield from driver.turns(30)
+    yield from driver.look_from_the_front()
     yield from driver.look("5_dropped")
     report["dropped"] = found()
 
 
-def until_opened(dropping: Script) -> Script:
-    """Drop, then wait for the job to end."""
-    jobs = sys.modules[f"{UI}.jobs"]
-    yield from dropping
-    while jobs.running is not None or jobs.message is None:
-        yield
+def drop_and_wait(driver: Driver) -> Script:
+    """Drop the summary, then wait for the job to end."""
+    jobs, region = module("jobs"), driver.region("WINDOW")
+    yield from driver.drop([RUN / "summary.json"], region.x + 200, region.y + 300)
+    yield from driver.until(lambda: jobs.running is None and jobs.message is not None, OPENING_S)
 
 
-run(scenario())
+play(
+    enable_late,
+    open_file,
+    look_at_a_spot,
+    undo,
+    cancel_a_choice,
+    two_maps,
+    delete_body,
+    drop_summary,
+)

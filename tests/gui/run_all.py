@@ -6,42 +6,18 @@ Environment: W2W_ZIP the extension, W2W_CLIPS a folder of motions, W2W_OUT where
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-import time
 from pathlib import Path
 
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import Driver, Script, run
+from driver import Driver, Script
+from panel import add_body_and_clips, idle, longest_freeze, module, play, report, study
 
-OUT = Path(os.environ["W2W_OUT"])
-UI = "bl_ext.user_default.w2w.blender_addon.w2w.ui"
 N_PATCHES = 128
 BAKED_FIRST = 3
-
-report: dict[str, object] = {}
-
-
-def scenario() -> Script:
-    """From an empty scene to a ranked placement."""
-    driver = Driver(OUT / "pictures")
-    yield from prepare(driver)
-    yield from stop_and_go_on(driver)
-    yield from name_a_spot(driver)
-    (OUT / "report.json").write_text(json.dumps(report, indent=2))
-
-
-def study() -> bpy.types.PropertyGroup:
-    """The study; looked up anew each time, for undo replaces everything."""
-    return bpy.context.scene.w2w.body.w2w
-
-
-def module(name: str) -> object:
-    """A module of the extension's panel."""
-    return sys.modules[f"{UI}.{name}"]
 
 
 def baked() -> int:
@@ -49,34 +25,10 @@ def baked() -> int:
     return sum(bool(clip.signals) for clip in study().clips)
 
 
-def idle(driver: Driver) -> Script:
-    """Wait until no job runs."""
-    yield from driver.turns(5)
-    yield from driver.until(lambda: module("jobs").running is None, 600)
-    yield from driver.turns(5)
-    report.setdefault("messages", []).append(module("jobs").message.text)
-
-
 def prepare(driver: Driver) -> Script:
     """Install the extension, add a body, import the clips."""
-    bpy.ops.extensions.package_install_files(
-        filepath=os.environ["W2W_ZIP"], repo="user_default", enable_on_install=True
-    )
-    with bpy.context.temp_override(window=driver.window):
-        bpy.data.batch_remove([*bpy.data.objects])
-        bpy.ops.w2w.add_body()
-        bpy.ops.ed.undo_push(message="Body")
-    driver.area.spaces.active.show_region_ui = True
-    yield from driver.turns(5)
-    driver.region("UI").active_panel_category = "W2W"
-    study().patch_count = N_PATCHES
-    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
-        bpy.ops.w2w.import_folder(directory=os.environ["W2W_CLIPS"])
-    yield from idle(driver)
+    yield from add_body_and_clips(driver, N_PATCHES, os.environ["W2W_CLIPS"])
     report["clips"] = len(study().clips)
-    yield from driver.key("NUMPAD_1")
-    yield from driver.key("HOME")
-    yield from driver.turns(30)
     yield from driver.look("1_imported")
 
 
@@ -91,15 +43,7 @@ def stop_and_go_on(driver: Driver) -> Script:
     keys = [clip.signals for clip in study().clips]
     yield from driver.look("3_stopped")
     yield from driver.press("w2w.run_all")
-    slowest, last, during = 0.0, time.monotonic(), ""
-    while module("jobs").running is not None:
-        during_now = module("jobs").running.text
-        yield
-        if time.monotonic() - last > slowest:
-            slowest, during = time.monotonic() - last, during_now
-        last = time.monotonic()
-    report["longest_freeze_seconds"] = [round(slowest, 3), during]
-    yield from idle(driver)
+    report["longest_freeze_seconds"] = yield from longest_freeze(idle(driver))
     report["kept"] = sum(clip.signals in filter(None, keys) for clip in study().clips)
     report["baked"] = baked()
     report["worn"] = len(study().worn)
@@ -115,7 +59,7 @@ def name_a_spot(driver: Driver) -> Script:
     x, y = driver.on_screen((0.0, -0.1, 1.25))
     yield from driver.click(x, y)
     report["clicked"] = study().picked_vertex
-    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
+    with driver.in_view():
         bpy.ops.w2w.add_placement("INVOKE_DEFAULT")
     yield from driver.turns(10)
     yield from driver.look("5_naming")
@@ -133,4 +77,4 @@ def name_a_spot(driver: Driver) -> Script:
     yield from driver.look("7_results")
 
 
-run(scenario())
+play(prepare, stop_and_go_on, name_a_spot)

@@ -14,6 +14,9 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[2]
 SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
+WINDOW = ("1440", "1000")
+"""Pixels: no wider than the panel and two bodies beside it need, for each is drawn in software."""
+
 TIMEOUT_S = 2400
 """A window drawn in software on a busy machine is slow; an idle one takes under four minutes."""
 
@@ -60,7 +63,7 @@ def run_in_window(
     given = {"W2W_ZIP": inside(newest_zip()), "W2W_OUT": inside(out), **(variables or {})}
     blender = [
         "blender", "--factory-startup", "--enable-event-simulate",
-        "--window-geometry", "0", "0", "1600", "1000", "--python", f"/project/tests/gui/{script}",
+        "--window-geometry", "0", "0", *WINDOW, "--python", f"/project/tests/gui/{script}",
     ]  # fmt: skip
     folders = {"W2W_BLENDER_SANDBOX": str(SANDBOX)}
     if shared is not None:
@@ -68,7 +71,7 @@ def run_in_window(
     done = subprocess.run(
         [
             PROJECT / "tools" / "real_blender.sh", "run", *(f"{k}={v}" for k, v in given.items()),
-            "xvfb-run", "-a", "-s", "-screen 0 1600x1000x24", *blender,
+            "xvfb-run", "-a", "-s", f"-screen 0 {'x'.join(WINDOW)}x24", *blender,
         ],
         env={**os.environ, **folders},
         capture_output=True,

@@ -23,6 +23,10 @@ STEPS = (
     "2_source_beside",
     "3_patches",
     "4_signals",
+    "4_further",
+    "4_own_part",
+    "5_activities",
+    "5_part_menu",
     "5_mean",
     "5_activity",
     "6_compare",
@@ -72,6 +76,16 @@ def test_baking_can_be_cancelled_undone_and_redone(report: dict[str, Any]) -> No
     assert report["baked"] == report["baked_after_redo"] == report["usable"]
     assert report["baked_after_undo"] == 0
     assert "Bake Signals cancelled: nothing was changed" in report["messages"]
+
+
+def test_further_sensors_are_ticked_one_by_one(report: dict[str, Any]) -> None:
+    assert report["further"] == [["orientation", "magnetometer"], ["magnetometer"]]
+    assert report["further_left"] == []
+
+
+def test_activities_are_weighed_before_the_first_ranking(report: dict[str, Any]) -> None:
+    assert report["weight_after_drag"] > 1
+    assert report["parts_by_menu"] == ["BACKGROUND", "LEFT_OUT", "COUNTED"]
 
 
 def test_ranking_shows_heatmaps_and_the_target_chooses_live(report: dict[str, Any]) -> None:

@@ -7,37 +7,17 @@ pictures go.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-import time
 from pathlib import Path
 
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import Driver, Script, run
+from driver import Driver, Script
+from panel import add_body_and_clips, idle, longest_freeze, play, report, study
 
-OUT = Path(os.environ["W2W_OUT"])
-UI = "bl_ext.user_default.w2w.blender_addon.w2w.ui"
 N_PATCHES = 64
-
-report: dict[str, object] = {}
-
-
-def scenario() -> Script:
-    """From a bare body to signals of sensors on a T-shirt."""
-    driver = Driver(OUT / "pictures")
-    yield from prepare(driver)
-    yield from put_on_and_take_off(driver)
-    yield from wear_own(driver)
-    yield from bake(driver)
-    (OUT / "report.json").write_text(json.dumps(report, indent=2))
-
-
-def study() -> bpy.types.PropertyGroup:
-    """The study; looked up anew each time, for undo replaces everything."""
-    return bpy.context.scene.w2w.body.w2w
 
 
 def worn() -> list[str]:
@@ -45,34 +25,9 @@ def worn() -> list[str]:
     return [row.item.name for row in study().garments]
 
 
-def idle(driver: Driver) -> Script:
-    """Wait until no job runs."""
-    jobs = sys.modules[f"{UI}.jobs"]
-    yield from driver.turns(5)
-    yield from driver.until(lambda: jobs.running is None, 1800)
-    yield from driver.turns(5)
-    report.setdefault("messages", []).append(jobs.message.text)
-
-
 def prepare(driver: Driver) -> Script:
     """Install the extension, add a body and a motion, open the panel under step 3."""
-    bpy.ops.extensions.package_install_files(
-        filepath=os.environ["W2W_ZIP"], repo="user_default", enable_on_install=True
-    )
-    with bpy.context.temp_override(window=driver.window):
-        bpy.data.batch_remove([*bpy.data.objects])
-        bpy.ops.w2w.add_body()
-        bpy.ops.ed.undo_push(message="Body")
-    driver.area.spaces.active.show_region_ui = True
-    yield from driver.turns(5)
-    driver.region("UI").active_panel_category = "W2W"
-    study().patch_count = N_PATCHES
-    with bpy.context.temp_override(window=driver.window, area=driver.area, region=driver.region("WINDOW")):
-        bpy.ops.w2w.import_folder(directory=os.environ["W2W_CLIPS"])
-    yield from idle(driver)
-    yield from driver.key("NUMPAD_1")
-    yield from driver.key("HOME")
-    yield from driver.turns(30)
+    yield from add_body_and_clips(driver, N_PATCHES, os.environ["W2W_CLIPS"])
     yield from driver.reach("w2w.place_patches")
     yield from driver.open_panel_below("w2w.place_patches")
     yield from driver.look("1_closed_body")
@@ -126,21 +81,12 @@ def bake(driver: Driver) -> Script:
     yield from idle(driver)
     x, y = yield from driver.reach("w2w.bake_signals")
     yield from driver.click(x, y)
-    jobs = sys.modules[f"{UI}.jobs"]
     yield from driver.turns(60)
     yield from driver.look("4_baking")
-    slowest, last, during = 0.0, time.monotonic(), ""
-    while jobs.running is not None:
-        text = jobs.running.text
-        yield
-        if time.monotonic() - last > slowest:
-            slowest, during = time.monotonic() - last, text
-        last = time.monotonic()
-    report["longest_freeze_seconds"] = [round(slowest, 3), during]
-    yield from idle(driver)
+    report["longest_freeze_seconds"] = yield from longest_freeze(idle(driver))
     report["baked"] = [(bool(clip.signals), clip.bake_path) for clip in study().clips]
     report["frame_after"] = bpy.context.scene.frame_current
     yield from driver.look("5_baked")
 
 
-run(scenario())
+play(prepare, put_on_and_take_off, wear_own, bake)

@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 import pytest
+from mathutils import Matrix
 
 from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.patches.correspondence import PARTS
@@ -32,6 +33,10 @@ CHARACTERS = {
 """Files with a skin, and their meshes: from 25,000 vertices in pieces to 246 in all."""
 
 
+TORN = "s4ru__Projecto-Visualizacion/Digging.fbx"
+"""Blender's importer before 4.5 makes its bones 100 times as large as its skin."""
+
+
 def imported(shared_data, file):
     import_file(shared_data / "mixamo" / file)
     armature = next(item for item in bpy.data.objects if item.type == "ARMATURE")
@@ -56,6 +61,10 @@ def colours(mesh):
 def test_the_map_of_our_body_is_painted_on_the_parts_it_is_of(shared_data, bundled_body, file):
     armature, meshes = imported(shared_data, file)
     assert len(meshes) == CHARACTERS[file]
+    if file == TORN and bpy.app.version < (4, 5):
+        with pytest.raises(ValueError, match="Its bones lie far from the skin"):
+            read_character(armature, meshes)
+        return
     figure = read_character(armature, meshes)
     assert tie(figure, meshes, bundled_body) < 0.03
     body = coloured(bundled_body)
@@ -108,8 +117,16 @@ def test_sensors_sit_on_its_skin_and_follow_its_own_animation(shared_data, bundl
     assert all(MARK not in mark for mark in marks)
 
 
+@pytest.mark.parametrize("scale", [0.01, 100.0])
+def test_a_skeleton_of_another_size_than_its_skin_is_refused(bundled_body, scale):
+    objects = add_body(bundled_body)
+    objects.mesh.data.transform(Matrix.Scale(scale, 4))
+    with pytest.raises(ValueError, match="Its bones lie far from the skin"):
+        read_character(objects.armature, [objects.mesh])
+
+
 def test_a_mesh_that_lost_its_tie_or_is_of_another_body_is_refused_in_words(shared_data, bundled_body):
-    armature, meshes = imported(shared_data, "s4ru__Projecto-Visualizacion/Digging.fbx")
+    armature, meshes = imported(shared_data, "fufroom__synthetic-echoes/Breathing Idle.fbx")
     body = coloured(bundled_body)
     with pytest.raises(ValueError, match="has lost what ties it to the body"):
         carry_heatmaps(body, meshes[0])

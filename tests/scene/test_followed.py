@@ -48,7 +48,10 @@ def test_frames_in_which_cloth_is_drawn_out_are_counted(pulled):
 
 
 def test_what_is_not_simulated_may_be_drawn_out(pulled):
-    assert follow(pulled).caught == 0
+    found = follow(pulled)
+    assert found.caught == 0
+    np.testing.assert_allclose(found.corners[0, 0], [(0, 0, 0), (SIDE, 0, 0), (SIDE, SIDE, 0)], atol=1e-6)
+    np.testing.assert_allclose(found.corners[-1, 0, 2], (SIDE, 4 * SIDE, 0), atol=1e-6)
 
 
 def test_cloth_that_flies_apart_is_refused(pulled):

@@ -97,3 +97,14 @@ def test_a_run_that_recorded_them_is_opened_with_them(library: Path) -> None:
     assert config_of(study).further == further
     study.record = {"barometer", "magnetometer"}
     assert config_of(study).further == replace(further, record=("magnetometer", "barometer"))
+
+
+def test_a_tick_adds_a_sensor_and_lets_the_others_be(library: Path) -> None:
+    study = make_study(library, "motions").w2w
+    for index in range(len(FURTHER)):
+        study.recorded[index] = True
+    study.recorded[1] = False
+    study.recognised_by = [False, True, True]
+    assert list(study.recorded) == [True, False, True]
+    assert study.record == {"orientation", "barometer"}
+    assert config_of(study).further.features == ("barometer",)

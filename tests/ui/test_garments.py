@@ -2,13 +2,14 @@
 """Garments in the panel: put on, baked on, taken off; what cannot be worn says why."""
 
 import bpy
+import numpy as np
 import pytest
 
 from w2w.core.patches.garments import cut
-from w2w.scene.body import add_skinned, armature_of, body_of
+from w2w.scene.body import add_skinned, armature_of, body_of, rest_vertices
 from w2w.ui import jobs
 from w2w.ui.baking import _baked_text
-from w2w.ui.garment_properties import covers_of, wardrobe_text, worn_by
+from w2w.ui.garment_properties import baker_steps, covers_steps, wardrobe_text, worn_by
 from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
 from .made_study import make_study
@@ -36,6 +37,31 @@ def test_our_own_garment_is_put_on_and_taken_off(library):
     assert [modifier.type for modifier in body.modifiers] == ["ARMATURE"]
 
 
+def finished(steps):
+    """Texts of the steps, and what they come to."""
+    texts = []
+    while True:
+        try:
+            texts.append(next(steps).text)
+        except StopIteration as stop:
+            return texts, stop.value
+
+
+def test_what_is_worn_is_fitted_beside_the_window(library):
+    body = make_study(library, "patches")
+    assert bpy.ops.w2w.add_garment(kind="tshirt") == {"FINISHED"}
+    (item,) = worn_by(body.w2w)
+    vertices = np.empty(3 * len(item.data.vertices), dtype=np.float32)
+    item.data.vertices.foreach_get("co", vertices)
+    item.data.vertices.foreach_set("co", 1.1 * vertices)
+    texts, baker = finished(baker_steps(body, patches_of(body)))
+    assert set(texts) == {"fitting T-Shirt"}
+    np.testing.assert_allclose(rest_vertices(item).ravel(), vertices, atol=1e-6)
+    ((name, own),) = finished(covers_steps(body, patches_of(body)))[1].items()
+    assert name == "T-Shirt"
+    np.testing.assert_array_equal(own.patches, baker.covers[0].patches)
+
+
 @pytest.mark.slow
 def test_clips_are_baked_on_what_is_worn(library):
     body = make_study(library, "motions patches")
@@ -52,7 +78,7 @@ def test_clips_are_baked_on_what_is_worn(library):
     assert study.clips[0].signals != on_skin
     assert study.clips[0].bake_path.endswith("sensors are on Shirt")
     assert config_of(study).garments == ("Shirt",)
-    ((name, own),) = covers_of(body, patches_of(body)).items()
+    ((name, own),) = finished(covers_steps(body, patches_of(body)))[1].items()
     assert name == "Shirt"
     assert 0 < len(own) < len(patches_of(body))
     assert bpy.ops.w2w.take_off(index=0) == {"FINISHED"}

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Generator
+from types import SimpleNamespace
 
 import bpy
 import pytest
 
-from w2w.ui.jobs import Step, part, time_left
+from w2w.ui import jobs
+from w2w.ui.jobs import SHOWN_EVERY, Step, part, time_left
 from w2w.ui.step_panel import StepPanel, beside_their_buttons
 
 
@@ -60,3 +63,36 @@ def test_an_outcome_is_shown_by_one_panel_alone() -> None:
     started = {getattr(bpy.types, name).bl_label for name in dir(bpy.types) if name.startswith("W2W_OT_")}
     assert set(titles) <= started
     assert "Run All" in started - beside_their_buttons()
+
+
+def window_of(drawn: list[str]) -> SimpleNamespace:
+    """A context with a window that notes what is drawn in it."""
+
+    def can_draw(kind: str) -> SimpleNamespace:
+        return SimpleNamespace(type=kind, tag_redraw=lambda: drawn.append(kind))
+
+    view = can_draw("VIEW_3D")
+    view.regions = [can_draw("WINDOW"), can_draw("UI")]
+    window = SimpleNamespace(screen=SimpleNamespace(areas=[view, can_draw("OUTLINER")]))
+    return SimpleNamespace(
+        window_manager=SimpleNamespace(windows=[window]),
+        workspace=SimpleNamespace(status_text_set=lambda text: drawn.append(text)),
+    )
+
+
+@pytest.mark.usefixtures("blender")
+def test_progress_is_drawn_a_few_times_a_second_and_in_the_sidebar_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    drawn: list[str] = []
+    context, shown = window_of(drawn), SimpleNamespace(shown=float("-inf"))
+    monkeypatch.setattr(jobs, "running", jobs.Job("Bake Signals", made([]), text="walking", fraction=0.5))
+    for _ in range(100):
+        jobs.W2W_OT_run_job.show(shown, context)
+    assert drawn == ["Bake Signals: 50%   walking      Esc: cancel", "UI"]
+    later = time.monotonic() + SHOWN_EVERY
+    monkeypatch.setattr(time, "monotonic", lambda: later)
+    jobs.W2W_OT_run_job.show(shown, context)
+    assert drawn[2:] == drawn[:2]
+    jobs.redraw(context)
+    assert drawn[4:] == ["VIEW_3D"]

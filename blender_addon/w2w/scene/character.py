@@ -25,6 +25,10 @@ POINT = "W2W point of the body"
 LAYER = 0.004
 """Vertices this much farther from a sensor than the nearest, on our body, are layers of one place; metres."""
 
+APART = 0.25
+"""How far the median vertex may be from the joint that moves it, of the skeleton's extent: 0.06 to 0.08 in
+four real characters."""
+
 MARK = "w2w mark"
 """Custom property of an empty that shows a sensor on a character: number of its patch."""
 
@@ -47,6 +51,8 @@ def read_character(armature: bpy.types.Object, meshes: Sequence[bpy.types.Object
     ------
     UnusableMotion
         If no bones were found, by name or by structure, for the joints of a body.
+    ValueError
+        If the skeleton does not lie in the skin.
     """
     names, parents, rest = skeleton_of(armature)
     rest = matrix(armature.matrix_world) @ rest
@@ -61,12 +67,10 @@ def read_character(armature: bpy.types.Object, meshes: Sequence[bpy.types.Object
         faces.append(triangles_of(mesh.data) + start)
         weights.append(_weights(mesh, bones, matched))
         start += len(mesh.data.vertices)
-    return Character(
-        np.concatenate(vertices),
-        np.concatenate(faces),
-        np.concatenate(weights),
-        {joint: rest[bone, :3, 3] for joint, bone in found.items()},
-    )
+    joints = {joint: rest[bone, :3, 3] for joint, bone in found.items()}
+    figure = Character(np.concatenate(vertices), np.concatenate(faces), np.concatenate(weights), joints)
+    _check_fit(figure)
+    return figure
 
 
 def tie(character: Character, meshes: Sequence[bpy.types.Object], body: Body) -> float:
@@ -241,6 +245,20 @@ def _rest_world(mesh: bpy.types.Object, armature: bpy.types.Object) -> np.ndarra
     place = matrix(armature.matrix_world)
     back = matrix(posed.bone.matrix_local) @ np.linalg.inv(matrix(posed.matrix))
     return place @ back @ np.linalg.inv(place) @ world
+
+
+def _check_fit(figure: Character) -> None:
+    """Refuse a skeleton that does not lie in the skin."""
+    places = np.full((figure.weights.shape[1], 3), np.nan)
+    for joint, place in figure.joints.items():
+        places[joint] = place
+    apart = np.linalg.norm(figure.vertices - places[figure.weights.argmax(axis=1)], axis=1)
+    apart = apart[np.isfinite(apart) & (figure.weights.max(axis=1) > 0)]
+    if len(apart) and np.median(apart) > APART * _extent(places[np.isfinite(places).all(axis=1)]):
+        raise ValueError(
+            "Its bones lie far from the skin that they move; Blender's FBX importer before 4.5 leaves some "
+            "files so. Import the file with Blender 4.5 or later, or fit the bones to the skin in Edit Mode"
+        )
 
 
 def _extent(points: np.ndarray) -> float:

@@ -94,9 +94,8 @@ def lies_on_nothing(mesh: bpy.types.Object) -> None:
         mesh.modifiers.remove(modifier)
 
 
-def refit(item: bpy.types.Object, mesh: bpy.types.Object) -> None:
-    """Cut a garment of ours anew where the body has another shape than it was cut for."""
-    garment = cut(item[KIND], body_of(mesh))
+def refit(item: bpy.types.Object, mesh: bpy.types.Object, garment: Garment) -> None:
+    """Give a garment of ours the mesh cut for the body as it is, where it was cut for another shape."""
     cloth = _in_armature(garment.cloth, armature_of(mesh))
     own = rest_vertices(item)
     if own.shape == cloth.vertices.shape and np.abs(own - cloth.vertices).max() < AS_CUT:

@@ -48,11 +48,13 @@ class Followed:
         ValueError
             If the cloth has flown apart.
         """
-        points = self._vertices.everywhere()
-        self.corners[number] = points[self._own.triangles]
-        _refuse_flown(self._item, self.corners[number])
-        if self._lengths is not None:
+        if self._lengths is None:
+            self.corners[number] = self._vertices.positions()
+        else:
+            points = self._vertices.everywhere()
+            self.corners[number] = points[self._own.triangles]
             self.caught += self._lengths.caught(points)
+        _refuse_flown(self._item, self.corners[number])
 
 
 def simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:

@@ -64,15 +64,30 @@ def cover_of(item: bpy.types.Object, mesh: bpy.types.Object, patches: PatchSet) 
     ValueError
         If it covers none.
     """
+    found = cover(*around_body(item, mesh), body_of(mesh), patches)
+    refuse_bare(item, mesh, found)
+    return found
+
+
+def around_body(item: bpy.types.Object, mesh: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    """A garment's vertices (V, 3) in the space of a body, at rest, metres, and its triangles (F, 3)."""
     armature = armature_of(mesh)
     to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(item.matrix_world)
-    points = rest_vertices(item) @ to_body[:3, :3].T + to_body[:3, 3]
-    found = cover(points, triangles_of(item.data), body_of(mesh), patches)
+    return rest_vertices(item) @ to_body[:3, :3].T + to_body[:3, 3], triangles_of(item.data)
+
+
+def refuse_bare(item: bpy.types.Object, mesh: bpy.types.Object, found: Cover) -> None:
+    """Refuse a garment that covers nothing.
+
+    Raises
+    ------
+    ValueError
+        If no patch is in its cover.
+    """
     if not len(found):
         raise ValueError(
             f"'{item.name}' covers no patch of '{mesh.name}': it must be around the body in its rest pose"
         )
-    return found
 
 
 class GarmentBaker:
@@ -85,6 +100,8 @@ class GarmentBaker:
     patches : PatchSet
     garments : sequence of Object
         The outer first.
+    covers : sequence of Cover, optional
+        What each covers, where that is known.
 
     Raises
     ------
@@ -93,7 +110,11 @@ class GarmentBaker:
     """
 
     def __init__(
-        self, mesh: bpy.types.Object, patches: PatchSet, garments: Sequence[bpy.types.Object]
+        self,
+        mesh: bpy.types.Object,
+        patches: PatchSet,
+        garments: Sequence[bpy.types.Object],
+        covers: Sequence[Cover] | None = None,
     ) -> None:
         self.mesh = mesh
         self.patches = patches
@@ -101,7 +122,8 @@ class GarmentBaker:
         self._skin = PatchBaker(mesh, patches)
         for item in garments:
             check_garment(item, mesh)
-        self.covers = without_overlap([cover_of(item, mesh, patches) for item in garments])
+        found = [cover_of(item, mesh, patches) for item in garments] if covers is None else covers
+        self.covers = without_overlap(found)
 
     def by_frame(self, action: bpy.types.Action | None = None) -> Generator[float, None, Bake]:
         """Bake as `PatchBaker.by_frame` does, then let the garments follow; a pause after each frame."""

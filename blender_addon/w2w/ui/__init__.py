@@ -34,32 +34,32 @@ from . import (
     scene_animation,
     side_by_side,
     source_view,
+    step1_body,
+    step2_motions,
+    step3_patches,
+    step3_placements,
+    step4_signals,
+    step5_ranking,
+    step5_wishes,
     upkeep,
 )
-from . import step1_body as body_ops
-from . import step2_motions as motion_ops
-from . import step3_patches as patch_ops
-from . import step3_placements as own_ops
-from . import step4_signals as signal_ops
-from . import step5_ranking as utility_ops
-from . import step5_wishes as wish_ops
 
 MODULES: tuple[ModuleType, ...] = (
     preferences,
     garment_properties,
     properties,
     jobs,
-    body_ops,
-    motion_ops,
+    step1_body,
+    step2_motions,
     import_dialog,
     scene_animation,
     source_view,
-    patch_ops,
-    own_ops,
-    signal_ops,
-    utility_ops,
+    step3_patches,
+    step3_placements,
+    step4_signals,
+    step5_ranking,
     side_by_side,
-    wish_ops,
+    step5_wishes,
     choosing,
     run_all,
     lists,

@@ -27,7 +27,7 @@ from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
 from ..scene.garments import GarmentBaker
 from . import results, signal_cache
-from .garment_properties import baker_of
+from .garment_properties import baker_steps
 from .jobs import EXPECTED, Step, Steps, in_thread
 from .on_body import is_there, on_body
 from .preferences import cache_folder
@@ -68,7 +68,7 @@ def bake_steps(
     """
     study, patches = mesh.w2w, patches_of(mesh)
     before = {index: _signals_of(study.clips[index]) for index in indices}
-    baker, failed = baker_of(mesh, patches), {}
+    baker, failed = (yield from baker_steps(mesh, patches, low)), {}
     finished = False
     try:
         for number, index in enumerate(indices):

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty
+from bpy.props import BoolVectorProperty, EnumProperty, FloatProperty
 
 from ..core.imu.channels import FURTHER
 from ..core.imu.further import NOTHING, FurtherSensors
@@ -29,6 +30,21 @@ DEGREE_DIGITS = 4
 """Decimals of a degree that single precision keeps up to 180."""
 
 
+TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
+"""The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
+
+
+def _ticked(name: str) -> Callable[[bpy.types.PropertyGroup], list[bool]]:
+    return lambda study: [sensor in getattr(study, name) for sensor in FURTHER]
+
+
+def _tick(name: str) -> Callable[[bpy.types.PropertyGroup, Sequence[bool]], None]:
+    def tick(study: bpy.types.PropertyGroup, ticks: Sequence[bool]) -> None:
+        setattr(study, name, {sensor for sensor, on in zip(FURTHER, ticks, strict=True) if on})
+
+    return tick
+
+
 class FurtherProperties:
     """The part of a study's properties that says what is recorded beside acc and gyr."""
 
@@ -45,6 +61,21 @@ class FurtherProperties:
         items=ITEMS,
         options={"ENUM_FLAG"},
         default=set(),
+    )
+    recorded: BoolVectorProperty(
+        name="Record",
+        description="Recorded beside accelerometer and gyroscope: orientation as quaternions, as a part with "
+        "sensor fusion gives them; the magnetic field of a place; the air's pressure, which tells height",
+        size=len(FURTHER),
+        get=_ticked("record"),
+        set=_tick("record"),
+    )
+    recognised_by: BoolVectorProperty(
+        name="Recognise By",
+        description="Activities are recognised by this, too",
+        size=len(FURTHER),
+        get=_ticked("recognise_by"),
+        set=_tick("recognise_by"),
     )
     latitude: FloatProperty(
         name="Latitude",
@@ -108,7 +139,7 @@ def further_text(study: bpy.types.PropertyGroup) -> str:
 
 def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, layout: Layout) -> None:
     """Draw the choice, and where it comes to nothing."""
-    layout.column(heading="Record").prop(study, "record")
+    _draw_ticks(study, layout, "record", set(FURTHER))
     if not study.record:
         return
     if worn_by(study):
@@ -121,7 +152,16 @@ def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, lay
     if inputs_of(study.classifier) != "features":
         draw_text(layout, context, f"{study.classifier} learns from accelerometer and gyroscope alone")
         return
-    layout.column(heading="Recognise By").prop(study, "recognise_by")
+    _draw_ticks(study, layout, "recognise_by", study.record)
+
+
+def _draw_ticks(study: bpy.types.PropertyGroup, layout: Layout, name: str, offered: set[str]) -> None:
+    """Draw a tick for each of the sensors that are offered."""
+    ticks = TICKS[name]
+    column = layout.column(heading=study.bl_rna.properties[ticks].name)
+    for index, (sensor, text, *_) in enumerate(ITEMS):
+        if sensor in offered:
+            column.prop(study, ticks, index=index, text=text)
 
 
 def _value(study: bpy.types.PropertyGroup, name: str, given: Any) -> Any:

@@ -5,18 +5,26 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable, Generator
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import bpy
 from bpy.props import CollectionProperty, PointerProperty
 
 from ..core.clip_files import FITTED
-from ..core.patches.garment_cover import Cover, load_covers
+from ..core.patches.garment_cover import Cover, cover, load_covers
+from ..core.patches.garments import cut
 from ..core.patches.patches import PatchSet
 from ..scene.bake import PatchBaker
+from ..scene.body import body_of
 from ..scene.cloth import KIND, refit
-from ..scene.garments import GarmentBaker
+from ..scene.garments import GarmentBaker, around_body, check_garment, refuse_bare
+from .jobs import Step, in_thread
 from .on_body import is_there
+
+T = TypeVar("T")
 
 
 class W2W_PG_garment(bpy.types.PropertyGroup):
@@ -46,8 +54,18 @@ def _modifiers(item: bpy.types.Object) -> str:
     return " ".join(f"{modifier.type}:{modifier.show_viewport}" for modifier in item.modifiers)
 
 
-def baker_of(mesh: bpy.types.Object, patches: PatchSet) -> PatchBaker | GarmentBaker:
-    """What bakes a study's patches: on the skin, or on what is worn over it.
+BakerSteps = Generator[Step, None, PatchBaker | GarmentBaker]
+
+
+def baker_steps(mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0) -> BakerSteps:
+    """What bakes a study's patches: on the skin, or on what is worn over it, which is fitted in a thread.
+
+    Parameters
+    ----------
+    mesh : Object
+    patches : PatchSet
+    fraction : float
+        The job's fraction meanwhile.
 
     Raises
     ------
@@ -57,13 +75,27 @@ def baker_of(mesh: bpy.types.Object, patches: PatchSet) -> PatchBaker | GarmentB
     garments = worn_by(mesh.w2w)
     if not garments:
         return PatchBaker(mesh, patches)
+    body = body_of(mesh)
     for item in garments:
+        check_garment(item, mesh)
         if KIND in item:
-            refit(item, mesh)
-    return GarmentBaker(mesh, patches, garments)
+            refit(item, mesh, (yield from _while_alive(partial(cut, item[KIND], body), item, fraction)))
+    covers = []
+    for item in garments:
+        work = partial(cover, *around_body(item, mesh), body, patches)
+        covers.append((yield from _while_alive(work, item, fraction)))
+        refuse_bare(item, mesh, covers[-1])
+    return GarmentBaker(mesh, patches, garments, covers)
 
 
-def covers_of(mesh: bpy.types.Object, patches: PatchSet) -> dict[str, Cover]:
+def _while_alive(work: Callable[[], T], item: bpy.types.Object, fraction: float) -> Generator[Step, None, T]:
+    """Work on arrays of a garment while the window stays alive."""
+    return (yield from in_thread(lambda _: work(), f"fitting {item.name}", fraction, fraction))
+
+
+def covers_steps(
+    mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0
+) -> Generator[Step, None, dict[str, Cover]]:
     """What each garment of a study covers, by its name; of a run that was opened, what was worn in it.
 
     Raises
@@ -73,7 +105,7 @@ def covers_of(mesh: bpy.types.Object, patches: PatchSet) -> dict[str, Cover]:
     """
     study = mesh.w2w
     if worn_by(study):
-        baker = baker_of(mesh, patches)
+        baker = yield from baker_steps(mesh, patches, fraction)
         return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
     run = json.loads(study.parameters).get("garments") if study.parameters else None
     return load_covers(Path(study.results_folder) / FITTED) if run else {}

@@ -21,6 +21,9 @@ from ..core.motion.source import UnusableMotion
 BUDGET = 0.03
 """Seconds of work between two redraws."""
 
+SHOWN_EVERY = 0.2
+"""Least seconds between two redraws that show how far a job is: drawing takes its time from the work."""
+
 POLL = 0.02
 """Seconds to wait for a thread before the window gets its turn."""
 
@@ -250,6 +253,7 @@ class W2W_OT_run_job(bpy.types.Operator):
         if running is None:
             return {"CANCELLED"}
         self.timer = context.window_manager.event_timer_add(0.01, window=context.window)
+        self.shown = float("-inf")
         context.window_manager.modal_handler_add(self)
         self.show(context)
         return {"RUNNING_MODAL"}
@@ -298,10 +302,16 @@ class W2W_OT_run_job(bpy.types.Operator):
         return kept
 
     def show(self, context: bpy.types.Context) -> None:
-        """Progress in the status bar and, by a redraw, in the panel."""
+        """Progress in the status bar and, by a redraw, in the panel; what else there is to see stays."""
+        if time.monotonic() - self.shown < SHOWN_EVERY:
+            return
+        self.shown = time.monotonic()
         far = running.how_far()
         context.workspace.status_text_set(f"{running.title}: {far}   {running.text}      Esc: cancel")
-        redraw(context)
+        for area in _views(context):
+            for region in area.regions:
+                if region.type == "UI":
+                    region.tag_redraw()
 
     def end(self, context: bpy.types.Context, result: set[str]) -> set[str]:
         """Put the window back as it was."""
@@ -329,10 +339,14 @@ class W2W_OT_dismiss_message(bpy.types.Operator):
 
 def redraw(context: bpy.types.Context) -> None:
     """Redraw every 3D view."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+    for area in _views(context):
+        area.tag_redraw()
+
+
+def _views(context: bpy.types.Context) -> list[bpy.types.Area]:
+    """Every 3D view."""
+    screens = [window.screen for window in context.window_manager.windows]
+    return [area for screen in screens for area in screen.areas if area.type == "VIEW_3D"]
 
 
 CLASSES: tuple[Any, ...] = (W2W_OT_run_job, W2W_OT_dismiss_message)

@@ -125,8 +125,9 @@ class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
             _draw_part(study, layout)
         else:
             draw_text(layout, context, "For a part of your own, start from a preset or load a file")
-        row = layout.row(align=True)
-        row.operator_menu_enum("w2w.start_sensor", "like", text="Start from Preset")
+        column = layout.column(align=True)
+        column.operator_menu_enum("w2w.start_sensor", "like", text="Start from Preset")
+        row = column.row(align=True)
         row.operator("w2w.load_sensor", text="Load", icon="FILE_FOLDER")
         row.operator("w2w.save_sensor", text="Save", icon="EXPORT")
 
@@ -134,7 +135,9 @@ class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
 def _draw_part(study: bpy.types.PropertyGroup, layout: bpy.types.UILayout) -> None:
     layout.prop(study, "own_sensor_name")
     for title, kind in (("Accelerometer", "acc"), ("Gyroscope", "gyr")):
-        column = layout.column(align=True, heading=title)
+        column = layout.column(align=True)
+        column.use_property_split = False  # names with their units are too long for a split row
+        column.label(text=title)
         for field in ("range", "noise", "bias", "drift"):
             column.prop(study, f"{kind}_{field}")
     layout.prop(study, "misalignment")

@@ -17,7 +17,7 @@ from ..scene.actions import read_action
 from ..scene.body import armature_of
 from . import counting, signal_cache
 from .baking import body_as_run, ranked_clips
-from .garment_properties import covers_of
+from .garment_properties import covers_steps
 from .jobs import Step, Steps, in_thread, start
 from .on_body import on_body
 from .state import config_of, current_body, patches_of, rank_settings, sampled_patches, utility_of
@@ -76,6 +76,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
         yield Step(0.3 * number / len(clips), clip.name)
         saved.append(_saved(armature, clip, name))
     patches, body = patches_of(mesh), body_as_run(mesh)
+    covers = yield from covers_steps(mesh, patches, 0.3)
     parts = StudyParts(
         _config(study, sampled_patches(study, len(patches))),
         body,
@@ -84,7 +85,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
         utility_of(study) if len(clips) == len(ranked) and not reweighed else None,
         _library(study, saved, left_out),
         {"python": platform.python_version(), "bpy": bpy.app.version_string},
-        covers_of(mesh, patches),
+        covers,
     )
     yield from in_thread(lambda told: write_folder(folder, parts, told), f"writing {folder.name}", 0.3, 1.0)
     text = f"Saved {len(clips)} clips and their ranking in {folder}"
