@@ -19,7 +19,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import bpy
 import numpy as np
 from scipy.signal import welch
 from scipy.spatial.transform import Rotation
@@ -32,13 +31,13 @@ from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.retarget import retarget
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.motion.source import SourceMotion
 from w2w.core.motion.variants import smoothed_root
 from w2w.core.patches.patches import sample_patches
-from w2w.scene.takes import read_clip
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "gait"
 TRIAL = "S02-Trial-Walk-1"
@@ -58,9 +57,8 @@ FIT_ROUNDS = 30
 
 
 def read_source() -> SourceMotion:
-    """The BVH as Blender reads it."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    return read_clip(DATA / f"xsens_{TRIAL}.bvh")
+    """The suit's motion."""
+    return read_bvh(DATA / f"xsens_{TRIAL}.bvh")
 
 
 def sensed_frames(trial: GaitTrial, n_frames: int) -> slice:

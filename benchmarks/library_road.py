@@ -86,8 +86,8 @@ def _stages() -> list[tuple[Any, str, str]]:
     return [
         (clips, "import_file", "Blender's import, in C++"),
         (clips, "best_take", "f-curves to bone matrices"),
-        (clips, "_existing_data", "cleaning Blender"),
-        (clips, "_new_data", "cleaning Blender"),
+        (clips, "existing_data", "cleaning Blender"),
+        (clips, "new_data", "cleaning Blender"),
         (motions, "retarget", "retargeting"),
         (virtual_imu, "synthesize", "skinning and ideal signals"),
         (SensorModel, "apply", "sensor errors"),

@@ -75,16 +75,21 @@ def show(name: str, turns: list[Turn]) -> None:
     )
 
 
+FEWEST = 2
+"""Clips of an activity that can be tested."""
+
+
 def make_library(data: Path, folder: Path, clips: int) -> Path:
-    """Copies of real clips, by activity."""
+    """Copies of real clips, by activity: of fewer activities where there would be too few clips of each."""
+    activities = ACTIVITIES[: max(clips // FEWEST, FEWEST)]
     with (data / "motions.csv").open(newline="") as stream:
         rows = [
             row for row in csv.DictReader(stream) if row["import_status"] == "ok" and row["format"] == "fbx"
         ]
-    for activity in ACTIVITIES:
+    for activity in activities:
         (folder / activity).mkdir(parents=True)
         found = {row["motion_key"]: row["file"] for row in rows if row["activity"] == activity}
-        for number, file in enumerate([*found.values()][: clips // len(ACTIVITIES)]):
+        for number, file in enumerate([*found.values()][: max(clips // len(activities), FEWEST)]):
             shutil.copyfile(data / file, folder / activity / f"{number} {Path(file).name}")
     return folder
 

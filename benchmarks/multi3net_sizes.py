@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,34 +23,7 @@ from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 
-from .classifier_agreement import RESAMPLES, rank_again
-
-
-@dataclass(eq=False)
-class FirstFolds:
-    """A network that is tested on the first folds alone; of the others it names nothing.
-
-    Attributes
-    ----------
-    tested : ndarray of bool
-        Which of the test windows are in those folds.
-    """
-
-    model: Multi3Net
-    folds: int
-    tested: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    name: str = "multi3net"
-    inputs: str = "windows"
-
-    def predict_folds(
-        self, windows: object, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray, progress: object
-    ) -> np.ndarray:
-        """As `Multi3Net.predict_folds`; what stands for windows of the other folds means nothing."""
-        some = is_test & np.isin(fold, np.unique(fold[is_test])[: self.folds])
-        self.tested = some[is_test]
-        named = np.zeros((len(self.tested), windows.shape[1]), dtype=np.int16)
-        named[self.tested] = self.model.predict_folds(windows, labels, fold, some, progress)
-        return named
+from .classifier_agreement import RESAMPLES, SomeFolds, rank_again
 
 
 def macro_f1(utility: UtilityMap, tested: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -80,7 +53,7 @@ def main() -> None:
         started = time.process_time()
         if options.work is not None:
             model = replace(model, checkpoints=options.work / name)
-        some = FirstFolds(model, options.folds)
+        some = SomeFolds(model, tuple(range(options.folds)))
         utility = rank_again(study, some, list(places.values()), None)
         print(f"{name}: {time.process_time() - started:.0f} processor seconds", flush=True)
         points[name], samples[name] = macro_f1(utility, some.tested)

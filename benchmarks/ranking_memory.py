@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Peak memory of ranking patches, by the number of clips: it shall not grow with the library.
 
-    python -m benchmarks.ranking_memory [--clips 589 5000] [--patches 64] [--windows 5] [--sets]
+    python -m benchmarks.ranking_memory [--clips 589 5000] [--patches 64] [--windows 5] [--sets] [--dask 0]
 
 Each size is ranked in a process of its own from feature files as `w2w run` leaves them (random features with
 a trace of the activity; hard links to as many files as fit in 100 MB). Printed are the features' size, the
 process's peak resident memory and its processor time. More patches mean more blocks, not larger ones.
-With `--sets` two sensors to wear together are chosen as well.
+With `--sets` two sensors to wear together are chosen as well. With `--dask N` the patches are tried by N
+workers of a Dask scheduler on this machine, as `w2w run --scheduler` has them tried; their largest peak
+and their processor time are printed, too.
 """
 
 from __future__ import annotations
@@ -16,10 +18,13 @@ import resource
 import subprocess
 import sys
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from headless.runs.rank_on_cluster import spread_over
 from w2w.core.clip_files import ClipWindows
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_clips, set_tests
 from w2w.core.files import write_npz
@@ -42,24 +47,49 @@ def main() -> None:
     parser.add_argument("--patches", type=int, default=64)
     parser.add_argument("--windows", type=int, default=5)
     parser.add_argument("--sets", action="store_true")
+    parser.add_argument("--dask", type=int, default=0, metavar="WORKERS")
+    parser.add_argument("--scheduler", default="", help=argparse.SUPPRESS)
     parser.add_argument("--rank", type=Path, help=argparse.SUPPRESS)
     choice = parser.parse_args()
     if choice.rank is not None:
-        _rank(choice.rank, choice.clips[0], choice.windows, choice.sets)
+        _rank(choice)
         return
-    print("  clips   features MB   peak MB   processor s")
+    print("  clips   features MB   peak MB   processor s" + ("   workers' peak MB, s" if choice.dask else ""))
     for n_clips in choice.clips:
         with tempfile.TemporaryDirectory() as place:
             size = _write_features(Path(place), n_clips, choice.windows, choice.patches)
-            command = [
-                sys.executable, "-m", "benchmarks.ranking_memory",
-                "--rank", place, "--clips", str(n_clips), "--windows", str(choice.windows),
-                *(["--sets"] if choice.sets else []),
-            ]  # fmt: skip
-            said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
-        print(
-            f"{n_clips:7d}   {size / 1e6:11.0f}   {float(said[0]):7.0f}   {float(said[1]):11.1f}", flush=True
-        )
+            with _cluster(choice.dask) as cluster:
+                said = _in_its_own_process(Path(place), n_clips, choice, cluster)
+                theirs = cluster.get_client().run(_used).values() if cluster else []
+        print(f"{n_clips:7d}   {size / 1e6:11.0f}   {said[0]:7.0f}   {said[1]:11.1f}", end="")
+        peak, seconds = max((one for one, _ in theirs), default=0), sum(one for _, one in theirs)
+        print(f"   {peak:.0f}, {seconds:.0f}" if choice.dask else "", flush=True)
+
+
+def _cluster(workers: int) -> Any:
+    """A Dask scheduler with so many workers on this machine, or nothing."""
+    if not workers:
+        return nullcontext()
+    from distributed import LocalCluster
+
+    return LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+
+
+def _in_its_own_process(place: Path, n_clips: int, choice: argparse.Namespace, cluster: Any) -> list[float]:
+    command = [
+        sys.executable, "-m", "benchmarks.ranking_memory",
+        "--rank", place, "--clips", str(n_clips), "--windows", str(choice.windows),
+        *(["--sets"] if choice.sets else []),
+        *(["--scheduler", cluster.scheduler_address] if cluster else []),
+    ]  # fmt: skip
+    said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return [float(one) for one in said.split()]
+
+
+def _used() -> tuple[float, float]:
+    """This process's peak memory (MB) and processor time (s)."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return used.ru_maxrss / 1000, used.ru_utime + used.ru_stime
 
 
 def _write_features(place: Path, n_clips: int, windows: int, patches: int) -> int:
@@ -78,20 +108,22 @@ def _write_features(place: Path, n_clips: int, windows: int, patches: int) -> in
     return n_clips * size
 
 
-def _rank(place: Path, n_clips: int, windows: int, sets: bool) -> None:
+def _rank(choice: argparse.Namespace) -> None:
     """Rank, choose a pair where sets are wanted, and print peak memory (MB) and processor time (s)."""
+    place, n_clips, windows = choice.rank, choice.clips[0], choice.windows
     rng = np.random.default_rng(1)
     is_test = np.arange(windows) % 2 == 0
     clips = [LabelledClip(str(number), f"activity {number % ACTIVITIES}", "") for number in range(n_clips)]
-    found = [ClipWindows(is_test, rng.normal(size=SIZE), (windows,)) for _ in range(n_clips)]
+    found = [
+        ClipWindows(is_test, rng.normal(size=SIZE).astype(np.float32), (windows,)) for _ in range(n_clips)
+    ]
     files = FeatureFiles([place / f"{number}.npz" for number in range(n_clips)])
     config = StudyConfig()
-    utility, ranked = rank_clips(clips, found, files, config)
-    if sets:
+    utility, ranked = rank_clips(clips, found, files, config, spread=spread_over(choice.scheduler))
+    if choice.sets:
         tests = set_tests(files, WindowLabels.of(ranked, found), config, Pooling.none(files.shape[1]))
         grow(tests.whole, Terms.checked(utility.counted_f1, 2, None, (), None), 2, utility.expected_mean)
-    used = resource.getrusage(resource.RUSAGE_SELF)
-    print(used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
+    print(*_used())
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 """Does the advice hold for others? Disjoint halves of a library choose, and each other's scores judge.
 
     python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 4] [--workers 2]
-        [--sets 4] [--patches 512] [--classifier ridge] [--features summary] [--no-shuffled]
+        [--sets 4] [--patches 512] [--classifier ridge] [--features summary] [--no-shuffled] [--bound]
 
 Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity,
 HDM05 (performers choose and other performers judge), Bandai-Namco (styles likewise), and the mixed library
@@ -15,6 +15,8 @@ half says of its map with the correlation that the other half's map then has wit
 `--sets` sensors (0 for none): what a set chosen by one half was promised to give, what it delivers on the
 other, and its gain there over sets drawn at random; likewise for sets that the paper's proxy chose, with
 the proxy's own mean-max F1. Then the same with labels shuffled between clips, where there is nothing to find.
+With `--bound` also what a choice by *all* clips would give on each half, which is part of them: a rule that
+sees one half alone cannot be expected to do better.
 Sets are of the ridge alone: other classifiers need `--sets 0`.
 """
 
@@ -27,7 +29,7 @@ import json
 import subprocess
 import sys
 import tarfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -94,9 +96,7 @@ class Library:
 
     def part(self, rows: np.ndarray, activity: np.ndarray) -> WindowLabels:
         """Labels of some windows."""
-        return WindowLabels(
-            activity[rows], self.labels.motion[rows], self.labels.subject[rows], self.labels.is_test[rows]
-        )
+        return replace(self.labels.some(rows), activity=activity[rows])
 
     def rank(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray) -> UtilityMap:
         """Rank on some windows."""
@@ -230,10 +230,13 @@ def prepared(name: str, scratch: Path, workers: int, *chosen: int | str) -> Libr
 
 
 def judged(
-    library: Library, case: Case, halvings: int, shuffle: bool, largest: int
+    library: Library, case: Case, halvings: int, shuffle: bool, largest: int, bound: bool
 ) -> Iterator[dict[str, float]]:
     """What each half promised and the other delivered."""
     activity = library.labels.activity
+    every = (np.arange(len(activity)), case.by_subject, activity)
+    whole = library.rank(*every) if bound else None
+    of_all = chosen(whole, library.sets(*every), largest) if whole is not None and largest > 1 else []
     for number in range(halvings):
         if shuffle:
             motions, first = np.unique(library.labels.motion, return_index=True)
@@ -245,8 +248,14 @@ def judged(
         tests = [library.sets(*side) for side in sides] if largest > 1 else []
         for here, there in ((0, 1), (1, 0)):
             found = compare(maps[here], maps[there])
+            if whole is not None:
+                by_all = compare(whole, maps[there])
+                found |= {f"bound {name}": by_all[name] for name in ("gain", "rho", "rho by activity")}
             if tests:
                 found |= compare_sets(maps[here], tests[here], tests[there], largest)
+            if len(of_all) > 1:
+                delivered = macro_f1(tests[there], of_all) - chance(tests[there], free(maps[there], largest))
+                found |= {f"bound gain of {n}": float(delivered[n - 1]) for n in range(2, len(of_all) + 1)}
             yield found
 
 
@@ -273,22 +282,21 @@ def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
 
 
 def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: int) -> dict[str, float]:
-    terms = Terms.checked(utility.f1, largest, None, (), None)
+    terms = free(utility, largest)
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    drawn = [there.whole.f1_of_first(one) for one in random_sets(terms, largest, seed=99)]
-    chance = np.nanmean(drawn, axis=(0, 2))
+    by_luck = chance(there, terms)
     ways = {
-        "of": (grow(here.whole, terms, largest, expected[0]), chosen_by_halves),
+        "of": (chosen(utility, here, largest), chosen_by_halves),
         "of the proxy's": (greedy_order(terms), greedy_by_half),
     }
     found = {}
     for way, (order, choose) in ways.items():
         made = promise(here, terms, order, choose, tuple(float(one[order[0]]) for one in expected))
-        delivered = np.nanmean(there.whole.f1_of_first(order), axis=1)
+        delivered = macro_f1(there, order)
         of_size = {
             "promise": made.mean,
             "delivery": delivered,
-            "gain": delivered - chance[: len(order)],
+            "gain": delivered - by_luck[: len(order)],
             "naive": np.nanmean(made.raw, axis=1),
         }
         if way != "of":
@@ -297,6 +305,27 @@ def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: 
             for what, values in of_size.items():
                 found[f"{what} {way} {number}"] = float(values[min(number, len(values)) - 1])
     return found
+
+
+def free(utility: UtilityMap, largest: int) -> Terms:
+    """Any patches, so many at most."""
+    return Terms.checked(utility.f1, largest, None, (), None)
+
+
+def chosen(utility: UtilityMap, tests: SetTests, largest: int) -> Sequence[int]:
+    """The patches that a run would choose, in their order."""
+    return grow(tests.whole, free(utility, largest), largest, utility.expected_mean)
+
+
+def macro_f1(tests: SetTests, order: Sequence[int]) -> np.ndarray:
+    """Of the first patch, the first two, and so on, shape (K,)."""
+    return np.nanmean(tests.whole.f1_of_first(order), axis=1)
+
+
+def chance(tests: SetTests, terms: Terms) -> np.ndarray:
+    """Macro F1 of sets drawn at random, by size, shape (K,)."""
+    drawn = random_sets(terms, terms.max_size, seed=99)
+    return np.nanmean([tests.whole.f1_of_first(one) for one in drawn], axis=(0, 2))
 
 
 def rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
@@ -321,16 +350,17 @@ def main() -> None:
     parser.add_argument("--patches", type=int, default=512)
     parser.add_argument("--classifier", choices=CLASSIFIERS, default=Ridge.name)
     parser.add_argument("--features", choices=FEATURES, default=SUMMARY)
+    parser.add_argument("--bound", action="store_true")
     parser.add_argument("--shuffled", action=argparse.BooleanOptionalAction, default=True)
     given = parser.parse_args()
     if given.sets > 1 and given.classifier != Ridge.name:
         parser.error("sets are of the ridge alone: --sets 0")
     given.scratch.mkdir(parents=True, exist_ok=True)
     for name in given.only:
-        chosen = (given.patches, given.classifier, given.features)
-        library = prepared(name, given.scratch, given.workers, *chosen)
+        settings = (given.patches, given.classifier, given.features)
+        library = prepared(name, given.scratch, given.workers, *settings)
         for shuffle in (False, True) if given.shuffled else (False,):
-            found = list(judged(library, CASES[name], given.halvings, shuffle, given.sets))
+            found = list(judged(library, CASES[name], given.halvings, shuffle, given.sets, given.bound))
             mean = {key: np.nanmean([row[key] for row in found]) for key in found[0]}
             words = "  ".join(f"{key} {value:.3f}" for key, value in mean.items())
             difference = mean["promise"] - mean["delivery"]

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from w2w.core.clip_ranking import set_tests
 from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
@@ -30,6 +31,9 @@ from w2w.core.selection.terms import Terms
 
 BASELINE_CANDIDATES = 4
 
+ONE_MORE = 24
+"""Candidates by which the two ways to add one more sensor are compared, in turn."""
+
 
 def timed(name: str, work: Callable[[], object]) -> tuple[float, object]:
     """Processor seconds of some work, and what it gives."""
@@ -38,6 +42,24 @@ def timed(name: str, work: Callable[[], object]) -> tuple[float, object]:
     clock, processor = time.perf_counter() - clock, time.process_time() - processor
     print(f"{name}: {clock:.2f} s, of the processor {processor:.2f} s", flush=True)
     return processor, found
+
+
+def compare_ways(scores: JointScores, order: Sequence[int]) -> None:
+    """One more sensor by sums that all trainings share, against each training by itself."""
+    candidates = np.setdiff1d(np.arange(scores.n_patches), order)[:ONE_MORE].tolist()
+    with threadpool_limits(1):
+        for count in range(len(order)):
+            spent = {}
+            for way in (scores._added_by_fits, scores._added_by_sums):
+                add = way(order[:count])
+                began = time.thread_time()
+                for candidate in candidates:
+                    add(candidate)
+                spent[way.__name__] = time.thread_time() - began
+            by_fits, by_sums = spent.values()
+            print(
+                f"one more than {count}: shared sums take {by_sums / by_fits:.2f} of each training by itself"
+            )
 
 
 def main() -> None:
@@ -59,6 +81,7 @@ def main() -> None:
     terms = Terms.checked(utility.f1, None, None, (), None)
     best = int(utility.expected_mean.argmax())
     others = np.setdiff1d(np.arange(n_patches), [best])
+    compare_ways(tests.whole._scores, [best, *others[:: n_patches // 4]])
     with threadpool_limits(1):
         one_more, _ = timed(f"{len(others)} second sensors", lambda: tests.whole.added([best], others, False))
     timed(f"{LARGEST_SET} sensors", lambda: grow(tests.whole, terms, LARGEST_SET, utility.expected_mean))

@@ -31,6 +31,7 @@ def figure(out: Path) -> None:
     picture = Figure(figsize=(3.2 + 2.3 * len(sets), 0.9 + 0.27 * len(steps)), dpi=DPI, layout="constrained")
     FigureCanvasAgg(picture)
     axes = picture.subplots(1, len(sets), sharey=True, squeeze=False)[0]
+    lowest = min(float(row["by_activity_low"]) for rows in sets.values() for row in rows)
     for ax, (name, rows) in zip(axes, sets.items(), strict=True):
         for number, row in enumerate(rows):
             value, low, high = (float(row[f"by_activity{end}"]) for end in ("", "_low", "_high"))
@@ -38,7 +39,7 @@ def figure(out: Path) -> None:
             ax.plot([low, high], [number, number], color=FAINT, linewidth=1.2, zorder=1)
             ax.plot([value], [number], "o", color=colour, markersize=5)
         ax.set_title(TITLES[name], fontsize=9, color=INK, fontname=FONT[0])
-        ax.set_xlim(-0.4, 1.0)
+        ax.set_xlim(min(-0.4, lowest - 0.05), 1.0)
         ax.axvline(0, color=HAIRLINE, linewidth=1)
         ax.set_xlabel("mean rho by activity", fontsize=8, color=INK)
         ax.tick_params(labelsize=8, colors=INK, length=0)

@@ -31,18 +31,15 @@ from headless.validation.truth import DATA_SETS
 from headless.validation.unpaired import Moving, RegionSimulator, Side, load_motions, real_side
 from headless.validation.utd import SITES, WINDOW, simulated_trial
 from w2w.core.body.body import Body
-from w2w.core.csv_tables import csv_text
 from w2w.core.datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
-from w2w.core.files import write_text
 from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.validation.protocol import Analysis, Protocol
-from w2w.core.validation.regret import lost
 from w2w.core.validation.site_scores import SiteScores
 from w2w.core.validation.site_windows import SiteWindows, site_windows
-from w2w.core.validation.sites import mean_rho
 from w2w.core.validation.tuning import Setting
 
 from .why_figure import figure
+from .why_rows import NONE, Row, agreement, estimate, row_of, tell, three
 from .why_views import VIEWS, below, tempo
 
 LADDERS = {"mhad": ("all actions", "Kinect"), "umafall": ("all activities",), "dsads": ("all activities",)}
@@ -108,30 +105,6 @@ STEPS = (
 )
 
 
-class Row(NamedTuple):
-    """How a step's ranking agrees with its judges'; each (value, low, high).
-
-    Attributes
-    ----------
-    step : str
-    f1 : float
-        Mean over sites and activities.
-    of_mean, by_activity, regret : tuple of 3 floats
-    against : tuple of 3 floats
-        Rho by activity less that of the first step of its kind: worn by other people, simulated as fixed.
-    """
-
-    step: str
-    f1: float
-    of_mean: tuple[float, float, float]
-    by_activity: tuple[float, float, float]
-    regret: tuple[float, float, float]
-    against: tuple[float, float, float]
-
-
-NONE = (np.nan,) * 3
-
-
 def main() -> None:
     """Climb every ladder there is data for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -142,28 +115,20 @@ def main() -> None:
     asked = vars(parser.parse_args())
     asked["out"].mkdir(parents=True, exist_ok=True)
     if asked["utd"]:
-        _tell(asked["out"], "utd", "wrist", paired_ladder(asked["utd"]))
+        tell(_table(asked["out"], "utd", "wrist"), "utd, wrist", paired_ladder(asked["utd"]))
     for name, analyses in LADDERS.items():
         for analysis in analyses if asked[name] else ():
-            if not _table(asked["out"], name, analysis).exists():
-                _tell(asked["out"], name, analysis, ladder(name, asked[name], asked["libraries"], analysis))
+            table = _table(asked["out"], name, analysis)
+            if not table.exists():
+                rows = ladder(name, asked[name], asked["libraries"], analysis)
+                tell(table, f"{name}, {analysis}", rows)
     figure(asked["out"])
 
 
 def ladder(name: str, path: Path, libraries: Sequence[Path], analysis_name: str, seed: int = 0) -> list[Row]:
     """All steps on one analysis of a data set."""
-    data_set, body = DATA_SETS[name], Body.bundled()
-    analysis = next(one for one in data_set.protocol.analyses if one.name == analysis_name)
-    rules = tuple(rule for rule in data_set.protocol.rules if rule.source in analysis.sources)
-    motions, _ = load_motions(replace(data_set.protocol, rules=rules), libraries, body)
-    worn = real_side(data_set.protocol, data_set.read(path), analysis)
-    makers = _Made(data_set.protocol, analysis, motions, worn, seed)
-    fixed = makers.side("")
-    tested = [
-        scores_of(side.windows, analysis.activities, of, seed).activities
-        for side, of in ((worn, None), (fixed, makers.site_of))
-    ]
-    names = tuple(activity for activity in tested[0] if activity in tested[1])
+    makers, names = both_sides(name, path, libraries, analysis_name, seed)
+    worn, analysis = makers.worn, makers.analysis
     known: dict[tuple, SiteScores] = {}
 
     def scored(side: str, view: str = "", made: str = "") -> SiteScores:
@@ -180,21 +145,39 @@ def ladder(name: str, path: Path, libraries: Sequence[Path], analysis_name: str,
             rows.append(_few(step, worn, makers.protocol, analysis, names, seed))
             continue
         judges, stands = scored("worn", step.judged), scored(step.side, step.view, step.made)
-        agreed = _agreement(judges, stands, step.side == "worn")
+        agreed = agreement(judges, stands, step.side == "worn")
         firsts.setdefault(step.side, agreed[1])
-        rows.append(_row(step.name, stands, agreed, firsts[step.side]))
+        rows.append(row_of(step.name, stands, agreed, firsts[step.side]))
         print(rows[-1].step, flush=True)
     return rows
 
 
-class _Made:
+def both_sides(
+    name: str, path: Path, libraries: Sequence[Path], analysis_name: str, seed: int = 0
+) -> tuple[Made, tuple[str, ...]]:
+    """What makes the simulated side of an analysis, and the activities that both sides can test."""
+    data_set, body = DATA_SETS[name], Body.bundled()
+    analysis = next(one for one in data_set.protocol.analyses if one.name == analysis_name)
+    rules = tuple(rule for rule in data_set.protocol.rules if rule.source in analysis.sources)
+    motions, _ = load_motions(replace(data_set.protocol, rules=rules), libraries, body)
+    worn = real_side(data_set.protocol, data_set.read(path), analysis)
+    makers = Made(data_set.protocol, analysis, motions, worn, seed)
+    print(f"{name}, {analysis_name}: {len({one.motion.clip for one in motions})} clips", flush=True)
+    tested = [
+        scores_of(side.windows, analysis.activities, of, seed).activities
+        for side, of in ((worn, None), (makers.side(""), makers.site_of))
+    ]
+    return makers, tuple(activity for activity in tested[0] if activity in tested[1])
+
+
+class Made:
     """Simulated recordings of an analysis, made in one way or another."""
 
     def __init__(
         self, protocol: Protocol, analysis: Analysis, motions: Sequence[Moving], worn: Side, seed: int
     ) -> None:
         self.protocol, self.analysis, self.seed = protocol, analysis, seed
-        self._motions, self._worn = motions, worn
+        self._motions, self.worn = motions, worn
         self._sides: dict[str, Side] = {}
         self.site_of = RegionSimulator(Body.bundled(), protocol, seed).site_of
 
@@ -219,7 +202,7 @@ class _Made:
 
     def _faster(self) -> dict[str, float]:
         """How many times as fast as the library's people the worn sensors' people do an activity."""
-        worn, made = (tempo(recordings) for recordings in (self._worn.recordings, self.side("").recordings))
+        worn, made = (tempo(recordings) for recordings in (self.worn.recordings, self.side("").recordings))
         return {
             name: float(np.clip(worn[name] / made[name], 1 / MOST_FASTER, MOST_FASTER))
             for name in set(worn) & set(made)
@@ -245,36 +228,6 @@ def _seen(side: Side, protocol: Protocol, view: str, analysis: Analysis) -> Site
     return site_windows(recordings, protocol.windows, protocol.use, view=VIEWS[view])
 
 
-Agreed = tuple[tuple[np.ndarray, np.ndarray], ...]
-"""rho of mean F1, rho by activity and regret: as they are, and with performers resampled, each (judges,)."""
-
-
-def _agreement(judges: SiteScores, stands: SiteScores, people: bool) -> Agreed:
-    """What stands in for half of the people, by the other half."""
-    judged = np.concatenate([judges.halves[0], judges.halves[1]])
-    if people:
-        seen = np.concatenate([stands.halves[1], stands.halves[0]])
-        drawn = seen
-    else:
-        seen, drawn = np.broadcast_to(stands.f1, judged.shape), stands.samples[: len(judged)]
-    return tuple(zip(_three(judged, seen), _three(judged, drawn), strict=True))
-
-
-def _three(judged: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    means = [np.nanmean(side, axis=-1) for side in (judged, seen)]
-    regret = lost(*(mean[..., None] for mean in means))
-    return np.nan_to_num(spearman_rows(*means)), mean_rho(judged, seen), regret
-
-
-def _row(step: str, stands: SiteScores, agreed: Agreed, first: tuple[np.ndarray, np.ndarray]) -> Row:
-    against = tuple(one - other for one, other in zip(agreed[1], first, strict=True))
-    return Row(step, float(stands.f1.mean()), *(_estimate(*one) for one in (*agreed, against)))
-
-
-def _estimate(values: np.ndarray, drawn: np.ndarray) -> tuple[float, float, float]:
-    return (float(values.mean()), *(float(one) for one in np.quantile(drawn, [0.025, 0.975])))
-
-
 def _few(
     step: Step, worn: Side, protocol: Protocol, analysis: Analysis, names: Sequence[str], seed: int
 ) -> Row:
@@ -289,7 +242,7 @@ def _few(
         shared = [name for name in names if all(name in side.activities for side in sides)]
         others, stands = (side.of(shared) for side in sides)
         f1.append(stands.f1.mean())
-        found.append([float(value[0]) for value in _three(others.f1[None], stands.f1[None])])
+        found.append([float(value[0]) for value in three(others.f1[None], stands.f1[None])])
     of = [(float(np.mean(one)), min(one), max(one)) for one in zip(*found, strict=True)]
     print(step.name, flush=True)
     return Row(step.name, float(np.mean(f1)), *of, NONE)
@@ -320,29 +273,13 @@ def paired_ladder(path: Path, seed: int = 0) -> list[Row]:
         rho = np.nan_to_num(spearman_rows(judges, halves.reshape(-1, len(names))))
         first = rho if first is None else first
         rows.append(
-            Row(step, float(stands.f1.mean()), NONE, _estimate(rho, rho), NONE, _estimate(*[rho - first] * 2))
+            Row(step, float(stands.f1.mean()), NONE, estimate(rho, rho), NONE, estimate(*[rho - first] * 2))
         )
     return rows
 
 
 def _table(out: Path, name: str, analysis: str) -> Path:
     return out / f"why_{name}_{analysis.replace(' ', '_')}.csv"
-
-
-def _tell(out: Path, name: str, analysis: str, rows: Sequence[Row]) -> None:
-    """Print a ladder and write its csv."""
-    columns = ("of_mean", "by_activity", "regret", "against")
-    head = ["step", "f1", *(f"{column}{end}" for column in columns for end in ("", "_low", "_high"))]
-    table = [
-        [row.step, *(round(value, 3) for value in (row.f1, *(v for c in columns for v in getattr(row, c))))]
-        for row in rows
-    ]
-    write_text(_table(out, name, analysis), csv_text([head, *table]))
-    print(f"\n{name}, {analysis}\n| step | F1 | rho of mean F1 | mean rho by activity | regret | against |")
-    print("|---" * 6 + "|")
-    for row in rows:
-        cells = [f"{value:.2f} ({low:.2f} to {high:.2f})" for value, low, high in row[2:]]
-        print(f"| {row.step} | {row.f1:.2f} | {' | '.join(cells)} |", flush=True)
 
 
 if __name__ == "__main__":

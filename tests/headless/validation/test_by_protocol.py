@@ -14,21 +14,13 @@ from headless.__main__ import APP
 from w2w.core.datasets.berkeley_mhad import MHAD_SITES
 from w2w.core.datasets.mighar import MIGHAR_SENSORS
 
-ACTIONS, PEOPLE = ("a03", "a05", "a06"), ("s01", "s02", "s03", "s04")
+ACTIONS = ("a03", "a05", "a06")
 
 
 @pytest.fixture
-def few(shared_data, tmp_path):
+def few(some_mhad):
     """Three actions of four people, twice each, of Berkeley MHAD."""
-    whole = np.load(shared_data / "imu" / "berkeley_mhad" / "acc.npz", allow_pickle=False)
-    names = [
-        name
-        for name in whole.files
-        if name[:3] in PEOPLE and name[4:7] in ACTIONS and name[8:11] in ("r01", "r02")
-    ]
-    path = tmp_path / "few.npz"
-    np.savez(path, **{name: whole[name] for name in names})
-    return path
+    return some_mhad(4, ACTIONS, ("r01", "r02"))
 
 
 @pytest.mark.slow

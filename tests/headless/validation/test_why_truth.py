@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from benchmarks import why_truth, why_views
+from benchmarks import why_rows, why_truth, why_views
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.validation.site_scores import SiteScores
 
@@ -18,11 +18,11 @@ def scored(halves, f1):
 def test_the_other_half_of_the_people_judges():
     rising, falling = (np.array([[0.1, 0.2], [0.4, 0.5], [0.7, 0.9]])[::way] for way in (1, -1))
     torn = scored(np.stack([np.stack([rising] * 2), np.stack([falling] * 2)]), rising)
-    of_mean, by_activity, regret = why_truth._agreement(torn, torn, people=True)
+    of_mean, by_activity, regret = why_rows.agreement(torn, torn, people=True)
     np.testing.assert_allclose(by_activity[0], -1)  # one half is never judged by itself
     np.testing.assert_allclose(of_mean[0], -1)
     np.testing.assert_allclose(regret[0], 0.65)
-    alike = why_truth._agreement(torn, scored(torn.halves, rising), people=False)
+    alike = why_rows.agreement(torn, scored(torn.halves, rising), people=False)
     np.testing.assert_allclose(alike[1][0], [1, 1, -1, -1])
     np.testing.assert_allclose(alike[2][0], [0, 0, 0.65, 0.65])
 
@@ -68,13 +68,10 @@ def test_steps_replace_one_thing_at_a_time():
 
 
 @pytest.mark.slow
-def test_every_step_is_climbed_on_real_files(shared_data, tmp_path):
-    whole = np.load(shared_data / "imu" / "berkeley_mhad" / "acc.npz", allow_pickle=False)
-    people = [f"s{number:02d}" for number in range(1, 8)]
-    names = [n for n in whole.files if n[:3] in people and n[4:7] in ("a03", "a05") and n[8:11] == "r01"]
-    np.savez(tmp_path / "few.npz", **{name: whole[name] for name in names})
+def test_every_step_is_climbed_on_real_files(shared_data, some_mhad, tmp_path):
+    few = some_mhad(7, ("a03", "a05"), ("r01",))
     library = shared_data / "bvh" / "bandai_namco"
-    rows = why_truth.ladder("mhad", tmp_path / "few.npz", [library], "all actions")
+    rows = why_truth.ladder("mhad", few, [library], "all actions")
     assert [row.step for row in rows] == [step.name for step in why_truth.STEPS]
     by_name = {row.step: row for row in rows}
     fixed = by_name["simulated, as fixed"]
@@ -82,7 +79,7 @@ def test_every_step_is_climbed_on_real_files(shared_data, tmp_path):
     assert by_name["simulated, sources apart"].f1 == fixed.f1  # there is one source
     assert by_name["simulated, worn loosely"].f1 != fixed.f1
     assert all(-1 <= row.by_activity[0] <= 1 and 0 <= row.regret[0] <= 1 for row in rows)
-    why_truth._tell(tmp_path, "mhad", "all actions", rows)
+    why_rows.tell(tmp_path / "why_mhad_all_actions.csv", "mhad, all actions", rows)
     why_truth.figure(tmp_path)
     assert (tmp_path / "why.png").read_bytes().startswith(b"\x89PNG")
     lines = (tmp_path / "why_mhad_all_actions.csv").read_text().splitlines()
