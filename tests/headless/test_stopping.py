@@ -248,10 +248,13 @@ def test_the_folder_of_a_run_that_lives_is_left_alone(start, tmp_path, temporary
     process = start("--no-pictures", "--no-report")
     out = tmp_path / "out"
     until(lambda: list(out.glob(".w2w/running/*")), process)
-    mine = list(temporary.glob("w2w-*/run-*"))
+    process.send_signal(signal.SIGSTOP)  # so that it cannot end before the second one has looked
+    mine = set(temporary.glob("w2w-*/run-*"))
+    assert mine
     with pytest.raises(FolderBusyError), only_run(out / ".w2w"):
         pass
     second = start("--no-pictures", "--no-report")
     assert second.wait() == 4
-    assert set(mine) <= set(temporary.glob("w2w-*/run-*"))
-    assert process.wait() == 0
+    assert mine <= set(temporary.glob("w2w-*/run-*"))
+    process.send_signal(signal.SIGCONT)
+    assert process.wait() == 0, process.communicate()
