@@ -172,8 +172,8 @@ def _draw_views(
     for number, (view, name) in enumerate(zip(views, names, strict=True)):
         left = page.MARGIN + number * (view_width + page.MARGIN)
         axes = page.axes_at(figure, left, page.MARGIN, view_width, VIEW_SIZE)
-        axes.imshow(view, interpolation="lanczos", aspect="auto", extent=(0, view.shape[1], view.shape[0], 0))
         axes.set(xlim=(first, last), ylim=(bottom, top))
+        page.lay(figure, view[top:bottom, first:last], left, page.MARGIN, view_width, VIEW_SIZE)
         page.write(figure, left, page.MARGIN + 0.02, name, size=9.5, color=page.FAINT, va="bottom")
         _draw_sides(axes, view, SIDES.get(name, ("", "")))
         drawn.append(axes)

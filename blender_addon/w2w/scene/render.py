@@ -82,11 +82,16 @@ class ViewFrame:
 
 @dataclass(frozen=True)
 class _Shade:
-    """Light and outline of one view: all of a picture but its colours."""
+    """Light and outline of one view: all of a picture but its colours.
+
+    `light` and `gleam`, shape (K, 1), and `alpha`, shape (K,), are of the pixels `shown`, flat indices of
+    those that are not transparent; `nearest` are the covered ones nearest to them, whose colours they take.
+    """
 
     light: np.ndarray
     gleam: np.ndarray
     alpha: np.ndarray
+    shown: np.ndarray
     nearest: np.ndarray
 
     @classmethod
@@ -100,15 +105,19 @@ class _Shade:
         bright = np.clip(brightness / brightest, 0, 1)
         light = 1 - SHADE_DEPTH * (1 - bright)
         gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2
-        nearest = distance_transform_edt(~covered, return_distances=False, return_indices=True)
-        return cls(light[..., None], gleam[..., None], alpha[..., None], nearest)
+        rows, columns = distance_transform_edt(~covered, return_distances=False, return_indices=True)
+        shown = np.flatnonzero(alpha > 0)
+        nearest = (rows * covered.shape[1] + columns).ravel()[shown]
+        light, gleam, alpha = (values.ravel()[shown] for values in (light, gleam, alpha))
+        return cls(light[:, None], gleam[:, None], alpha, shown, nearest)
 
     def over(self, flat: np.ndarray) -> np.ndarray:
         """Shade flat colours; pixels of the soft outline take the colour of the nearest covered one."""
-        own = flat[self.nearest[0], self.nearest[1], :3]
-        colours = own * self.light + (1 - own) * self.gleam
-        picture = np.concatenate([colours, self.alpha], axis=-1)
-        return np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)
+        own = flat.reshape(-1, 4)[self.nearest, :3]
+        picture = np.zeros(flat.shape, dtype=np.uint8)
+        shaded = np.column_stack([own * self.light + (1 - own) * self.gleam, self.alpha])
+        picture.reshape(-1, 4)[self.shown] = np.rint(np.clip(shaded, 0, 1) * 255)
+        return picture
 
 
 class BodyRenderer:
