@@ -314,7 +314,7 @@ def free(utility: UtilityMap, largest: int) -> Terms:
 
 def chosen(utility: UtilityMap, tests: SetTests, largest: int) -> Sequence[int]:
     """The patches that a run would choose, in their order."""
-    return grow(tests.whole, free(utility, largest), largest, utility.expected_mean)
+    return grow(tests.whole, free(utility, largest), largest, utility.expected_mean).order
 
 
 def macro_f1(tests: SetTests, order: Sequence[int]) -> np.ndarray:

@@ -98,7 +98,7 @@ def main() -> None:
     if not given.no_pairs:
         pairs = n_patches * (n_patches - 1) // 2
         _, pair = timed(f"the best of {pairs} pairs", lambda: best_pair(tests.whole, terms, expected[0]))
-        greedy = grow(tests.whole, terms, 2, expected[0])
+        greedy = grow(tests.whole, terms, 2, expected[0]).order
         areas = [float(tests.whole.added(one[:1], np.array(one[1:]), False)[0]) for one in (pair, greedy)]
         print(f"mean area under the ROC curves {areas[0]:.4f}, of the greedy pair {areas[1]:.4f}")
         timed(

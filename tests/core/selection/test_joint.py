@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.selection import joint, set_tests
-from w2w.core.selection.joint import best_pair, choose_together, grow
+from w2w.core.selection.joint import best_pair, choose_together, chosen_by_halves, grow
 from w2w.core.selection.promise import promise
 
 from .made_sets import NAMES, N, alone, library, prepare, terms
@@ -19,7 +19,7 @@ def tests():
 
 
 def test_the_second_patch_tells_what_the_first_cannot(tests):
-    order = grow(tests.whole, terms(2), 2)
+    order = grow(tests.whole, terms(2), 2).order
     assert sorted(patch // 4 for patch in order) == [0, 1]
 
 
@@ -36,8 +36,8 @@ def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(
     monkeypatch.setattr(joint, "WORTH", 0.1)
     free = terms()
     chosen = choose_together(tests, alone(tests), free, target=1.0)
-    order = grow(tests.whole, free, joint.LARGEST_SET, alone(tests)[0])
-    made = promise(tests, free, order, joint.chosen_by_halves, tuple(v[order[0]] for v in alone(tests)))
+    order = grow(tests.whole, free, joint.LARGEST_SET, alone(tests)[0]).order
+    made = promise(tests, free, order, chosen_by_halves, tuple(v[order[0]] for v in alone(tests)))
     count = len(chosen.order)
     most = made.mean[: chosen.tried].max()
     assert most - joint.WORTH <= chosen.promise.mean[-1] <= most
@@ -69,15 +69,15 @@ def test_wishes_are_kept(tests):
     assert 4 in chosen.order
     dear = np.ones(N)
     dear[:4] = 1e6
-    assert grow(tests.whole, terms(1, cost=dear), 1)[0] >= 4
+    assert grow(tests.whole, terms(1, cost=dear), 1).order[0] >= 4
 
 
 def test_the_promise_is_what_another_library_of_the_kind_gives():
     differences = []
     for seed in range(4):
         here, there = prepare(*library(2 * seed)), prepare(*library(2 * seed + 1))
-        order = grow(here.whole, terms(2), 2)
-        made = promise(here, terms(2), order, grow, (0.3, 0.2, 0.4))
+        order = grow(here.whole, terms(2), 2).order
+        made = promise(here, terms(2), order, chosen_by_halves, (0.3, 0.2, 0.4))
         differences.append(made.mean[1] - there.whole.f1_of_first(order)[1].mean())
         assert made.raw.shape == (2, 4)
         np.testing.assert_allclose(made.f1.mean(axis=1), made.mean, atol=0.01)
@@ -89,8 +89,8 @@ def test_where_labels_mean_nothing_nothing_is_promised():
     promised = []
     for seed in range(4):
         found = prepare(*library(seed, shuffled=True))
-        order = grow(found.whole, terms(3), 3)
-        made = promise(found, terms(3), order, grow, (0.25, 0.2, 0.3))
+        order = grow(found.whole, terms(3), 3).order
+        made = promise(found, terms(3), order, chosen_by_halves, (0.25, 0.2, 0.3))
         promised.append(made.f1[-1].mean())
     assert np.mean(promised) < 0.32  # a quarter is chance
 
@@ -123,12 +123,37 @@ def test_the_same_seed_chooses_and_promises_the_same(tests):
 
 def test_a_half_goes_on_where_it_stopped_and_ends_as_if_it_had_not(tests):
     (half, _), free = tests.pairs[0], terms(cost=np.linspace(1, 3, N))
-    scratch = grow(half, free, 4, among=joint.OF_HALVES)
-    whole = joint.chosen_by_halves(half, free, 4)
+    scratch = grow(half, free, 4, among=joint.OF_HALVES).order
+    whole = chosen_by_halves(half, free, 4)
     other = terms(allowed=np.arange(N) >= 4)
-    assert min(joint.chosen_by_halves(half, other, 2)) >= 4
-    assert joint.chosen_by_halves(half, free, 2) == whole[:2]
-    assert joint.chosen_by_halves(half, free, 4) == whole == scratch
+    assert min(chosen_by_halves(half, other, 2)) >= 4
+    assert chosen_by_halves(half, free, 2) == whole[:2]
+    assert chosen_by_halves(half, free, 4) == whole == scratch
+
+
+def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_second(tests, monkeypatch):
+    monkeypatch.setattr(joint, "LEAST_LISTED", 4)
+    added, tried = type(tests.whole).added, []
+
+    def added_told(one, worn, candidates, worst):
+        values = added(one, worn, candidates, worst)
+        tried.append((candidates.tolist(), values))
+        return values
+
+    monkeypatch.setattr(type(tests.whole), "added", added_told)
+    grown = grow(tests.whole, terms(2, required=[[0], [11]]), 2)
+    assert grown.shortlist is None  # of required ones there is no choice
+    tried.clear()
+    grown = grow(tests.whole, terms(5), 5)
+    every, values = tried[0]
+    assert len(every) == N - 1
+    best = {every[number] for number in np.argsort(-values)[:4]}
+    assert set(grown.shortlist) == best
+    assert [set(candidates) for candidates, _ in tried[1:]] == [
+        best - set(grown.order[:size]) for size in (2, 3, 4)
+    ]
+    further = grow(tests.whole, terms(5, required=[[0], [9], [10]]), 5)
+    assert {0, 9, 10} <= set(further.order)
 
 
 @pytest.mark.parametrize("worst", [False, True])
@@ -140,7 +165,7 @@ def test_the_best_pair_is_the_best_of_all(tests, worst):
     by_value = max(combinations(range(N), 2), key=value)
     assert value(pair) == pytest.approx(value(by_value), abs=1e-6)
     assert tests.whole.single[pair[0]] >= tests.whole.single[pair[1]]
-    assert value(pair) >= value(grow(tests.whole, terms(2), 2, worst=worst)) - 1e-6
+    assert value(pair) >= value(grow(tests.whole, terms(2), 2, worst=worst).order) - 1e-6
 
 
 def test_the_best_pair_keeps_to_wishes(tests):
@@ -176,7 +201,7 @@ def test_only_what_counts_decides_the_set_and_its_promise():
     """Patches 0 to 3 tell crawl from jump: where these are background, they are of no use."""
     made = library()
     both, background = prepare(*made), prepare(*made, counts={"crawl": 0.0, "jump": 0.0})
-    assert set(grow(both.whole, terms(2), 2)) & {0, 1, 2, 3}
+    assert set(grow(both.whole, terms(2), 2).order) & {0, 1, 2, 3}
     counted = background.weights > 0
     np.testing.assert_array_equal(counted, [name in ("run", "sit") for name in background.activities])
     found = choose_together(background, alone(background), terms(3), 1.0)

@@ -29,8 +29,8 @@ class Measured:
     def f1_of_first(self, order):
         return reached(self.single, order)[:, None]
 
-    def f1_of_firsts(self, orders, after):
-        return np.array([self.f1_of_first(order)[after:] for order in orders])
+    def f1_of_firsts(self, orders, sizes):
+        return np.array([self.f1_of_first(order)[np.array(sizes) - 1] for order in orders])
 
 
 def best_first(tests, _terms, size):

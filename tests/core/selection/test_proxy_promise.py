@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from w2w.core.selection import promise as promising
 from w2w.core.selection.exact import LARGEST
 from w2w.core.selection.promise import _level, promise
 from w2w.core.selection.proxy_promise import exact_by_half, greedy_by_half, promised
@@ -84,9 +85,9 @@ def test_random_sets_are_tested_once_for_all_that_is_chosen_under_the_same_terms
     tested = []
     f1_of_firsts = type(tests.whole).f1_of_firsts
 
-    def f1_of_firsts_told(one, orders, after=0):
+    def f1_of_firsts_told(one, orders, sizes=None):
         tested.extend(orders)
-        return f1_of_firsts(one, orders, after)
+        return f1_of_firsts(one, orders, sizes)
 
     monkeypatch.setattr(type(tests.whole), "f1_of_firsts", f1_of_firsts_told)
     again = promise(tests, free, [0, 4], greedy_by_half, expected)
@@ -100,6 +101,16 @@ def test_random_sets_that_grow_are_as_good_as_larger_ones_from_the_start(tests, 
     _level(tests.whole, free, 1, 0)
     grown = _level(tests.whole, free, 4, 0)
     np.testing.assert_array_equal(grown, _level(tests.whole, anew, 4, 0))
+
+
+def test_the_level_of_large_sets_is_that_of_all_of_them_at_every_size(tests, monkeypatch):
+    free, anew = terms(N), terms(N)
+    quick = _level(tests.whole, free, N, 0)
+    monkeypatch.setattr(promising, "FEW_SENSORS", N)
+    every = _level(tests.whole, anew, N, 0)
+    np.testing.assert_array_equal(quick[:6], every[:6])
+    assert not np.array_equal(quick[6:], every[6:])
+    np.testing.assert_allclose(quick.mean(axis=1), every.mean(axis=1), atol=0.03)
 
 
 def test_clips_that_cannot_be_halved_are_said_to_tell_nothing():

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import islice
@@ -218,13 +218,15 @@ class JointScores:
         """Scores (V, A) by the first patch, by the first two, and so on."""
         return next(self.each_first_of([order]))
 
-    def each_first_of(self, orders: Sequence[Sequence[int]], after: int = 0) -> Iterator[list[np.ndarray]]:
-        """As `each_first`, of one order after another, from the first `after` + 1 patches on."""
+    def each_first_of(
+        self, orders: Sequence[Sequence[int]], sizes: Collection[int] | None = None
+    ) -> Iterator[list[np.ndarray]]:
+        """As `each_first`, of one order after another; by so many of their first patches only, if told."""
 
         def of(order_and_fit: tuple[Sequence[int], JointFit]) -> list[np.ndarray]:
             order, fit = order_and_fit
             sums = enumerate(fit.sums_of_kernels(order), start=1)
-            return [fit.scores(kernels, count) for count, kernels in sums if count > after]
+            return [fit.scores(kernels, count) for count, kernels in sums if sizes is None or count in sizes]
 
         found = self._parallel(of, [(order, fit) for order in orders for fit in self._fits])
         for _ in orders:

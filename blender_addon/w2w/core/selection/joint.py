@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -25,8 +26,29 @@ FIRST_SETS = 3
 WORTH = 0.01
 """Expected F1 that all sensors added must promise together, where the target is out of reach."""
 
+SHORTLIST = 0.25
+"""Share of the candidates that stay candidates once all have been tried beside the first patch."""
+
+LEAST_LISTED = 64
+"""No fewer of them."""
+
 OF_HALVES = 128
 """Candidates that a half chooses among: the first of the patches, which lie as far apart as may be."""
+
+
+class Growth(NamedTuple):
+    """A set that grows.
+
+    Attributes
+    ----------
+    order : tuple of int
+        Its patches, in order of choice.
+    shortlist : ndarray of int, or None
+        The candidates for further patches; None as long as all are.
+    """
+
+    order: tuple[int, ...] = ()
+    shortlist: np.ndarray | None = None
 
 
 def grow(
@@ -36,9 +58,11 @@ def grow(
     first: np.ndarray | None = None,
     worst: bool = False,
     among: int | None = None,
-    start: Sequence[int] = (),
-) -> tuple[int, ...]:
+    start: Growth | None = None,
+) -> Growth:
     """Add the patch by which the classifier on all of them tells the activities apart best.
+
+    Once all have been tried beside the first patch, the best of them stay candidates for further ones.
 
     Parameters
     ----------
@@ -52,31 +76,34 @@ def grow(
         Whether the activity told apart worst decides, not the mean.
     among : int, optional
         How many candidates are looked at; all by default.
-    start : sequence of int
+    start : Growth, optional
         Chosen already.
 
     Returns
     -------
-    tuple of int
-        In order of choice.
+    Growth
     """
-    order = list(start)
+    order, shortlist = list(start.order if start else ()), start.shortlist if start else None
     with threadpool_limits(1):
         area = float(tests.added(order[:-1], np.array(order[-1:]), worst)[0]) if len(order) > 1 else 0.0
         while len(order) < min(size, terms.max_size):
             missing = [options for options in terms.required if not np.isin(order, options).any()]
-            candidates = missing[0] if missing else np.setdiff1d(np.flatnonzero(terms.allowed), order)
-            candidates = candidates[:among]
+            free = np.flatnonzero(terms.allowed) if shortlist is None else shortlist
+            candidates = (missing[0] if missing else np.setdiff1d(free, order))[:among]
             if not len(candidates):
                 break
             if order:
                 value = tests.added(order, candidates, worst)
             else:
                 value = (tests.single if first is None else first)[candidates]
-            best = int(((value - area) / terms.cost[candidates]).argmax())
+            gain = (value - area) / terms.cost[candidates]
+            if order and shortlist is None and not missing:
+                most = max(int(SHORTLIST * len(candidates)), LEAST_LISTED)
+                shortlist = np.sort(candidates[np.argsort(-gain, kind="stable")[:most]])
+            best = int(gain.argmax())
             area = float(value[best]) if order else 0.0
             order.append(int(candidates[best]))
-    return tuple(order)
+    return Growth(tuple(order), shortlist)
 
 
 def best_pair(
@@ -115,13 +142,15 @@ def chosen_by_halves(
 ) -> tuple[int, ...]:
     """Choose as `grow` does, among fewer candidates; goes on from what was chosen under the same terms."""
     way = (worst, every_pair)
-    terms_before, way_before, before = half.grown
-    start = before if terms_before is terms and way_before == way else ()
-    if len(start) < size:
-        if every_pair and not start:
-            start = best_pair(half, terms, worst=worst, among=OF_HALVES)
-        half.grown = terms, way, grow(half, terms, size, worst=worst, among=OF_HALVES, start=start)
-    return half.grown[2][:size]
+    terms_before, way_before, grown = half.grown
+    if terms_before is not terms or way_before != way:
+        grown = None
+    if grown is None or len(grown.order) < size:
+        if every_pair and grown is None:
+            grown = Growth(best_pair(half, terms, worst=worst, among=OF_HALVES))
+        grown = grow(half, terms, size, worst=worst, among=OF_HALVES, start=grown)
+        half.grown = terms, way, grown
+    return grown.order[:size]
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,11 +262,12 @@ def _choose(
     every_pair: bool = False,
 ) -> JointSet:
     worst = every_activity > 0
-    order = best_pair(tests.whole, terms, expected[0], worst) if every_pair else ()
-    fewest_by_way = max(len(order), 1)
+    grown = Growth(best_pair(tests.whole, terms, expected[0], worst) if every_pair else ())
+    fewest_by_way = max(len(grown.order), 1)
     choose = partial(chosen_by_halves, worst=worst, every_pair=every_pair)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
-        order = grow(tests.whole, terms, size, expected[0], worst, start=order)
+        grown = grow(tests.whole, terms, size, expected[0], worst, start=grown)
+        order = grown.order
         made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
         least = max(fewest(order, terms.required), fewest_by_way)
         good = (made.mean >= target - ROUNDING) & (

@@ -24,6 +24,12 @@ if TYPE_CHECKING:
 RANDOM_SETS = 16
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
 
+FEW_SENSORS = 6
+"""Sensors up to which all of these are tried, with every number of sensors."""
+
+LARGE_RANDOM_SETS = 8
+"""How many of them are tried with more."""
+
 Choose = Callable[["Tests", "Terms", int], Sequence[int]]
 """Chooses up to so many patches from the tests of a trial, in order."""
 
@@ -177,8 +183,29 @@ def _level(tests: Tests, terms: Terms, size: int, seed: int) -> np.ndarray:
     before, level = tests.level
     if before is not terms or len(terms.required) > len(level):  # else larger sets begin as those did
         level = level[:0]
-    if len(level) < size:
-        more = tests.f1_of_firsts(random_sets(terms, size, seed), after=len(level)).mean(axis=0)
+    sets = random_sets(terms, size, seed)
+    few = min(size, FEW_SENSORS)
+    if len(level) < few:
+        sizes = range(len(level) + 1, few + 1)
+        more = tests.f1_of_firsts([one[:few] for one in sets], sizes).mean(axis=0)
         level = np.concatenate([level, more])
-        tests.level = terms, level
+    if len(level) < size:
+        level = np.concatenate([level, _level_beyond(tests, sets[:LARGE_RANDOM_SETS], level, size)])
+    tests.level = terms, level
     return level[:size]
+
+
+def _level_beyond(tests: Tests, sets: Sequence[Sequence[int]], level: np.ndarray, size: int) -> np.ndarray:
+    """The level of larger sets, by a few of them at some sizes: they differ less.
+
+    By how much these few are better or worse than all, as long as all are known, counts for the share that
+    those patches have in a larger set.
+    """
+    known = len(level)
+    sizes = [known]
+    while sizes[-1] < size:
+        sizes.append(min(sizes[-1] + max(sizes[-1] // 4, 1), size))
+    found = tests.f1_of_firsts(sets, sizes).mean(axis=0)
+    found = found + (level[-1] - found[0]) * (known / np.array(sizes))[:, None]
+    wanted = np.arange(known + 1, size + 1)
+    return np.stack([np.interp(wanted, sizes, of_activity) for of_activity in found.T], axis=1)

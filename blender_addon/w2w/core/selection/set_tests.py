@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
 from ..ranking.weights import counted_columns, mean_over, weights_of
 from .terms import Terms
+
+if TYPE_CHECKING:
+    from .joint import Growth
 
 MOST_WINDOWS = 1000
 """Windows that a choice rests on, evenly drawn where there are more: time grows with their square."""
@@ -54,7 +58,7 @@ class Tests:
         self._scores, self._labels, self._trial = scores, labels, trial
         self._n_activities, self._pooling = len(weights), pooling
         self.weights = weights
-        self.grown: tuple[Terms | None, tuple[bool, bool], tuple[int, ...]] = (None, (False, False), ())
+        self.grown: tuple[Terms | None, tuple[bool, bool], Growth | None] = (None, (False, False), None)
         self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, len(weights))))
 
     @cached_property
@@ -108,11 +112,13 @@ class Tests:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
         return self.f1_of_firsts([order])[0]
 
-    def f1_of_firsts(self, orders: Sequence[Sequence[int]], after: int = 0) -> np.ndarray:
-        """The same of several orders of one length, shape (orders, K, A), from `after` + 1 patches on."""
+    def f1_of_firsts(
+        self, orders: Sequence[Sequence[int]], sizes: Collection[int] | None = None
+    ) -> np.ndarray:
+        """The same of several orders of one length, shape (orders, K, A); of some sizes only, if told."""
         found = [
             [window_f1(scores.argmax(axis=1), self._labels, self._n_activities) for scores in of_order]
-            for of_order in self._scores.each_first_of(orders, after)
+            for of_order in self._scores.each_first_of(orders, sizes)
         ]
         return np.where(self._trial.testable, found, np.nan)
 
