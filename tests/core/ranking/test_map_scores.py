@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sklearn.metrics import f1_score, roc_auc_score
 
-from w2w.core.ranking.map_scores import class_auc, class_auc_at_most, rank_score, window_f1
+from w2w.core.ranking.map_scores import class_auc, class_auc_at_most, rank_score, rank_sums, window_f1
 
 
 def test_two_windows_by_hand():
@@ -35,6 +35,28 @@ def test_a_weight_of_two_is_a_window_twice():
     np.testing.assert_allclose(
         rank_score(scores, true, weight), rank_score(scores[twice], true[twice], np.ones(31))
     )
+
+
+@pytest.mark.parametrize("n_activities", [2, 11])
+def test_sums_are_those_of_ranks_by_stable_sorting(n_activities):
+    rng = np.random.default_rng(2)
+    scores = rng.normal(size=(3, 40, n_activities)).astype(np.float32)
+    scores[:, :10] = scores[:, :10].round()  # ties, zeros of both signs
+    scores[:, :, 1] = -np.inf  # never trained
+    true, weight = rng.integers(0, n_activities, 40), rng.random(40)
+    rank = np.argsort(np.argsort(-scores, axis=-1, kind="stable"), axis=-1)
+    of_true = np.take_along_axis(rank, np.broadcast_to(true[:, None], (3, 40, 1)), -1)[..., 0]
+    everyone = (1 / np.arange(1, n_activities + 1)).sum()
+    for found, ranks, of_its_true in zip(rank_sums(scores, true, weight), rank, of_true, strict=True):
+        for activity in range(n_activities):
+            own = true == activity
+            expected = [
+                (weight / (1 + of_its_true) / everyone)[own].sum(),
+                (weight / (1 + ranks[:, activity]) / everyone).sum(),
+                weight[own].sum(),
+                (weight * (1 - of_its_true / (n_activities - 1)))[own].sum(),
+            ]
+            np.testing.assert_allclose(found[:, activity], expected, rtol=1e-12)
 
 
 def test_f1_by_window_equals_scikit_learns():

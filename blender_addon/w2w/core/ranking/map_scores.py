@@ -40,7 +40,7 @@ def rank_sums(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
     Parameters
     ----------
     scores : ndarray, shape (..., V, A)
-        As for `rank_score`, of any number of classifiers.
+        As for `rank_score`, of any number of classifiers; compared in single precision.
     labels, weight
         As for `rank_score`.
 
@@ -49,16 +49,29 @@ def rank_sums(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
     ndarray, shape (..., 4, A)
         Weighted hits, names, truths and shares of others outscored.
     """
-    n_activities = scores.shape[-1]
-    rank = (-scores).argsort(axis=-1, kind="stable").argsort(axis=-1)
-    of_true = np.take_along_axis(rank, np.broadcast_to(labels[:, None], (*rank.shape[:-1], 1)), -1)[..., 0]
+    n_windows, n_activities = scores.shape[-2:]
+    order = _first_to_last(scores)
+    of_true = (order == labels[:, None]).argmax(axis=-1)
     everyone = (1.0 / np.arange(1, n_activities + 1)).sum()
-    member = np.zeros((len(labels), n_activities))
-    member[np.arange(len(labels)), labels] = weight
+    member = np.zeros((n_windows, n_activities))
+    member[np.arange(n_windows), labels] = weight
     hit = (1.0 / (1.0 + of_true) / everyone) @ member
-    named = (weight[:, None] / (1.0 + rank)).sum(axis=-2) / everyone
+    shares = (weight[:, None] / np.arange(1, n_activities + 1) / everyone).ravel()
+    of_each = order.reshape(hit[..., 0].size, n_windows * n_activities)
+    named = np.stack([np.bincount(one, shares, n_activities) for one in of_each]).reshape(hit.shape)
     beaten = (1.0 - of_true / max(n_activities - 1, 1)) @ member
     return np.stack([hit, named, np.broadcast_to(member.sum(axis=0), hit.shape), beaten], axis=-2)
+
+
+def _first_to_last(scores: np.ndarray) -> np.ndarray:
+    """Activities by descending score in single precision, those of one score by their number.
+
+    A score and its activity are sorted as one integer: half the time of two stable `argsort`.
+    """
+    keys = _sortable(0 - scores.astype(np.float32, copy=False)).astype(np.int64) << 32
+    keys |= np.arange(scores.shape[-1])
+    keys.sort(axis=-1)
+    return keys & 0xFFFFFFFF
 
 
 def rank_score_of(sums: np.ndarray) -> np.ndarray:
@@ -156,8 +169,13 @@ def _about_their_means(scores: np.ndarray) -> np.ndarray:
 
 def _keys(values: np.ndarray, line: np.ndarray) -> np.ndarray:
     """Integers in the order of lines and, within a line, of values in single precision."""
+    return _sortable(values) + (line.astype(np.int64) << 33)
+
+
+def _sortable(values: np.ndarray) -> np.ndarray:
+    """Integers, int32, in the order of values in single precision."""
     bits = values.view(np.int32)
-    return (bits ^ ((bits >> 31) & np.int32(0x7FFFFFFF))) + (line.astype(np.int64) << 33)
+    return bits ^ ((bits >> 31) & np.int32(0x7FFFFFFF))
 
 
 def window_f1(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
