@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
 from w2w.core.motion.motion import Motion
+from w2w.core.motion.retarget import matched_joints
 from w2w.core.motion.skinning import joint_transforms
-from w2w.core.motion.source import SourceMotion
+from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.motion.structure_match import match_by_structure
 
 
@@ -167,4 +168,16 @@ def test_still_motion_needs_no_bend(bundled_body):
         bundled_body, Motion(np.tile(np.eye(3), (5, N_JOINTS, 1, 1)), np.zeros((5, 3)), 30)
     )[1]
     matched = match_by_structure(rig(list(PARENTS), positions[0]))
+    assert matched == {joint: joint for joint in range(N_JOINTS)}
+
+
+def test_thousands_of_bones_in_a_row_are_looked_at(bundled_body):
+    """A tail on its own is nobody; a person with a long plait is one."""
+    tail = rig(list(range(-1, 1999)), chain(np.full(1999, 0.01)))
+    with pytest.raises(UnusableMotion, match="by name or by structure"):
+        matched_joints(tail)
+    head = JOINT_INDEX["head"]
+    plait = chain(np.full(1999, 1e-4), bundled_body.joints[head], (0, 1, 0))
+    parents = [*PARENTS, head, *range(N_JOINTS, N_JOINTS + len(plait) - 1)]
+    matched = match_by_structure(rig(parents, np.concatenate([bundled_body.joints, plait])))
     assert matched == {joint: joint for joint in range(N_JOINTS)}

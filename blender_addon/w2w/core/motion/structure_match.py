@@ -86,6 +86,7 @@ class _Tree:
         for bone, parent in enumerate(self.parents):
             if parent >= 0:
                 self.children[parent].append(bone)
+        self.reach, self._onward = self._to_leaves()
 
     def distance(self, a: int, b: int) -> float:
         return float(np.median(np.linalg.norm(self.heads[:, a] - self.heads[:, b], axis=1)))
@@ -97,20 +98,30 @@ class _Tree:
             line.append(self.parents[line[-1]])
         return line
 
-    def longest(self, bone: int) -> tuple[float, Chain]:
-        """The longest chain from a bone to a leaf, and its length."""
-        tails = [
-            (self.distance(bone, child) + length, [bone, *chain])
-            for child in self.children[bone]
-            for length, chain in (self.longest(child),)
-        ]
-        return max(tails, key=lambda tail: tail[0], default=(0.0, [bone]))
+    def _to_leaves(self) -> tuple[list[float], Chain]:
+        """Length of the longest chain from each bone to a leaf, and the child it leads to, -1 at a leaf."""
+        reach, onward = [0.0] * len(self.parents), [-1] * len(self.parents)
+        for bone in reversed(range(len(self.parents))):  # children come after their parents
+            for child in self.children[bone]:
+                length = self.distance(bone, child) + reach[child]
+                if onward[bone] < 0 or length > reach[bone]:
+                    reach[bone], onward[bone] = length, child
+        return reach, onward
+
+    def longest(self, bone: int) -> Chain:
+        """The longest chain from a bone to a leaf, itself first."""
+        chain = [bone]
+        while self._onward[chain[-1]] >= 0:
+            chain.append(self._onward[chain[-1]])
+        return chain
 
     def pairs(self) -> list[_Pair]:
         """All pairs of like chains, longest first."""
         found = []
         for fork, children in enumerate(self.children):
-            tails = [(*self.longest(child), child) for child in children]
+            if len(children) < 2:
+                continue
+            tails = [(self.reach[child], self.longest(child), child) for child in children]
             for i, (length, chain, child) in enumerate(tails):
                 for other_length, other_chain, other in tails[i + 1 :]:
                     mean = (length + other_length) / 2
@@ -232,7 +243,7 @@ def _head_joints(tree: _Tree, arms: _Pair) -> dict[int, int]:
     beyond = [bone for bone in tree.children[arms.fork] if bone not in {chain[0] for chain in arms.chains}]
     if not beyond:
         return {}
-    neck = max(beyond, key=lambda bone: tree.longest(bone)[0] + tree.distance(arms.fork, bone))
+    neck = max(beyond, key=lambda bone: tree.reach[bone] + tree.distance(arms.fork, bone))
     head = next(iter(tree.children[neck]), None)
     found = {JOINT_INDEX["neck"]: neck}
     return found if head is None else found | {JOINT_INDEX["head"]: head}
