@@ -44,6 +44,19 @@ def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
         console.print(f"Not ranked: {sentence}.", style="yellow", markup=False)
 
 
+def why_not(error: Exception) -> str:
+    """What was raised as a sentence for people: of a file, which one and why, without the error's number.
+
+    Examples
+    --------
+    >>> why_not(FileNotFoundError(2, "No such file or directory", "acc.npz"))
+    'acc.npz cannot be opened: No such file or directory'
+    """
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename} cannot be opened: {error.strerror}"
+    return str(error)
+
+
 def _sentence(reason: str, group: list[str]) -> str:
     if not group[0]:
         return reason

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from w2w.core.motion.source import UnusableMotion
 
-from ..console import USAGE
+from ..console import USAGE, why_not
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
 from ..validation.leave_out import PAGE as LEFT_OUT
@@ -74,7 +74,7 @@ def truth(
                 with RunMonitor(console).step(f"trying settings on {names[name]}"):
                     settings[names[name]] = try_settings(data_set, path, libraries, seed)
         except (ValueError, OSError, UnusableMotion) as error:
-            console.print(f"{names.get(name, name)} is left out: {error}", style="red", markup=False)
+            console.print(f"{names.get(name, name)} is left out: {why_not(error)}", style="red", markup=False)
     if not found:
         raise typer.Exit(USAGE)
     console.print(write_page(out, found, names), markup=False)

@@ -18,7 +18,7 @@ from w2w.core.imu.presets import DEFAULT_SENSOR, MTW_AWINDA
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 
-from ..console import USAGE
+from ..console import USAGE, why_not
 from ..options import Classifier
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
@@ -294,7 +294,7 @@ def _sentences(console: Console) -> Iterator[None]:
     try:
         yield
     except (ValueError, OSError, UnusableMotion) as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(why_not(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
 
 

@@ -62,7 +62,7 @@ def run_protocol(
     libraries : sequence of Path
     seed : int
     told : callable
-        Given a sentence for each analysis that cannot be done.
+        Given a sentence for each library of which nothing is used and each analysis that cannot be done.
     real_site_of : ndarray of int, optional
         Site of each worn sensor, where a site has several; by default each sensor is a site.
 
@@ -72,7 +72,7 @@ def run_protocol(
         If none can be done; the message says why.
     """
     body = Body.bundled()
-    motions, unusable = load_motions(protocol, libraries, body)
+    motions, unusable = load_motions(protocol, libraries, body, told)
     simulator = RegionSimulator(body, protocol, seed)
     worn_at = np.arange(len(protocol.sites)) if real_site_of is None else real_site_of
     worn_sites = recordings[0].sites if real_site_of is not None else ()

@@ -117,9 +117,10 @@ def compare_dsads(
     notes : list of str
     simulated_at : tuple of str
     """
+    worn = real_recordings(path)
     simulated, unusable, simulated_at = simulated_recordings(folders, labels, terms)
     shared = [name for name in MATCHES if any(r.activity == name for r in simulated)]
-    real = [r for r in real_recordings(path) if r.activity in shared]
+    real = [r for r in worn if r.activity in shared]
     spec = WindowSpec(length_s=window_s, stride_s=min(1.0, window_s), short="reflect")
     inputs = inputs_of(terms.classifier)
     found = validate_sites(

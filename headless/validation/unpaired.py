@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +21,7 @@ from w2w.core.imu.virtual import at_patches, record_motion
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import KINECT_20
 from w2w.core.motion.duplicates import motion_signature
-from w2w.core.motion.library import read_library
+from w2w.core.motion.library import LibraryError, read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.naming import patches_named
@@ -32,6 +32,10 @@ from w2w.core.validation.site_windows import SiteWindows, site_windows
 
 from ..runs.load_clip import load_clip
 from .posture import posture
+
+KINECT_FILES = (
+    f"{KINECT} is read from the folder of Inertial and Skeleton, with their .mat files, or from an npz"
+)
 
 
 class Moving(NamedTuple):
@@ -124,7 +128,12 @@ def _patches_at(site: str | SensorSite | int, patches: PatchSet, body: Body) -> 
     return [int(patches.labels[vertex])]
 
 
-def load_motions(protocol: Protocol, libraries: Sequence[Path], body: Body) -> tuple[list[Moving], list[str]]:
+def load_motions(
+    protocol: Protocol,
+    libraries: Sequence[Path],
+    body: Body,
+    told: Callable[[str], None] = lambda _: None,
+) -> tuple[list[Moving], list[str]]:
     """The libraries' clips that the protocol's rules name, each distinct motion under one name.
 
     Parameters
@@ -133,6 +142,8 @@ def load_motions(protocol: Protocol, libraries: Sequence[Path], body: Body) -> t
     libraries : sequence of Path
         Folders of motion files, or UTD-MHAD's archive or folder.
     body : Body
+    told : callable
+        Given a sentence for each library of which nothing is used.
 
     Returns
     -------
@@ -148,8 +159,9 @@ def load_motions(protocol: Protocol, libraries: Sequence[Path], body: Body) -> t
     found: list[Moving] = []
     unusable: list[str] = []
     for number, library in enumerate(libraries):
-        read = _kinect if _is_kinect(library) else _files
+        read, used = _kinect if _is_kinect(library) else _files, False
         for name, loaded in read(protocol, library, body):
+            used = True
             if isinstance(loaded, str):
                 unusable.append(f"{name}: {loaded}")
                 continue
@@ -159,9 +171,18 @@ def load_motions(protocol: Protocol, libraries: Sequence[Path], body: Body) -> t
                 continue
             labelled = motion.labelled(activity, match.who, f"{number} {name}")
             found.append(Moving(labelled, match.source))
+        if not used:
+            told(f"Nothing of {library} is used: {_unknown(protocol)}.")
     if not found:
-        raise ValueError(f"no clip of the libraries shows what {protocol.name} has, by the names of its file")
+        raise ValueError(f"no clip of the libraries can be used: {_unknown(protocol)}")
     return _distinct(found), unusable
+
+
+def _unknown(protocol: Protocol) -> str:
+    """Why nothing of a library is used."""
+    sources = dict.fromkeys(rule.source for rule in protocol.rules)
+    kinect = f" ({KINECT_FILES})" if KINECT in sources else ""
+    return f"no file has a name that {', '.join(sources)} give to what {protocol.name} shows{kinect}"
 
 
 def _is_kinect(library: Path) -> bool:
@@ -172,7 +193,11 @@ Loaded = Iterator[tuple[str, tuple[Motion, Match] | str]]
 
 
 def _files(protocol: Protocol, library: Path, body: Body) -> Loaded:
-    for clip in read_library(library).clips:
+    try:
+        clips = read_library(library).clips
+    except LibraryError as error:
+        raise ValueError(f"{error} ({KINECT_FILES})") from error
+    for clip in clips:
         match = protocol.match(clip.file)
         if match is None or match.source == KINECT:
             continue

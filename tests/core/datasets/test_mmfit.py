@@ -131,6 +131,7 @@ def test_every_workout_has_its_participant():
     [
         (lambda w: (w / "w03_labels.csv").unlink(), "holds no workouts"),
         (lambda w: (w / "w03_pose_3d.npy").unlink(), "no workout in .* has its wNN_pose_3d"),
+        (lambda w: (w / "w03_labels.csv").write_text(""), "no wNN_labels.csv in .* has a row of an exercise"),
         (lambda w: (w / "w03_labels.csv").write_text("1,2,squats\n"), "line 1: it must be first frame"),
         (lambda w: (w / "w03_labels.csv").write_text("1,20,3,dancing\n"), "no activity 'dancing'"),
         (lambda w: (w / "w03_labels.csv").write_text("20,10,3,squats\n"), "no stretch of time"),

@@ -203,3 +203,24 @@ def test_a_folder_without_the_data_gets_a_sentence(name, tmp_path):
     assert result.exit_code == 2
     assert "holds no" in result.output.replace("\n", " ")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("name", "held"), [("mhad", ""), ("umafall", ""), ("upfall", "CompleteDataSet.csv")])
+def test_a_folder_in_place_of_a_file_gets_a_sentence(name, held, tmp_path):
+    given = [str(tmp_path), str(tmp_path), "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(APP, ["validate", name, *given], env={"COLUMNS": "400"})
+    assert result.exit_code == 2
+    assert f"{tmp_path / held} cannot be opened: " in result.output
+    assert "Errno" not in result.output
+    truth = CliRunner().invoke(
+        APP, ["study", "truth", str(tmp_path), f"--{name}", *given[1:]], env={"COLUMNS": "400"}
+    )
+    assert truth.exit_code == 2
+    assert f" is left out: {tmp_path / held} cannot be opened: " in truth.output
+
+
+def test_dsads_is_looked_for_before_the_library_is_simulated(tmp_path):
+    asked = ["validate", "dsads", str(tmp_path), "--motions", str(tmp_path / "library")]
+    result = CliRunner().invoke(APP, [*asked, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "holds no segments a01/p1/s01.txt of DSADS" in result.output.replace("\n", " ")

@@ -117,7 +117,10 @@ def read_mmfit(folder: str | Path, rests: bool = False) -> tuple[Exercise, ...]:
     ]
     if not common:
         raise ValueError(f"no device's acc and gyr files are in all workouts of {folder}")
-    return tuple(exercise for workout in posed for exercise in _workout(workout, common, rests))
+    found = tuple(exercise for workout in posed for exercise in _workout(workout, common, rests))
+    if not found:
+        raise ValueError(f"no wNN_labels.csv in {folder} has a row of an exercise")
+    return found
 
 
 def read_labels(path: str | Path) -> list[tuple[int, int, int, str]]:
