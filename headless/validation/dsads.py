@@ -25,6 +25,7 @@ from w2w.core.validation.sites import SiteValidation, validate_sites
 from ..runs.load_clip import load_clip
 from .paired import Terms
 from .posture import posture
+from .unpaired import noise_name
 
 MATCHES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "walking": (("walking in parking lot", "walking on flat treadmill"), ("walking", "walk")),
@@ -73,8 +74,8 @@ def simulated_recordings(
                 activity = wanted.get(clip.activity) or posture(simulator.body, motion)
                 if not activity:
                     continue
-                motion = motion.labelled(activity, clip.subject, f"{number} {clip.name}")
-                recordings.append(simulator.record(motion))
+                motion = motion.labelled(activity, clip.subject, noise_name(clip.name))
+                recordings.append(replace(simulator.record(motion), clip=f"{number} {clip.name}"))
             except (UnusableMotion, ValueError) as error:
                 unusable.append(f"{clip.file}: {error}")
                 continue

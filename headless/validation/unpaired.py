@@ -39,10 +39,29 @@ KINECT_FILES = (
 
 
 class Moving(NamedTuple):
-    """A motion under its labels, and the source it is from."""
+    """A motion under its labels, and the source it is from.
+
+    Attributes
+    ----------
+    motion : Motion
+        Its clip is the first that shows this motion, with its library's number.
+    source : str
+    own_name : str
+        Of the clip itself, by which its sensors' errors are drawn (`noise_name`).
+    """
 
     motion: Motion
     source: str
+    own_name: str
+
+
+def noise_name(clip: str) -> str:
+    """What the errors of a clip's sensors are drawn by, whatever other libraries there are.
+
+    Clips of one name share them. The number once told libraries apart; with that of an only library, its
+    signals are what they were.
+    """
+    return f"0 {clip}"
 
 
 class Side(NamedTuple):
@@ -87,8 +106,9 @@ class RegionSimulator:
         settings = Synthesis(rate_hz=self.protocol.rate_hz)
         if moving.source != KINECT:
             settings = replace(settings, cutoff_hz=cutoff_hz)
-        sensor = self.protocol.sensor
-        return record_motion(self.body, self._patches, moving.motion, settings, sensor, self.seed)
+        motion = replace(moving.motion, clip=noise_name(moving.own_name))
+        made = record_motion(self.body, self._patches, motion, settings, self.protocol.sensor, self.seed)
+        return replace(made, clip=moving.motion.clip)
 
     def side(self, motions: Sequence[Moving], analysis: Analysis) -> Side:
         """Windows of the clips that take part in an analysis."""
@@ -170,7 +190,7 @@ def load_motions(
             if not activity:
                 continue
             labelled = motion.labelled(activity, match.who, f"{number} {name}")
-            found.append(Moving(labelled, match.source))
+            found.append(Moving(labelled, match.source, name))
         if not used:
             told(f"Nothing of {library} is used: {_unknown(protocol)}.")
     if not found:
