@@ -2,12 +2,14 @@
 """How far classifiers agree on where to wear a sensor: Spearman's rho over places, overall and by activity.
 
     python -m benchmarks.classifier_agreement RESULTS --classifier multi3net [--every 1] [--least 1]
-                                            [--folds 0,1] [--work FOLDER]
+                                            [--folds 0,1] [--work FOLDER] [--other-seed 1]
 
 RESULTS is the folder of a finished `w2w run`; every k-th of its places is ranked once more with another
 classifier, by the same folds, and compared with what the run itself found there. With `--least 20` activities
 of fewer than 20 clips stay out, and both classifiers rank anew. With `--folds 0,1` the clips of two of the
-folds are tested, where all five would take too long. FOLDER keeps what multi3net has finished.
+folds are tested, where all five would take too long. FOLDER keeps what multi3net has finished. With
+`--other-seed 1` the other classifier ranks once more with that seed: no map can be expected to agree with it
+better than it does with itself.
 Intervals (95 %) come from a bootstrap over clips, the same resamples for both classifiers; an activity with
 few clips has a wide one. "-": one of them scores all places the same, mostly 0.
 """
@@ -178,7 +180,10 @@ def main() -> None:
     parser.add_argument("--least", type=int, default=1, help="clips of an activity")
     parser.add_argument("--folds", help="numbers of those that are tested, from 0; of multi3net alone")
     parser.add_argument("--work", type=Path)
+    parser.add_argument("--other-seed", type=int, help="of the other classifier, ranked once more")
     options = parser.parse_args()
+    if options.folds is not None and options.other_seed is not None:
+        parser.error("--other-seed needs all folds: leave --folds out")
     study = StudyResults.load(options.results)
     places = range(0, len(study.utility.mean), options.every)
     started = time.process_time()
@@ -196,7 +201,16 @@ def main() -> None:
     print(f"{len(again.truth[tested])} of {len(again.truth)} test windows")
     print(f"{'':24} Spearman's rho           mean F1 over places")
     for name, (rho, *f1) in compare(first, again, compared, tested=tested).items():
-        print(f"{name:24} {rho!s:24} {f1[0]:.3f} {f1[1]:.3f}")
+        _print_line(name, rho, f1)
+    if options.other_seed is not None:
+        other = CLASSIFIERS[options.classifier](seed=options.other_seed)
+        once_more = rank_again(study, other, places, None, options.least)
+        rho, *f1 = compare(again, once_more, range(len(places)))["mean"]
+        _print_line(f"{again.classifier}, both seeds", rho, f1)
+
+
+def _print_line(name: str, rho: Rho, f1: Sequence[float]) -> None:
+    print(f"{name:24} {rho!s:24} {f1[0]:.3f} {f1[1]:.3f}")
 
 
 if __name__ == "__main__":

@@ -84,3 +84,20 @@ def test_only_the_folds_asked_for_are_compared(study):
     )["mean"]
     assert rho.rho == pytest.approx(1)
     assert first == second
+
+
+def test_a_classifier_is_compared_with_itself_by_another_seed(study, monkeypatch, capsys):
+    monkeypatch.setattr(classifier_agreement.StudyResults, "load", lambda _: study)
+
+    def printed(*options):
+        monkeypatch.setattr("sys.argv", ["classifier_agreement", "results", *options])
+        classifier_agreement.main()
+        return {line[:24].strip(): line[24:].split() for line in capsys.readouterr().out.splitlines()}
+
+    lines = printed("--classifier", "trees", "--other-seed", "1")
+    assert lines["trees, both seeds"][-2] == lines["mean"][-1]
+    assert lines["trees, both seeds"][-1] != lines["mean"][-1]
+    again = printed("--classifier", "ridge", "--other-seed", "1")["ridge, both seeds"]
+    assert (float(again[0]), again[-2]) == (1, again[-1])  # it draws nothing
+    with pytest.raises(SystemExit):
+        printed("--classifier", "multi3net", "--folds", "0", "--other-seed", "1")
