@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -179,8 +180,8 @@ def load_motions(
     found: list[Moving] = []
     unusable: list[str] = []
     for number, library in enumerate(libraries):
-        read, used = _kinect if _is_kinect(library) else _files, False
-        for name, loaded in read(protocol, library, body):
+        used = False
+        for name, loaded in chain(*(read(protocol, library, body) for read in _readers(library))):
             used = True
             if isinstance(loaded, str):
                 unusable.append(f"{name}: {loaded}")
@@ -205,11 +206,20 @@ def _unknown(protocol: Protocol) -> str:
     return f"no file has a name that {', '.join(sources)} give to what {protocol.name} shows{kinect}"
 
 
-def _is_kinect(library: Path) -> bool:
-    return library.is_file() or any(library.rglob("a*_s*_t*_skeleton.mat"))
-
-
 Loaded = Iterator[tuple[str, tuple[Motion, Match] | str]]
+
+
+def _readers(library: Path) -> list[Callable[[Protocol, Path, Body], Loaded]]:
+    """How to read what a library holds: UTD-MHAD's skeletons, files of motion, or both."""
+    if library.is_file():
+        return [_kinect]
+    if not any(library.rglob("a*_s*_t*_skeleton.mat")):
+        return [_files]
+    try:
+        read_library(library)
+    except LibraryError:
+        return [_kinect]
+    return [_kinect, _files]
 
 
 def _files(protocol: Protocol, library: Path, body: Body) -> Loaded:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from headless.validation import unpaired
 from headless.validation.dsads import AS_DEFAULT, simulated_recordings
@@ -106,3 +107,13 @@ def test_a_kinects_folder_of_sensors_alone_is_said(bundled_body, tmp_path):
     (tmp_path / "a1_s1_t1_inertial.mat").touch()
     with pytest.raises(ValueError, match=r"holds no motion files .*UTD-MHAD is read from"):
         load_motions(PROTOCOL, [tmp_path], bundled_body)
+
+
+def test_a_folder_of_a_kinect_and_motion_files_gives_both(libraries, bundled_body):
+    name, folder = "a23_s1_t1", libraries[1]
+    savemat(folder / f"{name}_inertial.mat", {"d_iner": np.zeros((60, 6))})
+    savemat(folder / f"{name}_skeleton.mat", {"d_skel": np.zeros((20, 3, 20))})
+    motions, unusable = load_motions(PROTOCOL, [folder], bundled_body)
+    assert len(motions) == 2
+    assert [reason.split(":")[0] for reason in unusable] == [name]
+    assert len(load_motions(PROTOCOL, libraries, bundled_body)[0]) == 4
