@@ -67,6 +67,22 @@ def test_the_truth_page_leaves_out_what_cannot_be_used(few, shared_data, tmp_pat
     assert not (out / "umafall").exists()
 
 
+@pytest.mark.parametrize("command", [("validate", "mhad"), ("study", "truth")])
+def test_an_only_library_of_which_nothing_is_used_is_no_success(command, some_mhad, tmp_path):
+    """As UTD-MHAD's folder without its .mat files, with its npz in it."""
+    few, utd = some_mhad(1, ("a03",), ("r01",)), tmp_path / "utd_mhad"
+    utd.mkdir()
+    np.savez(utd / "all.npz", a1_s1_t1_imu=np.zeros((9, 6)))
+    real = [str(few)] if command[1] == "mhad" else ["--mhad", str(few)]
+    given = [*command, *real, str(utd), "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(APP, given, env={"COLUMNS": "400"})
+    told = " ".join(result.output.split())
+    assert result.exit_code == 2
+    assert f"Nothing of {utd} is used: no file has a name that " in told
+    assert "UTD-MHAD is read from the folder of Inertial and Skeleton" in told
+    assert not (tmp_path / "out").exists()
+
+
 def test_what_cannot_be_compared_gets_a_sentence(tmp_path):
     (tmp_path / "empty").mkdir()
     wrong = tmp_path / "wrong.npz"
