@@ -61,7 +61,8 @@ class W2W_OT_remove_patches(bpy.types.Operator):
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = body_as_run(mesh), mesh.w2w
-    if not exact_is_available():
+    is_replaced = study.patch_method == "exact" and not exact_is_available()
+    if is_replaced:
         study.patch_method = "fast"
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(config_of(study), seed=study.patch_seed, placements=tuple(own))
@@ -77,7 +78,11 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     keep_own_placed(study, own, count)
     results.hide_patches(study)
     text = f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
-    return f"{text}, {len(own)} of them your own" if own else text
+    if own:
+        text += f", {len(own)} of them your own"
+    if is_replaced:
+        text += "; by fast distances: pygeodesic, the library of exact ones, is not there for this Python"
+    return text
 
 
 def remove_all(mesh: bpy.types.Object) -> None:
