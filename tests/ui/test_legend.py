@@ -11,7 +11,7 @@ import pytest
 
 from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, colour_table, difference_range
 from w2w.scene import heatmap
-from w2w.ui.legend import legend
+from w2w.ui.legend import left_of_legend, legend
 from w2w.ui.scores import shown_scores
 from w2w.ui.state import patches_of, utility_of
 
@@ -72,3 +72,18 @@ def test_its_picture_is_saved(library: Path, tmp_path: Path) -> None:
 def test_differences_reach_as_far_to_both_sides() -> None:
     assert difference_range(np.array([-0.3, 0.1, np.nan])) == (-0.3, 0.3)
     assert difference_range(np.zeros(4)) == (-LEAST_SPAN / 2, LEAST_SPAN / 2)
+
+
+@pytest.mark.parametrize(
+    ("bodies", "left"),
+    [
+        ((), 680.0),
+        ((300.0, 700.0), 440.0),  # midway
+        ((700.0, 300.0), 440.0),  # seen from behind
+        ((450.0, 550.0), 680.0),  # no room between them
+        ((900.0, 1300.0), 680.0),  # under the sidebar
+        ((-200.0, 300.0), 680.0),  # under a card
+    ],
+)
+def test_the_legend_stands_between_two_bodies_that_leave_it_room(bodies: tuple, left: float) -> None:
+    assert left_of_legend(120.0, 100.0, 800.0, bodies) == left

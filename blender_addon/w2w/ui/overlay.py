@@ -17,7 +17,7 @@ from ..scene.patches import PATCH
 from . import signal_cache
 from .advice import leading
 from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
-from .legend import legend
+from .legend import left_of_legend, legend
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
 from .results import patch_lines
 from .scores import activity_scores, colour_range
@@ -76,17 +76,21 @@ def draw() -> None:
         return
     scale = context.preferences.system.ui_scale
     free = _free_part(context)
+    chosen = [patch for patch in picks(context, body) if patch < len(patches)]
+    cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
+    placed = _place_cards(on_one_scale(cards), free, scale)
     if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
-        _draw_colour_bar(body, free, scale)
-        _draw_names(context, body, scale)
+        heads = _heads(context, body)
+        right_of_cards = max((x + WIDTH * scale for _, x, _ in placed), default=free.left)
+        _draw_colour_bar(body, free._replace(left=right_of_cards), heads, scale)
+        _draw_names(body, heads, scale)
     surface = Surface(context, body, patches)
     _draw_chosen(surface, body, scale)
     _draw_own(surface, body.w2w, scale)
-    chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
-    cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
-    _draw_cards(on_one_scale(cards), free, scale)
+    for card, x, y in placed:
+        card.draw(x, y, scale)
 
 
 def _free_part(context: bpy.types.Context) -> Free:
@@ -110,21 +114,34 @@ def _free_part(context: bpy.types.Context) -> Free:
     return Free(*free)
 
 
-def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
-    """Draw title, colours and numbers at the right, over the bottom."""
+def _heads(context: bpy.types.Context, body: bpy.types.Object) -> list[Vector]:
+    """Where the heads of two bodies side by side are, in the region; of none where one stands alone."""
+    bodies = (body, body.w2w.beside) if legend(body.w2w, utility_of(body.w2w)).beside else ()
+    points = []
+    for item in bodies:
+        evaluated = item.evaluated_get(context.view_layer.depsgraph)
+        corners = [evaluated.matrix_world @ Vector(corner) for corner in evaluated.bound_box]
+        middle = sum(corners, Vector()) / len(corners)
+        middle.z = max(corner.z for corner in corners) + OVER_HEAD
+        points.append(location_3d_to_region_2d(context.region, context.region_data, middle))
+    return [] if None in points else points
+
+
+def _draw_colour_bar(body: bpy.types.Object, free: Free, heads: list[Vector], scale: float) -> None:
+    """Draw title, colours and numbers over the bottom, at the right or between two bodies."""
     shown = legend(body.w2w, utility_of(body.w2w))
     low, high, note = shown.low, shown.high, shown.note
     names = [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
     widest = max(
         *(width_of(name, 12 * scale) for name in names), width_of(note, 10 * scale), BAR_TITLE * scale
     )
-    box = widest + 24 * scale
+    box, margin = widest + 24 * scale, 12 * scale
     width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
-    left, bottom = free.right - box, free.bottom + 30 * scale
     foot = 16 * scale if note else 0.0
-    bottom += foot
+    left_edge = left_of_legend(box, free.left + margin, free.right - margin, [head.x for head in heads])
+    left, bottom = left_edge + margin, free.bottom + 30 * scale + foot
     rectangle(
-        left - 12 * scale,
+        left_edge,
         bottom - 16 * scale - foot,
         box,
         height + (46 + 16 * len(names)) * scale + foot,
@@ -142,33 +159,29 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, scale: float) -> None:
     text(left, bottom - 20 * scale, note, 10 * scale, GREY)
 
 
-def _draw_names(context: bpy.types.Context, body: bpy.types.Object, scale: float) -> None:
+def _draw_names(body: bpy.types.Object, heads: list[Vector], scale: float) -> None:
     """Write over the heads of two bodies side by side which map each shows."""
     shown = legend(body.w2w, utility_of(body.w2w))
-    for item, name in ((body, shown.name), (body.w2w.beside, shown.beside)) if shown.beside else ():
-        evaluated = item.evaluated_get(context.view_layer.depsgraph)
-        corners = [evaluated.matrix_world @ Vector(corner) for corner in evaluated.bound_box]
-        middle = sum(corners, Vector()) / len(corners)
-        middle.z = max(corner.z for corner in corners) + OVER_HEAD
-        point = location_3d_to_region_2d(context.region, context.region_data, middle)
-        if point is not None:
-            half = width_of(name, 13 * scale) / 2 + 8 * scale
-            rectangle(point.x - half, point.y - 6 * scale, 2 * half, 20 * scale, BACKGROUND)
-            text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
+    for point, name in zip(heads, (shown.name, shown.beside), strict=False):
+        half = width_of(name, 13 * scale) / 2 + 8 * scale
+        rectangle(point.x - half, point.y - 6 * scale, 2 * half, 20 * scale, BACKGROUND)
+        text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
 
 
-def _draw_cards(cards: list[Card], free: Free, scale: float) -> None:
-    """Draw cards at the left: one above the other where there is room, else side by side."""
+def _place_cards(cards: list[Card], free: Free, scale: float) -> list[tuple[Card, float, float]]:
+    """Lower left corners of cards at the left: one above the other where there is room, else side by side."""
     x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
+    placed = []
     stacked = y + sum(card.height(scale) + margin for card in cards) < free.top
     for card in reversed(cards) if stacked else cards:
         if x + WIDTH * scale > free.right:
-            return
-        card.draw(x, y, scale)
+            break
+        placed.append((card, x, y))
         if stacked:
             y += card.height(scale) + margin
         else:
             x += WIDTH * scale + margin
+    return placed
 
 
 def _draw_chosen(surface: Surface, body: bpy.types.Object, scale: float) -> None:
