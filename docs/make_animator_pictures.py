@@ -11,23 +11,23 @@ from pathlib import Path
 from PIL import Image
 
 PROJECT = Path(__file__).resolve().parents[1]
-SCREENSHOTS = PROJECT / ".cache"
+SCREENSHOTS = PROJECT / ".cache" / "blender-4.3"
 PICTURES = PROJECT / "docs" / "pictures"
 
-VIEW = (0, 28, 1322, 904)
+VIEW = (0, 28, 1188, 904)
 """The 3D viewport with its sidebar, in pixels of the screenshot."""
 
-SIDEBAR = (1036, 80, 1296, 904)
+SIDEBAR = (902, 80, 1162, 904)
 
 CUTS = {
-    "animator_shape": ("gui/pictures/8_shape", VIEW),
-    "animator_source_beside": ("gui/pictures/2_source_beside", VIEW),
-    "animator_motions": ("gui/pictures/2_motions_problem", SIDEBAR),
-    "animator_patches": ("gui/pictures/3_patches", VIEW),
-    "animator_heatmap": ("gui/pictures/5_mean", VIEW),
-    "animator_pick": ("gui/pictures/6_compare", VIEW),
-    "animator_two_maps": ("gui_run/pictures/6_two_maps", VIEW),
-    "animator_overnight": ("gui_run/pictures/3_signals", VIEW),
+    "animator_shape": ("window/pictures/8_shape", VIEW),
+    "animator_source_beside": ("window/pictures/2_source_beside", VIEW),
+    "animator_motions": ("window/pictures/2_motions_problem", SIDEBAR),
+    "animator_patches": ("window/pictures/3_patches", VIEW),
+    "animator_heatmap": ("window/pictures/5_mean", VIEW),
+    "animator_pick": ("window/pictures/6_compare", VIEW),
+    "animator_two_maps": ("run/pictures/6_two_maps", VIEW),
+    "animator_overnight": ("run/pictures/3_signals", VIEW),
 }
 """Screenshot and cut of each picture."""
 

@@ -9,7 +9,7 @@
 #
 # The folder is .sandbox/blender-4.3 unless W2W_BLENDER_SANDBOX names another; W2W_BLENDER_SHARE names a folder
 # that tests read (the real motion files), seen inside as /shared. W2W_DEBIAN=sid takes the newest Blender that
-# Debian has (5.2 today) instead; name another folder for it.
+# Debian has (5.2 today) instead; name another folder for it, as `make test-window-5.2` does.
 set -euo pipefail
 project=$(cd "$(dirname "$0")/.." && pwd)
 root=${W2W_BLENDER_SANDBOX:-$project/.sandbox/blender-4.3}

@@ -18,7 +18,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import FIELD, LAST, Driver, Script
-from panel import OUT, empty, idle, install, longest_freeze, module, open_tab, play, report, study
+from panel import OUT, curves, empty, idle, install, longest_freeze, module, open_tab, play, report, study
 
 DATA = Path(os.environ["W2W_DATA"])
 ACTIVITIES = (
@@ -295,7 +295,7 @@ def outline() -> list[float]:
     body = bpy.context.scene.w2w.body
     action = body.parent.animation_data.action
     path = next(
-        curve for curve in action.fcurves if "pelvis" in curve.data_path and "location" in curve.data_path
+        curve for curve in curves(action) if "pelvis" in curve.data_path and "location" in curve.data_path
     )
     joint = body.parent.data.bones["left_shoulder"].head_local
     return [*body.data.vertices[1000].co, *joint, path.keyframe_points[-1].co[1]]

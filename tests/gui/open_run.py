@@ -14,7 +14,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import Driver, Script
-from panel import empty, install, longest_freeze, module, open_tab, play, report, study
+from panel import curves, empty, install, longest_freeze, module, open_tab, play, report, study
 
 RUN = Path(os.environ["W2W_RUN"])
 OPENING_S = 120.0
@@ -40,8 +40,9 @@ def found() -> dict[str, object]:
 
 def frames(action: bpy.types.Action) -> list[float]:
     """Times of the keys of an action."""
-    curves = list(action.fcurves)
-    return [point.co[0] for point in max(curves, key=lambda c: len(c.keyframe_points)).keyframe_points]
+    return [
+        point.co[0] for point in max(curves(action), key=lambda c: len(c.keyframe_points)).keyframe_points
+    ]
 
 
 def enable_late(driver: Driver) -> Script:
@@ -110,6 +111,8 @@ def two_maps(driver: Driver) -> Script:
     yield from driver.until(lambda: study().beside is not None, 30)
     study().view, study().beside_view = "A1", "A2"
     yield from driver.look_from_the_front()
+    with driver.in_view():
+        bpy.ops.view3d.zoom(delta=-1)  # all of the scene is in view, but partly under the sidebar
     yield from driver.look("6_two_maps")
     legend = module("legend").legend(study(), module("state").utility_of(study()))
     report["two_maps"] = [legend.name, legend.beside]

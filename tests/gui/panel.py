@@ -18,7 +18,7 @@ import bpy
 from driver import Driver, Script, run
 
 OUT = Path(os.environ["W2W_OUT"])
-UI = "bl_ext.user_default.w2w.blender_addon.w2w.ui"
+PACKAGE = "bl_ext.user_default.w2w.blender_addon.w2w"
 JOB_S = 1800.0
 """The longest that a job may take on a busy machine; garments take longest."""
 
@@ -37,7 +37,13 @@ def study() -> bpy.types.PropertyGroup:
 
 def module(name: str) -> ModuleType:
     """A module of the panel."""
-    return sys.modules[f"{UI}.{name}"]
+    return sys.modules[f"{PACKAGE}.ui.{name}"]
+
+
+def curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """All f-curves of an action, in any Blender."""
+    slots = sys.modules[f"{PACKAGE}.scene.fcurves"].action_curves(action)
+    return [curve for slot in slots for curve in slot]
 
 
 def install() -> None:

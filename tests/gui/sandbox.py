@@ -14,6 +14,9 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[2]
 SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
+RESULTS = PROJECT / ".cache" / SANDBOX.name
+"""Reports and pictures of this Blender; the sandbox sees the folder."""
+
 WINDOW = ("1440", "1000")
 """Pixels: no wider than the panel and two bodies beside it need, for each is drawn in software."""
 
@@ -27,13 +30,21 @@ def inside(path: Path) -> str:
 
 
 def newest_zip() -> Path:
-    """The extension's zip that was built last; skips the test where it or the real Blender is missing."""
-    zips = sorted((PROJECT / "dist").glob("w2w-*-linux-x64.zip"), key=lambda path: path.stat().st_mtime)
+    """The zip for the sandbox's Blender that was built last; skips the test where one of both is missing."""
     if not (SANDBOX / ".ready").exists():
         pytest.skip("no real Blender here: run tools/real_blender.sh first")
-    if not zips:
-        pytest.skip("no extension here: run 'make extension' first")
-    return zips[-1]
+    python = python_version()
+    only = "" if python == "3.13" else f"-python{python}"  # the usual zip is for 3.11 and 3.13
+    zips = (PROJECT / "dist").glob(f"w2w-*-linux-x64{only}.zip")
+    newest = max(zips, key=lambda path: path.stat().st_mtime, default=None)
+    if newest is None:
+        pytest.skip(f"no extension for Python {python} here: run 'make extension' first")
+    return newest
+
+
+def python_version() -> str:
+    """The version of the Python that the sandbox's Blender uses, such as "3.13": Debian's own."""
+    return (SANDBOX / "usr" / "bin" / "python3").readlink().name.removeprefix("python")
 
 
 def run_in_window(

@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
 
-from .sandbox import PROJECT, inside, newest_zip, run_in_window
+from .sandbox import RESULTS, inside, newest_zip, run_in_window
 
-OUT = PROJECT / ".cache" / "gui_garments"
+OUT = RESULTS / "garments"
 FRAMES, RATE = 24, 30.0
 
 pytestmark = pytest.mark.slow

@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 
 from ..made_run import make_run
-from .sandbox import PROJECT, inside, newest_zip, run_in_window
+from .sandbox import RESULTS, inside, newest_zip, run_in_window
 
-OUT = PROJECT / ".cache" / "gui_run"
+OUT = RESULTS / "run"
 N_PATCHES = 512
 PICTURES = (
     "1_opened",

@@ -12,9 +12,9 @@ import subprocess
 
 import pytest
 
-from .sandbox import PROJECT, TIMEOUT_S, inside, newest_zip
+from .sandbox import PROJECT, RESULTS, TIMEOUT_S, inside, newest_zip
 
-OUT = PROJECT / ".cache" / "gui_rigify"
+OUT = RESULTS / "rigify"
 
 pytestmark = pytest.mark.slow
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from .sandbox import PROJECT, inside, newest_zip, run_in_window
+from .sandbox import RESULTS, inside, newest_zip, run_in_window
 
-OUT = PROJECT / ".cache" / "gui_run_all"
+OUT = RESULTS / "run_all"
 ACTIVITIES = ("bow", "run", "walk-left")
 N_CLIPS = 9
 

@@ -2,7 +2,7 @@
 """The extension in a real Blender window under Xvfb: click through all steps, then compare states.
 
 Needs the folder that `tools/real_blender.sh` sets up, a zip in dist/ that `tools/build_extension.py` made,
-and the real clips; skips where one is missing. Pictures of every step go to .cache/gui/pictures.
+and the real clips; skips where one is missing. Pictures of every step go to the folder of `RESULTS`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from .sandbox import PROJECT, run_in_window
+from .sandbox import RESULTS, run_in_window
 
-OUT = PROJECT / ".cache" / "gui"
+OUT = RESULTS / "window"
 
 STEPS = (
     "0_empty",
