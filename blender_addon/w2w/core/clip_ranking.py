@@ -145,7 +145,7 @@ def same_motions(
     groups = same_clips(
         [clip.name for clip in clips],
         [clip.motion_key for clip in clips],
-        np.array([found.signature for found in windows]),
+        [found.signature for found in windows],
     )
     first = np.unique(groups, return_index=True)[1]
     return tuple(

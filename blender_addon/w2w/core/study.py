@@ -342,9 +342,8 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
     return features, windows.is_test
 
 
-def same_clips(names: Sequence[str], keys: Sequence[str], signatures: np.ndarray) -> np.ndarray:
+def same_clips(names: Sequence[str], keys: Sequence[str], signatures: Sequence[np.ndarray]) -> np.ndarray:
     """Which clips show one motion, by their keys or moving alike, mirrored or not; shape (C,), int."""
-    mirrored = mirrored_signatures(signatures)
     return same_motion_groups(
-        names, keys=keys, signatures=signatures, tolerance=SAME_MOTION, mirrored=mirrored
+        names, keys=keys, signatures=signatures, tolerance=SAME_MOTION, mirrored=mirrored_signatures
     )

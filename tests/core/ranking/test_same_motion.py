@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Clips of one and the same motion are found by name, key or likeness, and others are not."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -41,7 +43,8 @@ def test_the_search_on_few_axes_finds_what_every_pair_tells():
     rng = np.random.default_rng(3)
     kinds = rng.normal(size=(12, 60)) * np.geomspace(3, 0.1, 60)
     signatures = kinds[rng.integers(12, size=80)] + rng.uniform(0, 0.06, (80, 1)) * rng.normal(size=(80, 60))
-    mirrored = np.concatenate([signatures[40:], signatures[:40][:, ::-1]])
+    signatures[40:52] = signatures[:12, ::-1] + 0.01
+    mirrored = signatures[:, ::-1]
     unit = (signatures - signatures.mean(axis=0)) / signatures.std(axis=0)
     other = (mirrored - signatures.mean(axis=0)) / signatures.std(axis=0)
     near = np.eye(80, dtype=bool)
@@ -49,7 +52,10 @@ def test_the_search_on_few_axes_finds_what_every_pair_tells():
         near |= np.linalg.norm(one[:, None] - unit, axis=2) <= 0.1 * np.sqrt(60)
     expected = connected_components(near | near.T, directed=False)[1]
     found = same_motion_groups(
-        [str(k) for k in range(80)], signatures=signatures, tolerance=0.1, mirrored=mirrored
+        [str(k) for k in range(80)],
+        signatures=list(signatures),
+        tolerance=0.1,
+        mirrored=lambda rows: rows[:, ::-1],
     )
     assert 12 < len(set(found.tolist())) < 80
     assert len(set(zip(found.tolist(), expected.tolist(), strict=True))) == len(set(expected.tolist()))
@@ -83,11 +89,26 @@ def test_however_signatures_are_held_the_same_are_found():
 def test_the_search_in_blocks_finds_what_one_block_finds(monkeypatch):
     rng = np.random.default_rng(2)
     signatures = rng.normal(size=(40, 30))[rng.integers(40, size=120)] + 0.02 * rng.normal(size=(120, 30))
-    mirrored = np.concatenate([signatures[100:], -signatures[20:]])
+    signatures[100:] = -signatures[:20] + 0.02
     clips = [str(k) for k in range(120)]
-    whole = same_motion_groups(clips, signatures=signatures, mirrored=mirrored)
+    whole = same_motion_groups(clips, signatures=signatures, mirrored=np.negative)
     monkeypatch.setattr(same_motion, "PRODUCTS", 1)
+    monkeypatch.setattr(same_motion, "ROWS_AT_ONCE", 13)
     monkeypatch.setattr(same_motion, "PAIRS_AT_ONCE", 7)
     monkeypatch.setattr(same_motion, "FOR_AXES", 11)
-    np.testing.assert_array_equal(same_motion_groups(clips, signatures=signatures, mirrored=mirrored), whole)
+    found = same_motion_groups(clips, signatures=signatures, mirrored=np.negative)
+    np.testing.assert_array_equal(found, whole)
     assert 1 < len(np.unique(whole)) < 40
+
+
+def test_the_search_holds_no_second_copy_of_the_signatures(monkeypatch):
+    monkeypatch.setattr(same_motion, "PRODUCTS", 100_000)
+    monkeypatch.setattr(same_motion, "ROWS_AT_ONCE", 100)
+    monkeypatch.setattr(same_motion, "FOR_AXES", 100)
+    signatures = np.random.default_rng(0).normal(size=(5000, 400)).astype(np.float32)
+    tracemalloc.start()
+    found = same_motion_groups([str(k) for k in range(5000)], signatures=signatures, mirrored=np.negative)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(np.unique(found)) == 5000
+    assert peak < signatures.nbytes + 5000 * same_motion.AXES * 8

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -16,6 +17,9 @@ AXES = 32
 FOR_AXES = 2000
 """Signatures that tell the axes, at most; any axes would do, these part the most pairs."""
 
+ROWS_AT_ONCE = 2000
+"""Signatures put side by side at a time: all of them would double what they take, mirrored ones again."""
+
 PRODUCTS = 4_000_000
 """Products of projections held at a time, 32 MB."""
 
@@ -26,9 +30,9 @@ PAIRS_AT_ONCE = 2_000
 def same_motion_groups(
     clips: Sequence[str],
     keys: Sequence[str] | None = None,
-    signatures: np.ndarray | None = None,
+    signatures: Sequence[np.ndarray] | None = None,
     tolerance: float = 0.05,
-    mirrored: np.ndarray | None = None,
+    mirrored: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> np.ndarray:
     """Number the distinct motions among clips: downloads of one motion get one number.
 
@@ -41,13 +45,13 @@ def same_motion_groups(
         Name of each clip; clips of equal name are the same.
     keys : sequence of str, optional
         Known identity of each clip's motion; an empty key says nothing.
-    signatures : ndarray, shape (C, K), optional
+    signatures : sequence of ndarrays (K,), length C, optional
         Description of each clip's motion, such as `motion_signature` gives.
     tolerance : float
         Greatest root mean square difference of two signatures of one motion, in units
         of each column's standard deviation over the clips.
-    mirrored : ndarray, shape (C, K), optional
-        The signatures with left and right exchanged: libraries hold the same motion mirrored,
+    mirrored : callable, optional
+        Exchanges left and right of signatures (M, K): libraries hold the same motion mirrored,
         and a mirrored copy made to train on would be the very clip tested.
 
     Returns
@@ -59,7 +63,6 @@ def same_motion_groups(
     if keys is not None:
         edges.append(_equal_pairs([key or None for key in keys]))
     if signatures is not None:
-        signatures = np.asarray(signatures)
         alike = _equal_pairs([hashlib.blake2b(row.tobytes(), digest_size=16).digest() for row in signatures])
         edges += [alike, _near_pairs(signatures, mirrored, np.unique(alike[0]), tolerance)]
     first, second = np.concatenate(edges, axis=1)
@@ -76,31 +79,84 @@ def _equal_pairs(values: list) -> np.ndarray:
     return np.array(links, dtype=np.int64).reshape(-1, 2).T
 
 
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Some of the signatures, as they are or mirrored, put side by side (L, K) as they are asked for."""
+
+    signatures: Sequence[np.ndarray]
+    numbers: np.ndarray
+    mirrored: Callable[[np.ndarray], np.ndarray] | None = None
+
+    def some(self, which: np.ndarray | slice) -> np.ndarray:
+        """Those of these places among `numbers`."""
+        rows = np.array([self.signatures[number] for number in self.numbers[which].tolist()])
+        return rows if self.mirrored is None else self.mirrored(rows)
+
+    def blocks(self) -> Iterator[np.ndarray]:
+        """All of them, `ROWS_AT_ONCE` at a time."""
+        for start in range(0, len(self.numbers), ROWS_AT_ONCE):
+            yield self.some(slice(start, start + ROWS_AT_ONCE))
+
+    def deviation(self) -> np.ndarray:
+        """Standard deviation of each column, shape (K,)."""
+        mean = sum(rows.sum(axis=0, dtype=np.float64) for rows in self.blocks()) / len(self.numbers)
+        square = sum(((rows - mean) ** 2).sum(axis=0) for rows in self.blocks())
+        return np.sqrt(square / len(self.numbers))
+
+
+@dataclass(frozen=True, eq=False)
+class _Projected:
+    """Rows on a few axes, along the first of them in order.
+
+    Attributes
+    ----------
+    rows : _Rows
+    order : ndarray of int, shape (L,)
+        Which of the rows each line is of.
+    lines : ndarray, shape (L, AXES)
+        In double precision, however the rows are held.
+    """
+
+    rows: _Rows
+    order: np.ndarray
+    lines: np.ndarray
+
+    @classmethod
+    def of(cls, rows: _Rows, axes: np.ndarray) -> _Projected:
+        """Rows on axes (K, AXES)."""
+        lines = np.concatenate([block.astype(np.float64) @ axes for block in rows.blocks()])
+        order = np.argsort(lines[:, 0])
+        return cls(rows, order, lines[order])
+
+
 def _near_pairs(
-    signatures: np.ndarray, mirrored: np.ndarray | None, distinct: np.ndarray, tolerance: float
+    signatures: Sequence[np.ndarray],
+    mirrored: Callable[[np.ndarray], np.ndarray] | None,
+    distinct: np.ndarray,
+    tolerance: float,
 ) -> np.ndarray:
     """Index pairs (2, M) of distinct rows that differ by at most `tolerance`, columns standardised; of rows
-    and mirrored rows too, where given."""
-    deviation = signatures.std(axis=0, dtype=np.float64)
+    and mirrored rows too, where they can be mirrored."""
+    deviation = _Rows(signatures, np.arange(len(signatures))).deviation()
     used = deviation > 0
     scale = np.divide(1.0, deviation, where=used, out=np.zeros_like(deviation))
     reach = tolerance * np.sqrt(used.sum())
-    every = len(distinct) == len(signatures)
-    own, *other = (rows if every else rows[distinct] for rows in (signatures, mirrored) if rows is not None)
+    rows = _Rows(signatures, distinct)
+    axes = scale[:, None] * _principal_axes(
+        rows.some(slice(None, None, -(-len(distinct) // FOR_AXES))) * scale
+    )
+    own = _Projected.of(rows, axes)
     pairs = [*_pairs_within(own, own, scale, reach)]
-    for rows in other:
-        pairs += _pairs_within(rows, own, scale, reach)
+    if mirrored is not None:
+        pairs += _pairs_within(_Projected.of(_Rows(signatures, distinct, mirrored), axes), own, scale, reach)
     return distinct[np.concatenate(pairs, axis=1)] if pairs else np.empty((2, 0), dtype=np.int64)
 
 
 def _pairs_within(
-    one: np.ndarray, other: np.ndarray, scale: np.ndarray, reach: float
+    one: _Projected, other: _Projected, scale: np.ndarray, reach: float
 ) -> Iterator[np.ndarray]:
-    """Index pairs (2, M) of rows (C, K) of two kinds no further apart than `reach`, some at a time."""
-    axes = scale[:, None] * _principal_axes(other[:: -(-len(other) // FOR_AXES)] * scale)
-    a, b = _projected(one, axes), _projected(other, axes)
-    rows, among = np.argsort(a[:, 0]), np.argsort(b[:, 0])
-    a, b = a[rows], b[among]
+    """Index pairs (2, M) of rows of two kinds no further apart than `reach`, some at a time."""
+    a, b = one.lines, other.lines
     half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
     far = reach * (1 + 1e-6) + 1e-9  # of projections, which are no longer than what they are of
     step = max(1, PRODUCTS // len(b))
@@ -109,13 +165,7 @@ def _pairs_within(
         low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - far, a[block][-1, 0] + far])
         near = a[block] @ b[low:high].T - half_b[low:high] >= half_a[block, None] - far**2 / 2
         i, j = np.nonzero(near)
-        yield _within(one, other, rows[start + i], among[low + j], scale, reach)
-
-
-def _projected(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Rows (C, K) on axes (K, A) in double precision, however they are held, shape (C, A)."""
-    steps = range(0, len(rows), FOR_AXES)
-    return np.concatenate([rows[start : start + FOR_AXES].astype(np.float64) @ axes for start in steps])
+        yield _within(one.rows, other.rows, one.order[start + i], other.order[low + j], scale, reach)
 
 
 def _principal_axes(rows: np.ndarray) -> np.ndarray:
@@ -125,11 +175,12 @@ def _principal_axes(rows: np.ndarray) -> np.ndarray:
 
 
 def _within(
-    one: np.ndarray, other: np.ndarray, i: np.ndarray, j: np.ndarray, scale: np.ndarray, reach: float
+    one: _Rows, other: _Rows, i: np.ndarray, j: np.ndarray, scale: np.ndarray, reach: float
 ) -> np.ndarray:
     """Those of the pairs that are no further apart than `reach`, shape (2, L)."""
     near = np.empty(len(i), dtype=bool)
     for start in range(0, len(i), PAIRS_AT_ONCE):
-        some = slice(start, start + PAIRS_AT_ONCE)
-        near[some] = np.linalg.norm((one[i[some]] - other[j[some]]) * scale, axis=1) <= reach
+        block = slice(start, start + PAIRS_AT_ONCE)
+        apart = (one.some(i[block]) - other.some(j[block])) * scale
+        near[block] = np.linalg.norm(apart, axis=1) <= reach
     return np.stack([i[near], j[near]])
