@@ -12,7 +12,7 @@ from __future__ import annotations
 import sys
 import time
 from contextlib import ExitStack
-from unittest.mock import patch
+from unittest import mock
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -25,7 +25,7 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.run_up import with_run_up
 from w2w.core.patches.garment_cover import Cover, cover
 from w2w.core.patches.garments import cut
-from w2w.core.patches.patches import sample_patches
+from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.scene.wear import worn_through
 
 FRAMES, RATE, ARM_DOWN = 20, 60.0, 70
@@ -38,23 +38,32 @@ def main() -> None:
     kind = "trousers" if "trousers" in sys.argv else "tshirt"
     body = Body.bundled()
     cloth = cut(kind, body).cloth
-    own = cover(cloth.vertices, cloth.faces, body, sample_patches(body, 128, mode="fast"))
+    patches = sample_patches(body, 128, mode="fast")
+    own = cover(cloth.vertices, cloth.faces, body, patches)
     still = _standing(body)
     print(
         f"{kind}, {len(own)} sensors, {FRAMES} frames; RMS acceleration, m/s2: median, 95th percentile, most"
     )
-    show("as it is", {}, body, kind, own, still)
+    show("as it is", {}, body, patches, kind, own, still)
     if "before" in sys.argv:
-        show("as it was", BEFORE, body, kind, own, still)
+        show("as it was", BEFORE, body, patches, kind, own, still)
 
 
-def show(title: str, settings: dict[str, float], body: Body, kind: str, own: Cover, still: Motion) -> None:
+def show(
+    title: str,
+    settings: dict[str, float],
+    body: Body,
+    patches: PatchSet,
+    kind: str,
+    own: Cover,
+    still: Motion,
+) -> None:
     """Print what settings give."""
     with ExitStack() as stack:
         for name, value in settings.items():
-            stack.enter_context(patch(f"w2w.scene.{name}", value))
+            stack.enter_context(mock.patch(f"w2w.scene.{name}", value))
         begun = time.process_time()
-        worn = worn_through(body, {kind: own}, still)
+        worn = worn_through(body, patches, {kind: own}, still)
         spent = (time.process_time() - begun) / with_run_up(still)[0].n_frames
     path = worn.matrices[:, :, :3, 3]
     raw = np.linalg.norm(np.diff(path, 2, axis=0), axis=2) * RATE**2

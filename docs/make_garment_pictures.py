@@ -65,7 +65,7 @@ def draped(body: Body, clip: Path, second: float) -> tuple[Body, dict[str, Body]
     covers = without_overlap([cover(c.vertices, c.faces, body, patches) for c in cloths.values()])
     moved, before = with_run_up(motion)
     wanted = (before + second * moved.rate) / moved.n_frames
-    frames = follow(objects.mesh, list(items.values()), covers, motion)
+    frames = follow(objects.mesh, list(items.values()), covers, motion, patches)
     while next(frames) < wanted:
         pass
     shown = {"": (objects.mesh, body)} | {kind: (items[kind], cloths[kind]) for kind in KINDS}

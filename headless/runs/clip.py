@@ -118,7 +118,7 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
     _, motion, details = load_clip(task.clip, body, task.bone_maps, task.pose)
     _refuse_too_long(motion, task)
-    worn = worn_in(task, body, motion)
+    worn = worn_in(task, body, patches, motion)
     recording = record(body, patches, motion, task.config, worn)
     features, is_test = describe(recording, task.config)
     copies, copy_files = _make_copies(task, body, patches, motion)

@@ -14,6 +14,7 @@ from w2w.core.findings.garments import caught_content
 from w2w.core.imu.worn import Worn
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.garment_cover import Cover, load_covers
+from w2w.core.patches.patches import PatchSet
 from w2w.core.study import measured
 from w2w.scene.output import quiet_output
 
@@ -22,7 +23,7 @@ from ..needs_blender import needs_blender
 from .clip_task import ClipTask
 
 
-def worn_in(task: ClipTask, body: Body, motion: Motion) -> Worn | None:
+def worn_in(task: ClipTask, body: Body, patches: PatchSet, motion: Motion) -> Worn | None:
     """Where the sensors on garments are in a clip; None where nothing is worn.
 
     Raises
@@ -39,7 +40,7 @@ def worn_in(task: ClipTask, body: Body, motion: Motion) -> Worn | None:
     with needs_blender(), quiet_output():
         from w2w.scene.wear import worn_through
 
-        return worn_through(body, covers, measured(motion, task.config))
+        return worn_through(body, patches, covers, measured(motion, task.config))
 
 
 def caught_in(task: ClipTask, worn: Worn | None) -> dict[str, Any]:

@@ -68,7 +68,7 @@ def test_a_shirt_hangs_on_the_body_and_gives_the_same_bytes_again():
     standing = Motion(lean, pelvis, 50.0, "standing", "one", "clip")
     cloth = cut("tshirt", body).cloth
     own = cover(cloth.vertices, cloth.faces, body, patches)
-    first, second = (worn_through(body, {"tshirt": own}, standing) for _ in range(2))
+    first, second = (worn_through(body, patches, {"tshirt": own}, standing) for _ in range(2))
     assert first.matrices.tobytes() == second.matrices.tobytes()
     assert np.isfinite(first.matrices).all()
     assert not bpy.data.objects

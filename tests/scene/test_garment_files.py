@@ -29,7 +29,7 @@ def test_it_covers_and_follows_the_body_that_wears_it(wardrobe, bundled_body, pa
     garment = f"{wardrobe}:Shirt"
     own = fitted(garment, bundled_body, patches)
     assert 10 < len(own) < len(patches)
-    worn = worn_through(bundled_body, {garment: own}, short)
+    worn = worn_through(bundled_body, patches, {garment: own}, short)
     assert worn.patches.tolist() == own.patches.tolist()
     turns = np.swapaxes(worn.matrices[:1, :, :3, :3], -1, -2) @ worn.matrices[..., :3, :3]
     assert np.abs(turns - np.eye(3)).max() > 0.01, "it stands still"

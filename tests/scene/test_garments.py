@@ -53,7 +53,7 @@ def test_a_surface_deform_a_hair_off_feels_what_the_skin_feels(body_in_scene, bu
     follow_surface(item, body_in_scene.mesh)
     own = cover_of(item, body_in_scene.mesh, patches)
     assert len(own) == len(patches)
-    worn = finished(follow(body_in_scene.mesh, [item], [own], short))
+    worn = finished(follow(body_in_scene.mesh, [item], [own], short, patches))
     same = (own.triangles == patches.triangles).all(axis=1)
     assert same.mean() > 0.7  # of triangles that are equally steady another may be chosen
     moved, before = with_run_up(short)
@@ -79,7 +79,7 @@ def test_a_rigid_offset_is_the_skins_path_and_its_lever_arm(body_in_scene, bundl
     modifier = plate.modifiers.new("Armature", "ARMATURE")
     modifier.object = body_in_scene.armature
     own = cover_of(plate, body_in_scene.mesh, patches)
-    worn = finished(follow(body_in_scene.mesh, [plate], [own], short))
+    worn = finished(follow(body_in_scene.mesh, [plate], [own], short, patches))
     moved, before = with_run_up(short)
     rest = own.matrices(np.array([tuple(crown + corner) for corner in corners])[own.triangles][None])[0]
     head = skinning_transforms(bundled_body, moved)[before:, 15]
@@ -184,6 +184,6 @@ def test_a_lattice_is_one_more_way_to_follow(body_in_scene, bundled_body, patche
     bpy.context.view_layer.update()
     check_garment(cap, body_in_scene.mesh)
     own = cover_of(cap, body_in_scene.mesh, patches)
-    worn = finished(follow(body_in_scene.mesh, [cap], [own], short))
+    worn = finished(follow(body_in_scene.mesh, [cap], [own], short, patches))
     assert np.isfinite(worn.matrices).all()
     assert patch_matrices(bundled_body, patches.triangles, short).shape[1:] == worn.matrices.shape[1:]

@@ -125,10 +125,10 @@ class PatchBaker:
     def _fast(self, motion: Motion) -> Bake:
         if self._body is None:
             self._body = body_of(self.mesh)
-        placed = _placed(motion, self.armature)
-        matrices = patch_matrices(self._body, self.patches.triangles, placed)
+        stood = placed(motion, self.armature)
+        matrices = patch_matrices(self._body, self.patches.triangles, stood)
         reason = "the armature's f-curves alone move the body"
-        return Bake(matrices, motion.rate, "fast", reason, motion, placed.pelvis)
+        return Bake(matrices, motion.rate, "fast", reason, motion, stood.pelvis)
 
 
 def bake(
@@ -187,7 +187,7 @@ def _motion_of(armature: bpy.types.Object, action: bpy.types.Action | None) -> t
         return None, str(error)
 
 
-def _placed(motion: Motion, armature: bpy.types.Object) -> Motion:
+def placed(motion: Motion, armature: bpy.types.Object) -> Motion:
     """A motion in the armature's space, put where the armature stands in the world."""
     place = matrix(armature.matrix_world) @ np.linalg.inv(body_space(armature))
     rotations = motion.rotations.copy()

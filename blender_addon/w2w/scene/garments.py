@@ -13,13 +13,16 @@ import numpy as np
 from ..core.imu.worn import Worn
 from ..core.motion.motion import Motion
 from ..core.motion.run_up import POSE_S, SETTLE_S, with_run_up
+from ..core.motion.skinning import patch_matrices
 from ..core.patches.caught import caught_sentence
 from ..core.patches.garment_cover import Cover, cover, without_overlap
 from ..core.patches.patches import PatchSet
 from . import actions
 from .actions import scene_rate, set_scene_rate, write_action
-from .bake import Bake, PatchBaker
+from .bake import Bake, PatchBaker, placed
 from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
+from .clear_arms import with_clear_arms
+from .cloth import KIND
 from .cloth_time import real_time_speed
 from .collider import coarse_collider
 from .fast_path import moved_besides_bones
@@ -132,7 +135,7 @@ class GarmentBaker:
         action = action or active_action(armature)
         besides = moved_besides_bones(self.mesh, armature, action)
         if skin.motion is not None and not besides:
-            frames = follow(self.mesh, self.garments, self.covers, skin.motion)
+            frames = follow(self.mesh, self.garments, self.covers, skin.motion, self.patches)
         else:
             frames = _follow_scene(
                 self.mesh, self.garments, self.covers, action, len(skin.matrices), skin.rate
@@ -150,8 +153,12 @@ def follow(
     garments: Sequence[bpy.types.Object],
     covers: Sequence[Cover],
     motion: Motion,
+    patches: PatchSet,
 ) -> Generator[float, None, Worn]:
     """Let garments follow a body through a motion, from rest and settled before it begins.
+
+    Where one is ours, the body's arms are held clear of its trunk meanwhile; the sensors are then
+    carried back with the skin below them.
 
     The scene is on another frame between the pauses, and as it was at the end, or when the
     generator is closed early.
@@ -165,6 +172,8 @@ def follow(
         One a garment.
     motion : Motion
         In the armature's space.
+    patches : PatchSet
+        Of the body.
 
     Yields
     ------
@@ -176,8 +185,9 @@ def follow(
     ValueError
         If the cloth flies apart.
     """
-    moved, before = with_run_up(motion)
-    armature = armature_of(mesh)
+    body, armature = body_of(mesh), armature_of(mesh)
+    ours = any(KIND in item for item in garments)
+    moved, before = with_run_up(with_clear_arms(body, motion) if ours else motion)
     with ExitStack() as stack:
         stack.enter_context(same_timing())
         set_scene_rate(moved.rate)
@@ -187,7 +197,19 @@ def follow(
         first = int(actions.FIRST_FRAME)
         frames = np.arange(first, first + moved.n_frames)
         followed = yield from _followed(stack, mesh, garments, covers, frames, before)
-    return _worn(covers, followed, moved.rate)
+    worn = _worn(covers, followed, moved.rate)
+    if not ours:
+        return worn
+    triangles = patches.triangles[worn.patches]
+    there, here = (
+        patch_matrices(body, triangles, placed(_from(one, before), armature))
+        for one in (moved, with_run_up(motion)[0])
+    )
+    return worn.carried(there, here)
+
+
+def _from(motion: Motion, frame: int) -> Motion:
+    return replace(motion, rotations=motion.rotations[frame:], pelvis=motion.pelvis[frame:])
 
 
 def _follow_scene(

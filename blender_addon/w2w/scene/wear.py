@@ -34,12 +34,14 @@ def fitted(garment: str, body: Body, patches: PatchSet) -> Cover:
         return cover_of(item, objects.mesh, patches)
 
 
-def worn_through(body: Body, covers: Mapping[str, Cover], motion: Motion) -> Worn:
+def worn_through(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion: Motion) -> Worn:
     """Where the sensors on garments were while a body moved.
 
     Parameters
     ----------
     body : Body
+    patches : PatchSet
+        Of the body.
     covers : mapping of str to Cover
         What each garment covers, by its name.
     motion : Motion
@@ -50,7 +52,7 @@ def worn_through(body: Body, covers: Mapping[str, Cover], motion: Motion) -> Wor
         If a garment cannot be worn, or its cloth flies apart.
     """
     with _dressed(body, tuple(covers)) as (objects, garments):
-        frames = follow(objects.mesh, garments, tuple(covers.values()), motion)
+        frames = follow(objects.mesh, garments, tuple(covers.values()), motion, patches)
         while True:
             try:
                 next(frames)

@@ -52,6 +52,19 @@ def test_a_rigid_offset_adds_its_lever_arm(bundled_body, some_patches, waving):
     np.testing.assert_allclose(found[inside], lever[inside], atol=0.12 * np.abs(lever).max())
 
 
+def test_carried_to_another_pose_a_sensor_keeps_its_place_over_its_patch(bundled_body, some_patches, waving):
+    there, here = (
+        patch_matrices(bundled_body, some_patches.triangles, motion)[:, [4, 7]]
+        for motion in (waving, replace(waving, rotations=waving.rotations[::-1]))
+    )
+    offset = np.array([0.01, -0.02, 0.03])
+    worn = Worn(np.array([4, 7]), offset_by(there, offset), waving.rate, (5,))
+    carried = worn.carried(there, here)
+    np.testing.assert_allclose(carried.matrices, offset_by(here, offset), atol=1e-9)
+    assert np.abs(here - there).max() > 0.1
+    assert carried.caught == (5,)
+
+
 def test_the_panels_door_gives_the_same(bundled_body, some_patches, waving):
     config = StudyConfig(sensor="bmi270")
     matrices = patch_matrices(bundled_body, some_patches.triangles, waving)

@@ -32,6 +32,16 @@ class Worn:
     rate: float
     caught: tuple[int, ...] = ()
 
+    def carried(self, there: np.ndarray, here: np.ndarray) -> Worn:
+        """The same over a body in another pose: each sensor stays where it is relative to its patch.
+
+        Parameters
+        ----------
+        there, here : ndarray, shape (T, K, 4, 4)
+            World matrices of the patches on the skin in the pose followed and in the one wanted.
+        """
+        return replace(self, matrices=here @ np.linalg.inv(there) @ self.matrices)
+
     def over(self, skin: ImuRecording, settings: Synthesis) -> ImuRecording:
         """The ideal recording of the skin, with what the garment's sensors feel in place of the skin's.
 
