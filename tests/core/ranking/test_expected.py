@@ -73,6 +73,39 @@ def test_intervals_hold_other_clips_f1_about_as_often_as_two_samples_of_one_thin
     assert 0.7 < np.mean(held) < 0.95
 
 
+def test_intervals_narrow_where_all_clips_bring_f1_nearer_to_one_than_halves_do():
+    """Errors of a share p of so many clips vary by p (1 - p) over their number."""
+    rng = np.random.default_rng(1)
+    work = plan(*clips(), seed=1)
+    noise = 0.05 * rng.normal(size=(2 * len(work.pairs), A, N))
+    widths = []
+    for whole, halves in ((0.5, 0.5), (0.9, 0.8), (0.9, 0.9)):
+        maps = np.concatenate([whole + noise[:1] / 2, halves + noise])
+        found = expect(TrialMaps(maps / 4, maps), work, Pooling.none(N), 0.95, 0)
+        widths.append(np.median(found.high - found.low))
+    alike, nearer, still = widths
+    assert nearer == pytest.approx(alike * np.sqrt(0.9 * 0.1 / (0.8 * 0.2)), rel=0.06)
+    assert still == pytest.approx(alike, rel=0.02)
+
+
+def test_intervals_hold_the_truth_where_few_halvings_tell_of_the_level():
+    held = []
+    for seed in range(80):
+        rng = np.random.default_rng(100 + seed)
+        truth = np.repeat(0.5 + 0.02 * rng.normal(size=(1, N)), A, axis=0)
+        found, _ = world(truth, 0.05, 0.02, seed)
+        held.append(((found.low <= truth[0]) & (truth[0] <= found.high)).mean())
+    assert np.mean(held) > 0.885
+
+
+def test_f1_of_one_everywhere_leaves_an_interval():
+    work = plan(*clips(), seed=2)
+    halves = 0.9 + 0.05 * np.random.default_rng(2).normal(size=(2 * len(work.pairs), A, N))
+    maps = np.concatenate([np.ones((1, A, N)), halves])
+    found = expect(TrialMaps(maps / 4, maps), work, Pooling.none(N), 0.95, 0)
+    assert (found.high > found.low).all()
+
+
 def test_clips_that_cannot_be_halved_rank_nothing():
     clip = np.repeat(np.arange(3 * A), 2)
     work = plan(clip % A, clip, clip // A, np.ones(len(clip), bool))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.stats import t
 
 from .halves import Plan, maps_of
 from .pooling import Pooling, centred
@@ -100,8 +100,8 @@ def expect(
     level_of_all = raw.mean() if alike(weights) else mean_over(raw, weights, 0).mean()
     mean = level_of_all + repeat.slope * centred(mean_over(pooled, weights, 0))
     # two or three subjects tell little of how far people differ
-    spread = norm if plan.disjoint else t(max(len(plan.whole.splits) - 1, 1))
-    reach = spread.ppf((1 + level) / 2) * np.sqrt(repeat.variance)
+    freedom = repeat.freedom if plan.disjoint else max(len(plan.whole.splits) - 1, 1)
+    reach = t(freedom).ppf((1 + level) / 2) * np.sqrt(repeat.variance)
     return Expected(
         f1=np.clip(f1, 0, 1).T.astype(np.float32),
         mean=np.clip(mean, 0, 1).astype(np.float32),
@@ -125,6 +125,8 @@ class _Repeat:
         F1 by unit of the pooled map, about its mean.
     variance : float
         Of a patch's expected macro F1.
+    freedom : float
+        Degrees of freedom of this variance; infinite where it is known.
     noise_maps : ndarray, shape (pairs, N)
         What the expected map of all clips might be off by; none where the clips cannot be halved.
     agreement : float
@@ -137,6 +139,7 @@ class _Repeat:
     slope: float
     slope_by_activity: float
     variance: float
+    freedom: float
     noise_maps: np.ndarray
     agreement: float
     reliability: float
@@ -155,16 +158,20 @@ class _Repeat:
         pooled = [(pooling.apply(a, shares), pooling.apply(b, shares)) for a, b in scores]
         slope, by_activity = _slope(means_of(pooled), means_of(raw)), _slope(pooled, raw)
         rest = Unhalved.of(weights, both, plan.clips)
-        variance = _variance(means_of(raw), slope, means_of(pooled), plan.shrink)
-        variance = rest.variance_with(variance, raw)
-        if plan.disjoint:
-            slope, by_activity = slope * _of_all(means_of(pooled)), by_activity * _of_all(pooled)
+        more = (_of_all(means_of(pooled)), _of_all(pooled)) if plan.disjoint else (1.0, 1.0)
+        counted = (plan.clips[both], weights[both])
+        left = _noise_left(maps.raw[0][both], raw, *counted) if plan.disjoint else 1.0
+        kept = more[0] * slope**2 * np.mean([np.var(half) for pair in means_of(pooled) for half in pair])
+        of_level, of_patch = _variances(means_of(raw), float(kept), left / plan.shrink)
+        variance = rest.variance_with(of_level + of_patch, raw)
+        freedom = _freedom(rest.halved**2 * of_level, len(raw), variance)
+        slope, by_activity = slope * more[0], by_activity * more[1]
         every = np.repeat(shares.mean(axis=1, keepdims=True), len(whole), axis=1)
         every[:, both] = shares
         believed = rest.believed(pooling.apply(whole, every)[rest.rows], pooled)
         every[:, ~both] *= believed
         means = slope * rest.halved * centred(np.array(means_of(pooled)))
-        more = slope * rest.noise_maps(pooled, believed, seed)
+        of_rest = slope * rest.noise_maps(pooled, believed, seed)
         signal = float((means[:, 0] * means[:, 1]).mean())
         reliability = of_all(agreement(means_of(pooled))) if plan.disjoint else np.nan
         return cls(
@@ -172,9 +179,10 @@ class _Repeat:
             slope=slope,
             slope_by_activity=by_activity,
             variance=variance,
-            noise_maps=(means[:, 0] - means[:, 1]) / np.sqrt(plan.shrink) + more,
+            freedom=freedom,
+            noise_maps=(means[:, 0] - means[:, 1]) / np.sqrt(plan.shrink) + of_rest,
             agreement=signal * 2 / plan.shrink,
-            reliability=with_noise(reliability, signal, float(more.var())),
+            reliability=with_noise(reliability, signal, float(of_rest.var())),
         )
 
     @classmethod
@@ -186,7 +194,7 @@ class _Repeat:
             UNPROVEN * _slope([(one, one)], [(other, other)])
             for one, other in ((mean_over(pooled, weights, 0), mean_over(raw, weights, 0)), (pooled, raw))
         ]
-        return cls(shares, *slopes, 1.0, np.empty((0, raw.shape[1])), 0.0, np.nan)
+        return cls(shares, *slopes, 1.0, np.inf, np.empty((0, raw.shape[1])), 0.0, np.nan)
 
 
 def _of_all(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
@@ -205,22 +213,37 @@ def _slope(seen: list[tuple[np.ndarray, np.ndarray]], other: list[tuple[np.ndarr
     return float(np.clip(together / square, FLATTEST, STEEPEST)) if square > 0 else 0.0
 
 
-def _variance(
-    raw: list[tuple[np.ndarray, np.ndarray]],
-    slope: float,
-    pooled: list[tuple[np.ndarray, np.ndarray]],
-    shrink: float,
+def _noise_left(
+    whole: np.ndarray, pairs: list[tuple[np.ndarray, np.ndarray]], clips: np.ndarray, weights: np.ndarray
 ) -> float:
-    """Variance of the expected macro F1 of a patch about its true one.
+    """Variance of F1 on all clips by half of that on halves of them.
+
+    A share p of so many clips varies by p (1 - p) over their number; where more clips bring F1 nearer
+    to 1, its noise falls by more than half. Fewer errors than half a clip count as half a clip.
+    """
+    halves = np.mean([half.mean(axis=1) for pair in pairs for half in pair], axis=0)
+    shares = [np.minimum(f1, 1 - 0.5 / of) for f1, of in ((whole.mean(axis=1), clips), (halves, clips / 2))]
+    of_all, of_half = ((weights**2 * f1 * (1 - f1)).sum() for f1 in shares)
+    return float(of_all / of_half) if of_half > 0 else 1.0
+
+
+def _variances(raw: list[tuple[np.ndarray, np.ndarray]], kept: float, shrunk: float) -> tuple[float, float]:
+    """Variance of the expected macro F1 of a patch about its true one, in two parts.
 
     The level that all patches share, and half of what one patch's F1 on other clips lies off its
-    expected F1 beyond that: what pooling left out, and the noise of that other F1.
+    expected F1 beyond that: what pooling left out, all but `kept` of the signal's variance, and the noise
+    of that other F1.
     """
-    of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) / shrink
-    of_noise = np.mean([np.var(a - b) for a, b in raw]) / shrink
+    of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) * shrunk
+    of_noise = np.mean([np.var(a - b) for a, b in raw]) * shrunk
     signal = np.mean([(centred(a) * centred(b)).mean() for a, b in raw])
-    kept = slope**2 * np.mean([np.var(half) for pair in pooled for half in pair])
-    return float(of_level + (max(signal - kept, 0.0) + of_noise) / 2)
+    return float(of_level), float((max(signal - kept, 0.0) + of_noise) / 2)
+
+
+def _freedom(of_level: float, pairs: int, variance: float) -> float:
+    """Degrees of freedom of a variance whose part `of_level` few pairs tell, the rest many patches
+    (Satterthwaite 1946, doi:10.2307/3002019)."""
+    return pairs * (variance / of_level) ** 2 if of_level > 0 else np.inf
 
 
 def _agree(repeat: _Repeat, level: float) -> bool:
