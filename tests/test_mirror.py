@@ -37,9 +37,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"
     ),
     "tests/headless/sweep": "figure maps",
-    "tests/headless/validation": (
-        "dsads figures own_sensor paired posture protocol_report report truth unpaired utd"
-    ),
+    "tests/headless/validation": ("dsads figures own_sensor paired posture protocol_report report truth utd"),
     "tests/scene": (
         "evaluated fast_path fcurves gltf load output packing patches playback render reshape "
         "scene_motion study_file study_record takes wear"
