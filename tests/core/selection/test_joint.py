@@ -152,6 +152,9 @@ def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_second(t
     assert [set(candidates) for candidates, _ in tried[1:]] == [
         best - set(grown.order[:size]) for size in (2, 3, 4)
     ]
+    assert (
+        grow(tests.whole, terms(4), 4, worst=True).shortlist is None
+    )  # another activity is the worst each time
     further = grow(tests.whole, terms(5, required=[[0], [9], [10]]), 5)
     assert {0, 9, 10} <= set(further.order)
 

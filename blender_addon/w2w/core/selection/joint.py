@@ -62,7 +62,8 @@ def grow(
 ) -> Growth:
     """Add the patch by which the classifier on all of them tells the activities apart best.
 
-    Once all have been tried beside the first patch, the best of them stay candidates for further ones.
+    Once all have been tried beside the first patch, the best of them stay candidates for further ones; all
+    do where the activity told apart worst decides, for that is another one each time.
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ def grow(
             else:
                 value = (tests.single if first is None else first)[candidates]
             gain = (value - area) / terms.cost[candidates]
-            if order and shortlist is None and not missing:
+            if order and shortlist is None and not missing and not worst:
                 most = max(int(SHORTLIST * len(candidates)), LEAST_LISTED)
                 shortlist = np.sort(candidates[np.argsort(-gain, kind="stable")[:most]])
             best = int(gain.argmax())
