@@ -16,6 +16,7 @@ from w2w.scene.body import add_skinned
 from w2w.scene.clear_arms import ANGLES, outward, with_clear_arms
 from w2w.scene.cloth import dress
 from w2w.scene.garments import cover_of, follow
+from w2w.scene.pauses import without_pauses
 
 
 def standing(body, left=0.0, right=0.0, frames=2):
@@ -25,14 +26,6 @@ def standing(body, left=0.0, right=0.0, frames=2):
         turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
         rotations[:, JOINT_INDEX[f"{side}_shoulder"]] = turn
     return Motion(rotations, np.tile(body.joints[0], (frames, 1)), 60.0)
-
-
-def finished(frames):
-    while True:
-        try:
-            next(frames)
-        except StopIteration as stop:
-            return stop.value
 
 
 def wrist(body, motion, side):
@@ -80,7 +73,7 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
     own = cover_of(item, body_in_scene.mesh, patches)
     motion = standing(bundled_body, left=88.0, right=88.0)
     frames = follow(body_in_scene.mesh, [item], [own], motion, patches)
-    worn = finished(frames)
+    worn = without_pauses(frames)
     away = {}
     for name, posed in (("own", motion), ("cleared", with_clear_arms(bundled_body, motion))):
         moved, before = with_run_up(posed)

@@ -13,6 +13,7 @@ from w2w.scene.actions import show_action, write_action
 from w2w.scene.bake import bake
 from w2w.scene.body import add_skinned, body_of
 from w2w.scene.garments import GarmentBaker, check_garment, cover_of, follow
+from w2w.scene.pauses import without_pauses
 
 from .conftest import difference
 
@@ -20,14 +21,6 @@ from .conftest import difference
 @pytest.fixture
 def short(waving):
     return Motion(waving.rotations[:24], waving.pelvis[:24], waving.rate, "waving", "one", "clip")
-
-
-def finished(frames):
-    while True:
-        try:
-            next(frames)
-        except StopIteration as stop:
-            return stop.value
 
 
 def copy_of_skin(objects, name="Second Skin", off=0.0):
@@ -53,7 +46,7 @@ def test_a_surface_deform_a_hair_off_feels_what_the_skin_feels(body_in_scene, bu
     follow_surface(item, body_in_scene.mesh)
     own = cover_of(item, body_in_scene.mesh, patches)
     assert len(own) == len(patches)
-    worn = finished(follow(body_in_scene.mesh, [item], [own], short, patches))
+    worn = without_pauses(follow(body_in_scene.mesh, [item], [own], short, patches))
     same = (own.triangles == patches.triangles).all(axis=1)
     assert same.mean() > 0.7  # of triangles that are equally steady another may be chosen
     moved, before = with_run_up(short)
@@ -79,7 +72,7 @@ def test_a_rigid_offset_is_the_skins_path_and_its_lever_arm(body_in_scene, bundl
     modifier = plate.modifiers.new("Armature", "ARMATURE")
     modifier.object = body_in_scene.armature
     own = cover_of(plate, body_in_scene.mesh, patches)
-    worn = finished(follow(body_in_scene.mesh, [plate], [own], short, patches))
+    worn = without_pauses(follow(body_in_scene.mesh, [plate], [own], short, patches))
     moved, before = with_run_up(short)
     rest = own.matrices(np.array([tuple(crown + corner) for corner in corners])[own.triangles][None])[0]
     head = skinning_transforms(bundled_body, moved)[before:, 15]
@@ -120,7 +113,7 @@ def test_a_bake_has_the_skin_and_what_is_worn(body_in_scene, patches, short):
     item = shirt_on(body_in_scene)
     action = write_action(body_in_scene.armature, short)
     show_action(body_in_scene.armature, action)
-    found = finished(GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action))
+    found = without_pauses(GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action))
     skin = bake(body_in_scene.mesh, patches, action)
     np.testing.assert_array_equal(found.matrices, skin.matrices)
     assert found.path == "general"
@@ -139,7 +132,7 @@ def test_signals_of_a_body_moved_by_more_than_bones_are_baked_frame_by_frame(bod
     action = write_action(body_in_scene.armature, short)
     show_action(body_in_scene.armature, action)
     body_in_scene.armature.constraints.new("LIMIT_LOCATION")
-    found = finished(GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action))
+    found = without_pauses(GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action))
     assert found.worn.rate == pytest.approx(30)
     skinned = synthesize(found.worn.matrices, found.worn.rate, Synthesis())
     assert skinned.n_samples >= synthesize(found.matrices, found.rate, Synthesis()).n_samples
@@ -184,6 +177,6 @@ def test_a_lattice_is_one_more_way_to_follow(body_in_scene, bundled_body, patche
     bpy.context.view_layer.update()
     check_garment(cap, body_in_scene.mesh)
     own = cover_of(cap, body_in_scene.mesh, patches)
-    worn = finished(follow(body_in_scene.mesh, [cap], [own], short, patches))
+    worn = without_pauses(follow(body_in_scene.mesh, [cap], [own], short, patches))
     assert np.isfinite(worn.matrices).all()
     assert patch_matrices(bundled_body, patches.triangles, short).shape[1:] == worn.matrices.shape[1:]

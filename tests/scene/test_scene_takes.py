@@ -7,6 +7,7 @@ import pytest
 
 from w2w.core.motion.source import UnusableMotion, unscaled_rotations
 from w2w.scene.actions import show_action
+from w2w.scene.pauses import without_pauses
 from w2w.scene.scene_motion import posed_by, read_scene_take
 from w2w.scene.scene_takes import scene_takes
 from w2w.scene.takes import import_file, read_clip
@@ -27,12 +28,7 @@ def imported(path, name):
 
 def read(take):
     """Run a reading through."""
-    steps = read_scene_take(take)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            return stop.value
+    return without_pauses(read_scene_take(take))
 
 
 @pytest.fixture

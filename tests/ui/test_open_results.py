@@ -16,6 +16,7 @@ from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
 from w2w.scene.bake import PatchBaker
 from w2w.scene.body import body_of
+from w2w.scene.pauses import without_pauses
 from w2w.ui import jobs, signal_cache
 from w2w.ui.open_results import open_steps
 from w2w.ui.state import (
@@ -67,13 +68,7 @@ def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, s
 def test_motions_keep_their_speed_and_the_patches_ride(opened: bpy.types.Object, finished_run: Path) -> None:
     run, clip = StudyResults.load(finished_run), opened.w2w.clips[4]
     baker = PatchBaker(opened, patches_of(opened))
-    frames = baker.by_frame(clip.action)
-    while True:
-        try:
-            next(frames)
-        except StopIteration as stop:
-            bake = stop.value
-            break
+    bake = without_pauses(baker.by_frame(clip.action))
     assert bake.rate == pytest.approx(run.motion(clip.name).rate, rel=1e-5)
     truth = patch_matrices(run.body(), run.patches.triangles, run.motion(clip.name))
     distance, _ = difference(bake.matrices, truth)

@@ -20,6 +20,7 @@ from . import actions
 from .body import armature_of, body_of, body_space, matrix
 from .evaluated import EvaluatedVertices
 from .fast_path import why_not_fast
+from .pauses import without_pauses
 from .playback import active_action, each_frame, playing, without_empties
 
 EVEN_SCALE = 1e-4
@@ -90,12 +91,7 @@ class PatchBaker:
         path : {"auto", "general"}
             "auto" reads the f-curves wherever they alone decide where the patches are.
         """
-        frames = self.by_frame(action, path)
-        while True:
-            try:
-                next(frames)
-            except StopIteration as stop:
-                return stop.value
+        return without_pauses(self.by_frame(action, path))
 
     def by_frame(
         self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto"

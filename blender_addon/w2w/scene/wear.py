@@ -18,6 +18,7 @@ from .body import BodyObjects, add_body
 from .cloth import dress
 from .garment_files import put_on
 from .garments import check_garment, cover_of, follow
+from .pauses import without_pauses
 from .takes import existing_data, new_data
 
 
@@ -52,12 +53,7 @@ def worn_through(body: Body, patches: PatchSet, covers: Mapping[str, Cover], mot
         If a garment cannot be worn, or its cloth flies apart.
     """
     with _dressed(body, tuple(covers)) as (objects, garments):
-        frames = follow(objects.mesh, garments, tuple(covers.values()), motion, patches)
-        while True:
-            try:
-                next(frames)
-            except StopIteration as stop:
-                return stop.value
+        return without_pauses(follow(objects.mesh, garments, tuple(covers.values()), motion, patches))
 
 
 @contextmanager

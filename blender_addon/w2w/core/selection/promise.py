@@ -183,6 +183,8 @@ def _level(tests: Tests, terms: Terms, size: int, seed: int) -> np.ndarray:
     before, level = tests.level
     if before is not terms or len(terms.required) > len(level):  # else larger sets begin as those did
         level = level[:0]
+    if len(level) >= size:
+        return level[:size]
     sets = random_sets(terms, size, seed)
     few = min(size, FEW_SENSORS)
     if len(level) < few:
@@ -192,7 +194,7 @@ def _level(tests: Tests, terms: Terms, size: int, seed: int) -> np.ndarray:
     if len(level) < size:
         level = np.concatenate([level, _level_beyond(tests, sets[:LARGE_RANDOM_SETS], level, size)])
     tests.level = terms, level
-    return level[:size]
+    return level
 
 
 def _level_beyond(tests: Tests, sets: Sequence[Sequence[int]], level: np.ndarray, size: int) -> np.ndarray:
