@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 from matplotlib.patches import Rectangle
@@ -17,8 +19,8 @@ from PIL import Image
 from w2w.core.files import atomic_write
 
 DPI = 200
-PACKED = {"compress_level": 4}
-"""How hard a PNG is packed: the usual 6 takes half as long again for files 2 % smaller."""
+PACKED = {"compress_level": 1, "compress_type": 3}
+"""How a PNG is packed: by run lengths, in three quarters of the usual time and no larger."""
 
 INK, FAINT, HAIRLINE, ACCENT = "#1d2530", "#7a8391", "#d9dde3", "#31688e"
 OTHER_SCRIPTS = ("Noto Sans CJK SC", "Noto Sans CJK JP", "Microsoft YaHei", "PingFang SC", "Noto Sans Arabic")
@@ -55,7 +57,26 @@ def lay(figure: Figure, picture: np.ndarray, left: float, bottom: float, width: 
     edges = np.rint(np.array([left, bottom, left + width, bottom + height]) * DPI).astype(int)
     size = (int(edges[2] - edges[0]), int(edges[3] - edges[1]))
     scaled = Image.fromarray(np.ascontiguousarray(picture)).resize(size, Image.Resampling.LANCZOS)
-    figure.figimage(np.asarray(scaled), int(edges[0]), int(edges[1]), origin="upper", zorder=-1)
+    figure.add_artist(_Laid(np.asarray(scaled)[::-1], int(edges[0]), int(edges[1])))
+
+
+class _Laid(Artist):
+    """Pixels (H, W, 4), uint8, the lower row first, put on the page as they are.
+
+    `Figure.figimage` puts them through its colour scales and resamples them first.
+    """
+
+    zorder = -1
+
+    def __init__(self, pixels: np.ndarray, left: int, bottom: int) -> None:
+        super().__init__()
+        self._pixels, self._left, self._bottom = pixels, left, bottom
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Put them there."""
+        context = renderer.new_gc()
+        renderer.draw_image(context, self._left, self._bottom, self._pixels)
+        context.restore()
 
 
 def write(

@@ -11,6 +11,7 @@ from types import TracebackType
 
 import bpy
 import numpy as np
+from mathutils.bvhtree import BVHTree
 from scipy.ndimage import distance_transform_edt
 
 from ..core.body.body import Body
@@ -79,24 +80,44 @@ class ViewFrame:
         scale = self.size / self.width
         return np.stack([offsets @ right, -offsets[..., 2]], axis=-1) * scale + self.size / 2
 
+    def from_pixels(self, pixels: np.ndarray) -> np.ndarray:
+        """Points in front of the body at these pixel coordinates, for rays away from the camera.
+
+        Parameters
+        ----------
+        pixels : ndarray, shape (..., 2)
+            Column and row, from the upper left corner.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            World positions, metres.
+        """
+        across, down = np.moveaxis((np.asarray(pixels) - self.size / 2) * (self.width / self.size), -1, 0)
+        right, up = np.array([np.cos(self.turn), np.sin(self.turn), 0.0]), np.array([0.0, 0.0, 1.0])
+        before = self.centre + 2 * self.width * self.towards_camera
+        return before + across[..., None] * right - down[..., None] * up
+
 
 @dataclass(frozen=True)
 class _Shade:
-    """Light and outline of one view: all of a picture but its colours.
+    """Light and outline of one view, and where on the body its pixels lie: all of a picture but its colours.
 
     `light` and `gleam`, shape (K, 1), and `alpha`, shape (K,), are of the pixels `shown`, flat indices of
-    those that are not transparent; `nearest` are the covered ones nearest to them, whose colours they take.
+    those that are not transparent; each takes the colours of the vertices `corners`, shape (3, K), by their
+    `weights`, shape (3, K, 1).
     """
 
     light: np.ndarray
     gleam: np.ndarray
     alpha: np.ndarray
     shown: np.ndarray
-    nearest: np.ndarray
+    corners: np.ndarray
+    weights: np.ndarray
 
     @classmethod
-    def of(cls, picture: np.ndarray, covered: np.ndarray) -> _Shade:
-        """From a picture of the white body, and the pixels that one sample finds covered."""
+    def of(cls, picture: np.ndarray, frame: ViewFrame, vertices: np.ndarray, faces: np.ndarray) -> _Shade:
+        """From a picture of the white body."""
         brightness = picture[..., :3].mean(axis=-1)
         # Workbench's samples of a solid surface add up to 0.99
         alpha = picture[..., 3] / max(picture[..., 3].max(), np.finfo(np.float32).tiny)
@@ -105,26 +126,56 @@ class _Shade:
         bright = np.clip(brightness / brightest, 0, 1)
         light = 1 - SHADE_DEPTH * (1 - bright)
         gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2
-        rows, columns = distance_transform_edt(~covered, return_distances=False, return_indices=True)
         shown = np.flatnonzero(alpha > 0)
-        nearest = (rows * covered.shape[1] + columns).ravel()[shown]
         light, gleam, alpha = (values.ravel()[shown] for values in (light, gleam, alpha))
-        return cls(light[:, None], gleam[:, None], alpha, shown, nearest)
+        triangles, weights = _seen(frame, shown, vertices, faces)
+        corners, weights = faces[triangles].T, weights.T[..., None].astype(np.float32)
+        return cls(light[:, None], gleam[:, None], alpha, shown, corners, weights)
 
-    def over(self, flat: np.ndarray) -> np.ndarray:
-        """Shade flat colours; pixels of the soft outline take the colour of the nearest covered one."""
-        own = flat.reshape(-1, 4)[self.nearest, :3]
-        picture = np.zeros(flat.shape, dtype=np.uint8)
+    def over(self, colours: np.ndarray, size: int) -> np.ndarray:
+        """A picture in these colours of the vertices, shape (V, 3)."""
+        colours = colours.astype(np.float32)
+        own = sum(colours[corner] * weight for corner, weight in zip(self.corners, self.weights, strict=True))
+        picture = np.zeros((size, size, 4), dtype=np.uint8)
         shaded = np.column_stack([own * self.light + (1 - own) * self.gleam, self.alpha])
         picture.reshape(-1, 4)[self.shown] = np.rint(np.clip(shaded, 0, 1) * 255)
         return picture
 
 
+def _seen(
+    frame: ViewFrame, shown: np.ndarray, vertices: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The triangle (K,) that each pixel's centre shows, and the weights (K, 3) of its corners there.
+
+    Pixels of the soft outline, whose centre shows none, have those of the nearest one that does.
+    """
+    rows, columns = np.divmod(shown, frame.size)
+    centres = np.stack([columns, rows], axis=-1) + 0.5
+    tree = BVHTree.FromPolygons(vertices.tolist(), faces.tolist(), all_triangles=True)
+    away = (-frame.towards_camera).tolist()
+    found = [tree.ray_cast(start, away)[2] for start in frame.from_pixels(centres).tolist()]
+    hit = np.array([index is not None for index in found])
+    covered = np.zeros((frame.size, frame.size), dtype=bool)
+    covered[rows[hit], columns[hit]] = True
+    nearest = distance_transform_edt(~covered, return_distances=False, return_indices=True)
+    place = np.searchsorted(shown, np.ravel_multi_index(nearest[:, rows, columns], covered.shape))
+    triangles = np.array([index or 0 for index in found])[place]
+    return triangles, _weights(centres[place], frame.to_pixels(vertices[faces[triangles]]))
+
+
+def _weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Weights (K, 3) by which the corners (K, 3, 2) of triangles make up points (K, 2)."""
+    opposite = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)
+    apart = points[:, None] - np.roll(corners, -1, axis=1)
+    areas = opposite[..., 0] * apart[..., 1] - opposite[..., 1] * apart[..., 0]
+    return areas / areas.sum(axis=1, keepdims=True)
+
+
 class BodyRenderer:
-    """Renders one body in many colours, in a scene of its own that is removed at the end.
+    """Pictures of one body in many colours, from a scene of its own that is removed at the end.
 
     The colours of the pictures are those of the vertices, darkened by soft shading so that
-    the shape can be read; the shading is rendered once for all pictures.
+    the shape can be read. Blender renders the shading once; then each picture is only coloured.
 
     Use it as a context manager::
 
@@ -194,16 +245,20 @@ class BodyRenderer:
             raise ValueError(
                 f"vertex_colours must have shape {self.body.vertices.shape}, not {colours.shape}"
             )
-        _set_colours(self._object.data, colours)
-        balls = _add_balls(self._scene, markers, self.body.height * MARKER_RADIUS)
+        if not len(markers):
+            if self._shades is None:
+                self._shades = self._shade_pass(self.body.vertices, self.body.faces)
+            return [shade.over(colours, self.size) for shade in self._shades]
+        vertices, faces, ball_colours = _balls(markers, self.body.height * MARKER_RADIUS)
+        balls = _add_mesh(self._scene, "W2W Markers", vertices, faces)
         try:
-            shades = self._shades if self._shades and not balls else self._shade_pass()
-            if not balls:
-                self._shades = shades
-            return [shade.over(flat) for shade, flat in zip(shades, self._flat_pass(), strict=True)]
+            shades = self._shade_pass(
+                np.concatenate([self.body.vertices, vertices]),
+                np.concatenate([self.body.faces, faces + len(self.body.vertices)]),
+            )
         finally:
-            if balls:
-                bpy.data.batch_remove([balls, balls.data])
+            bpy.data.batch_remove([balls, balls.data])
+        return [shade.over(np.concatenate([colours, ball_colours]), self.size) for shade in shades]
 
     def locate(self, points: np.ndarray, normals: np.ndarray) -> list[tuple[int, float, float]]:
         """In which picture, and where in it, places on the body are seen best.
@@ -227,23 +282,9 @@ class BodyRenderer:
             for index, view in enumerate(facing.argmax(axis=1))
         ]
 
-    def _flat_pass(self) -> list[np.ndarray]:
-        """The vertices' own colours, one sample a pixel: `_Shade` knows the smooth outline."""
-        shading = self._scene.display.shading
-        shading.light, shading.color_type, shading.show_cavity = "FLAT", "VERTEX", False
-        self._scene.display.render_aa = "OFF"
-        return self._pictures()
-
-    def _shade_pass(self) -> list[_Shade]:
-        """The white body in studio light, with five samples a pixel (16 look alike): slow, but done once."""
-        shading = self._scene.display.shading
-        covered = [picture[..., 3] > 0.5 for picture in self._flat_pass()]
-        shading.light, shading.color_type, shading.show_cavity = "STUDIO", "SINGLE", True
-        self._scene.display.render_aa = "5"
-        return [_Shade.of(picture, mask) for picture, mask in zip(self._pictures(), covered, strict=True)]
-
-    def _pictures(self) -> list[np.ndarray]:
-        return [self._picture(frame) for frame in self.frames]
+    def _shade_pass(self, vertices: np.ndarray, faces: np.ndarray) -> list[_Shade]:
+        """The white body in studio light, with five samples a pixel (16 look alike)."""
+        return [_Shade.of(self._picture(frame), frame, vertices, faces) for frame in self.frames]
 
     def _picture(self, frame: ViewFrame) -> np.ndarray:
         """One rendered view, shape (size, size, 4), sRGB with straight alpha, 0 to 1."""
@@ -277,8 +318,10 @@ def _prepare(scene: bpy.types.Scene, size: int) -> None:
     render.image_settings.color_mode = "RGBA"
     render.image_settings.compression = 0
     scene.view_settings.view_transform = "Standard"
+    scene.display.render_aa = "5"
     shading = scene.display.shading
-    shading.single_color = (1.0, 1.0, 1.0)
+    shading.light, shading.color_type, shading.single_color = "STUDIO", "SINGLE", (1.0, 1.0, 1.0)
+    shading.show_cavity = True
     shading.show_object_outline = shading.show_specular_highlight = False
     shading.cavity_type = "BOTH"
 
@@ -287,31 +330,19 @@ def _add_mesh(scene: bpy.types.Scene, name: str, vertices: np.ndarray, faces: np
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     mesh.shade_smooth()
-    mesh.color_attributes.new("colour", "FLOAT_COLOR", "POINT")
     item = bpy.data.objects.new(name, mesh)
     scene.collection.objects.link(item)
     return item
 
 
-def _set_colours(mesh: bpy.types.Mesh, colours: np.ndarray) -> None:
-    values = np.ones((len(colours), 4), dtype=np.float32)
-    values[:, :3] = colours
-    mesh.color_attributes["colour"].data.foreach_set("color_srgb", values.ravel())
-    mesh.update()
-
-
-def _add_balls(scene: bpy.types.Scene, markers: Sequence[Marker], radius: float) -> bpy.types.Object | None:
-    """One mesh of a ball at each marker."""
-    if not len(markers):
-        return None
+def _balls(markers: Sequence[Marker], radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices, triangles and vertices' colours of a ball at each marker."""
     ball, faces = _ball()
     centres = np.array([position for position, _ in markers], dtype=np.float64)
     colours = np.array([colour for _, colour in markers], dtype=np.float64)
     vertices = (centres[:, None] + ball * radius).reshape(-1, 3)
     starts = np.arange(len(markers))[:, None, None] * len(ball)
-    item = _add_mesh(scene, "W2W Markers", vertices, (faces + starts).reshape(-1, 3))
-    _set_colours(item.data, np.repeat(colours, len(ball), axis=0))
-    return item
+    return vertices, (faces + starts).reshape(-1, 3), np.repeat(colours, len(ball), axis=0)
 
 
 def _ball(segments: int = 24, rings: int = 12) -> tuple[np.ndarray, np.ndarray]:
