@@ -16,6 +16,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply_lower, solve_positive
+from .class_sums import averaging
 from .classifiers.discriminant import deviation, with_ridge
 
 FEW = 1.2
@@ -99,24 +100,24 @@ class JointFit:
     ) -> None:
         self._features, self.training = features, training
         self.n_activities = n_activities
-        self._member = np.eye(n_activities, dtype=np.float32)[labels[training.trained]]
-        self._counts = self._member.sum(axis=0)
-        self._average = np.ascontiguousarray((self._member / np.maximum(self._counts, 1)).T)
-        self.ridge = np.float32(ridge * len(self._member))
+        self._labels = labels[training.trained]
+        self._counts = np.bincount(self._labels, minlength=n_activities).astype(np.float32)
+        self._average = averaging(self._labels, n_activities)
+        self.ridge = np.float32(ridge * len(self._labels))
         self._scales: dict[int, np.ndarray] = {}
-        self.few = len(self._member) <= FEW * features.shape[2]
+        self.few = len(self._labels) <= FEW * features.shape[2]
 
     @property
     def shape(self) -> tuple[int, int, int]:
         """Windows trained on, windows tested, features of a patch."""
-        return len(self._member), len(self.training.tested), self._features.shape[2]
+        return len(self._labels), len(self.training.tested), self._features.shape[2]
 
     def rows(self, patch: int) -> Rows:
         """The rows of a patch."""
         inputs = self._features[patch]
         seen = inputs[self.training.trained]
         means = self._average @ seen
-        within = seen - self._member @ means
+        within = seen - means[self._labels]
         scale = self._scales.get(patch)
         if scale is None:
             scale = self._scales[patch] = _scale(seen, within)
@@ -159,7 +160,7 @@ class JointFit:
             return kernels, len(patches)
         if kernels is not None:
             return self._explain(kernels, len(patches))
-        trained, tested, classes = len(self._member), len(self.training.tested), len(self._counts)
+        trained, tested, classes = len(self._labels), len(self.training.tested), len(self._counts)
         nothing = ((classes, trained), (tested, trained), (tested, classes), (classes,))
         return _Worn(None, *(np.zeros(shape, np.float32) for shape in nothing), 0)
 
@@ -204,7 +205,7 @@ class JointFit:
     def offset(self, products: np.ndarray, norms: np.ndarray) -> np.ndarray:
         """Scores (..., A) from products with the class means and these' squared lengths (..., A)."""
         offset = np.where(self._counts > 0, norms / 2, np.inf).astype(np.float32)
-        return (products - offset[..., None, :]) * np.float32(len(self._member))
+        return (products - offset[..., None, :]) * np.float32(len(self._labels))
 
 
 def _scale(seen: np.ndarray, within: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply, multiply_lower, solve_positive
+from .class_sums import averaging, summing
 from .classifiers.discriminant import deviation, with_ridge
 from .joint_fit import JointFit
 
@@ -94,13 +95,13 @@ class JointSums:
         order = np.lexsort((labels[used], part.ravel()))
         self._windows, part = used[order], part.ravel()[order]
         self._labels = labels[self._windows]
-        ends = np.searchsorted(part, np.arange(kinds.shape[1] + 1))
+        n_parts, n_activities = kinds.shape[1], fits[0].n_activities
+        ends = np.searchsorted(part, np.arange(n_parts + 1))
         self._parts = [slice(*pair) for pair in pairwise(ends)]
-        self._cells = part * fits[0].n_activities + self._labels  # windows of one part and class in a row
-        self._starts = np.flatnonzero(np.diff(self._cells, prepend=-1))
+        self._of_cell = summing(part * n_activities + self._labels, n_parts * n_activities)
+        self._summed_parts = summing(part, n_parts)
         self._counts = self._summed(np.ones((len(self._windows), 1), dtype=np.float32))[..., 0]
-        member = np.eye(fits[0].n_activities, dtype=np.float32)[self._labels]
-        self._average = np.ascontiguousarray((member / np.maximum(member.sum(axis=0), 1)).T)
+        self._average = averaging(self._labels, n_activities)
 
     def wear(self, patches: Sequence[int]) -> Worn | None:
         """What patches say where one more will be worn."""
@@ -139,7 +140,7 @@ class JointSums:
     def _sums(self, features: np.ndarray) -> _Sums:
         """Sums of features (W, D)."""
         inputs = features[self._windows]
-        centre = multiply(self._average, inputs)
+        centre = self._average @ inputs
         about = inputs - centre[self._labels]
         roots = np.sqrt(np.maximum(self._counts, 1))[..., None]
         apart = self._summed(about) / roots
@@ -149,9 +150,8 @@ class JointSums:
         gram = self._of_trainings(gram)
         for of_training, means in zip(gram, apart, strict=True):
             add_square(of_training, means, -1.0)
-        squares = [np.einsum("nd,nd->d", inputs[rows], inputs[rows]) for rows in self._parts]
         trained = self._counts.sum(axis=1)[:, None]
-        whole = self._of_trainings(np.stack(squares)) / trained
+        whole = self._of_trainings(self._summed_parts @ np.square(inputs)) / trained
         scale = deviation(np.einsum("tdd->td", gram) / trained, whole).astype(np.float32)
         gram /= scale[:, :, None]
         gram /= scale[:, None]
@@ -182,10 +182,7 @@ class JointSums:
 
     def _summed(self, rows: np.ndarray) -> np.ndarray:
         """Sums (T, A, D) of rows (W, D) over each training's windows of each class."""
-        n_cells = len(self._parts) * self._fits[0].n_activities
-        sums = np.zeros((n_cells, rows.shape[1]), dtype=np.float32)
-        sums[self._cells[self._starts]] = np.add.reduceat(rows, self._starts, axis=0)
-        return self._of_trainings(sums.reshape(len(self._parts), -1, rows.shape[1]))
+        return self._of_trainings((self._of_cell @ rows).reshape(len(self._parts), -1, rows.shape[1]))
 
     def _of_trainings(self, of_parts: np.ndarray) -> np.ndarray:
         """Sums (T, ...) over each training's parts, of sums (P, ...) over the windows of each part."""

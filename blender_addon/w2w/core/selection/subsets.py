@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
+from ..ranking.classifiers.ridge import Ridge
 from ..ranking.inputs import PatchBlocks, as_blocks
 from ..ranking.utility import UtilityMap, utility_map
 from .exact import LARGEST, FacilityLocation, best_small_set
@@ -20,6 +23,10 @@ ROUNDING = 1e-6
 
 TIE = 1e-9
 """Gains that differ by less are equal, in whatever order they were summed: the first patch is taken."""
+
+
+WORKERS = 2
+"""Sets tested at the same time."""
 
 
 @dataclass(frozen=True)
@@ -241,12 +248,17 @@ def multi_sensor_check(
     """
     source = as_blocks(inputs)
     alone = [source.patches(patch, patch + 1)[:, 0] for patch in order]
-    maps = []
-    for size in range(1, len(order) + 1):
+
+    def first(size: int) -> UtilityMap:
         worn = np.stack(alone[:size], axis=-2)
         together = worn.reshape(*worn.shape[:-2], -1)[:, None]
-        maps.append(utility_map(together, activity, **protocol, halvings=0))
-    return maps
+        return utility_map(together, activity, **protocol, halvings=0)
+
+    workers = (
+        WORKERS if protocol.get("classifier", Ridge.name) == Ridge.name else 1
+    )  # others use all processors by themselves
+    with threadpool_limits(1 if workers > 1 else None), ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(first, range(len(order), 0, -1)))[::-1]  # what takes longest first
 
 
 def _subset(terms: Terms, order: Sequence[int], target: float, proven: bool = False) -> Subset:
