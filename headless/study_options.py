@@ -90,7 +90,7 @@ class StudyOptions:
         str,
         typer.Option(
             help=f"Train on altered copies of every clip (never test on them): {', '.join(SWITCHES)}, "
-            "comma-separated, or all; mirror exchanges left and right and keeps the label."
+            "comma-separated, or all; mirror exchanges left and right, except where an activity names a side."
         ),
     ] = ""
     copies: Annotated[int, typer.Option(min=1, help="Copies per clip, with --augment.")] = 4

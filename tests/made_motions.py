@@ -87,7 +87,7 @@ def posed(rest: np.ndarray, local: dict[str, np.ndarray], hips: np.ndarray) -> t
 
 
 def _about(axis: str, angle: np.ndarray) -> np.ndarray:
-    return Rotation.from_euler(axis, angle).as_matrix()
+    return Rotation.from_euler(axis, angle[:, None]).as_matrix()
 
 
 def lowered_arms(angle: float, n_frames: int) -> dict[str, np.ndarray]:

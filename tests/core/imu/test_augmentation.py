@@ -44,6 +44,19 @@ def test_mirroring_twice_gives_the_motion_back(motion):
     np.testing.assert_array_equal(twice.pelvis, motion.pelvis)
 
 
+@pytest.mark.parametrize(
+    ("activity", "sided"),
+    [("raise_up_left_hand", True), ("Kick Right", True), ("kick", False), ("leftover", False), ("", False)],
+)
+def test_an_activity_that_names_a_side_is_not_mirrored(motion, activity, sided):
+    """Its mirror image is the other side's activity, and would be trained on under the wrong name."""
+    labelled = motion.labelled(activity, "one", "clip")
+    first, second = Augmentation.only(["mirror"], copies=2).motions(labelled, seed=3)
+    shown = labelled if sided else mirrored(labelled)
+    np.testing.assert_array_equal(first.rotations, shown.rotations)
+    np.testing.assert_array_equal(second.rotations, labelled.rotations)
+
+
 def test_tempo_scales_speed_and_the_square_of_it_acceleration(motion):
     body = Body.bundled()
     settings = Synthesis(rate_hz=60.0, cutoff_hz=None, gravity=(0.0, 0.0, 0.0))

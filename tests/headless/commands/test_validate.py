@@ -34,7 +34,7 @@ def exercise(activity, number, rate=30.0):
     n = len(time)
     wave = 0.5 - 0.5 * np.cos(2 * np.pi * (0.4 + 0.03 * number) * time)
     rotations = np.tile(np.eye(3), (n, N_JOINTS, 1, 1))
-    turn = lambda axis, angle: Rotation.from_euler(axis, angle).as_matrix()  # noqa: E731
+    turn = lambda axis, angle: Rotation.from_euler(axis, angle[:, None]).as_matrix()  # noqa: E731
     pelvis = np.tile([0.0, 0.0, 0.95], (n, 1))
     for side, sign in (("left", 1), ("right", -1)):
         rotations[:, JOINT_INDEX[f"{side}_shoulder"]] = turn("y", sign * np.full(n, 1.2))

@@ -35,7 +35,7 @@ def library(tmp_path_factory, bundled_body):
         for number in range(2):
             angles = 0.8 * np.sin(2 * np.pi * (0.8 + 0.3 * number) * time)
             rotations = np.tile(np.eye(3), (75, 24, 1, 1))
-            rotations[:, JOINT_INDEX[joint]] = Rotation.from_euler("x", angles).as_matrix()
+            rotations[:, JOINT_INDEX[joint]] = Rotation.from_euler("x", angles[:, None]).as_matrix()
             motion = w2w.Motion(rotations, np.tile(bundled_body.joints[0], (75, 1)), 30.0)
             motion.save(folder / "clips" / activity / f"{activity}{number}.npz")
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)

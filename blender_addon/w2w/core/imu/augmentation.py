@@ -7,6 +7,7 @@ so. All keep the clip's name: a clip and its variants are one group and never st
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
@@ -21,6 +22,9 @@ from .recording import ImuRecording
 SWITCHES = ("tempo", "amplitude", "warp", "mirror", "bodies", "remount", "noise")
 """Names of the parts of an `Augmentation`."""
 
+SIDES = frozenset({"left", "right"})
+"""Words of an activity's name that say on which side it is done."""
+
 ACROSS = np.diag([-1.0, 1.0, 1.0])
 """Reflection in the plane between left and right of the T-pose, which faces -y."""
 
@@ -34,7 +38,7 @@ class Augmentation:
     copies : int
         Variants a clip.
     mirror : bool
-        Every other variant has left and right exchanged.
+        Every other variant has left and right exchanged, but of an activity that names a side.
     tempo : float
         Speed varies between 1 / (1 + tempo) and 1 + tempo; 0 is off.
     amplitude : float
@@ -109,9 +113,10 @@ class Augmentation:
         ------
         Motion
         """
+        mirror = self.mirror and not names_side(motion.activity)
         for copy in range(self.copies):
             rng = np.random.default_rng([seed, copy])
-            variant = mirrored(motion) if self.mirror and copy % 2 == 0 else motion
+            variant = mirrored(motion) if mirror and copy % 2 == 0 else motion
             if self.amplitude:
                 variant = scaled(variant, 1 + self.amplitude * rng.uniform(-1, 1))
             if self.warp:
@@ -133,6 +138,11 @@ def parse_augmentation(text: str, copies: int) -> Augmentation | None:
     if not names or not copies:
         return None
     return Augmentation.only(SWITCHES if names == ["all"] else names, copies)
+
+
+def names_side(activity: str) -> bool:
+    """Whether an activity says on which side it is done: its mirror image is another activity."""
+    return not SIDES.isdisjoint(re.findall("[a-z]+", activity.lower()))
 
 
 def mirrored(motion: Motion) -> Motion:
