@@ -147,6 +147,21 @@ def test_pictures_have_the_colours_asked_for(bundled_body, empty_file):
             assert (shown >= target * (1 - SHADE_DEPTH) - 0.01).all()
 
 
+@pytest.mark.usefixtures("empty_file")
+def test_each_pixel_takes_its_colour_where_it_lies_on_the_body(bundled_body):
+    with BodyRenderer(bundled_body, size=240) as renderer:
+        renderer.render(np.full_like(bundled_body.vertices, 0.5))
+        shades = renderer._shades
+    for frame, shade in zip(renderer.frames, shades, strict=True):
+        places = (bundled_body.vertices[shade.corners] * shade.weights).sum(axis=0)
+        rows, columns = np.divmod(shade.shown, 240)
+        off = np.abs(frame.to_pixels(places) - np.stack([columns, rows], axis=1) - 0.5).max(axis=1)
+        assert (off < 1e-3).mean() > 0.9  # the others are of the soft outline
+        assert (off[shade.alpha > 0.99] < 1e-3).all()
+        facing = bundled_body.vertex_normals[shade.corners].mean(axis=0) @ frame.towards_camera
+        assert (facing > -0.2).all()
+
+
 def test_markers_are_where_locate_says(bundled_body, empty_file):
     grey = np.full_like(bundled_body.vertices, 0.5)
     chest = bundled_body.vertices[np.abs(bundled_body.vertices - (0.0, -0.1, 1.3)).sum(axis=1).argmin()]
