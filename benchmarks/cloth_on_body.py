@@ -30,12 +30,13 @@ from w2w.core.patches.garment_cover import cover
 from w2w.core.patches.garments import cut
 from w2w.core.patches.patches import sample_patches
 from w2w.scene.body import add_body
-from w2w.scene.clear_arms import SIDES, outward, times_inside
+from w2w.scene.clear_arms import SIDES, outward
 from w2w.scene.cloth import dress
 from w2w.scene.evaluated import EvaluatedVertices
 from w2w.scene.garments import follow
 from w2w.scene.load import carry, read_motion
 from w2w.scene.output import quiet_output
+from w2w.scene.overlap import times_inside
 
 EVERY = 10
 """Frames from one in which depth is measured to the next."""

@@ -59,7 +59,7 @@ def test_the_angle_is_the_least_that_clears(bundled_body, monkeypatch):
 
 
 def test_where_turning_does_not_help_the_arm_stays(bundled_body, monkeypatch):
-    monkeypatch.setattr(clear_arms, "_inside", lambda _tree, _points: 7)
+    monkeypatch.setattr(clear_arms, "inside", lambda _tree, _points: 7)
     assert outward(bundled_body, standing(bundled_body, left=80.0), "left") == 0
 
 

@@ -22,6 +22,7 @@ from .actions import scene_rate, set_scene_rate, write_action
 from .bake import Bake, PatchBaker, placed
 from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
 from .clear_arms import with_clear_arms
+from .clear_run_up import clear_reach
 from .cloth import KIND
 from .cloth_time import real_time_speed
 from .collider import coarse_collider
@@ -187,7 +188,9 @@ def follow(
     """
     body, armature = body_of(mesh), armature_of(mesh)
     ours = any(KIND in item for item in garments)
-    moved, before = with_run_up(with_clear_arms(body, motion) if ours else motion)
+    cleared = with_clear_arms(body, motion) if ours else motion
+    reach = clear_reach(body, cleared)
+    moved, before = with_run_up(cleared, reach)
     with ExitStack() as stack:
         stack.enter_context(same_timing())
         set_scene_rate(moved.rate)
@@ -203,7 +206,7 @@ def follow(
     triangles = patches.triangles[worn.patches]
     there, here = (
         patch_matrices(body, triangles, placed(_from(one, before), armature))
-        for one in (moved, with_run_up(motion)[0])
+        for one in (moved, with_run_up(motion, reach)[0])
     )
     return worn.carried(there, here)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.motion.run_up import SETTLE_S, cloth_rate, with_run_up
+from w2w.core.motion.run_up import RUN_UP_S, SETTLE_S, cloth_rate, reached_back, with_run_up
 
 
 @pytest.mark.parametrize(
@@ -46,6 +46,31 @@ def test_the_body_stands_still_while_the_cloth_settles(waving):
     moved, before = with_run_up(waving)
     still = np.abs(np.diff(moved.rotations[:before], axis=0)).max(axis=(1, 2, 3)) == 0
     assert still.sum() == round(SETTLE_S * moved.rate) > 20
+
+
+@pytest.mark.parametrize("reach", [0.5, 0.25, 0.125])
+def test_a_shorter_reach_waits_nearer_to_the_first_pose_and_no_less_long(waving, reach):
+    (usual, before), (moved, own) = with_run_up(waving), with_run_up(waving, reach)
+    assert own == before
+    np.testing.assert_allclose(moved.rotations[before:], usual.rotations[before:], atol=1e-9)
+    waits = before - round(reach * RUN_UP_S * moved.rate) - 1
+    np.testing.assert_array_equal(moved.rotations[waits], moved.rotations[waits - 5])
+    angles = [
+        Rotation.from_matrix(one.rotations[waits if one is moved else before - 25].swapaxes(-1, -2) @ first)
+        for one, first in ((moved, moved.rotations[before]), (usual, usual.rotations[before]))
+    ]
+    short, whole = (angle.magnitude() for angle in angles)
+    np.testing.assert_allclose(short, reach * whole, atol=1e-6)
+    turns = np.swapaxes(moved.rotations[waits:before], -1, -2) @ moved.rotations[waits + 1 : before + 1]
+    speed = Rotation.from_matrix(turns.reshape(-1, 3, 3)).magnitude().reshape(turns.shape[:2])
+    assert (np.diff(speed, axis=0) > -1e-6).all()
+
+
+def test_the_poses_looked_at_are_those_of_the_run_up(waving):
+    moved, before = with_run_up(waving, 0.5)
+    poses = reached_back(waving, 0.5)
+    np.testing.assert_allclose(poses.rotations[0], moved.rotations[before - 13], atol=1e-9)
+    np.testing.assert_allclose(poses.rotations[2], waving.rotations[0], atol=1e-9)
 
 
 def test_a_glitch_in_the_first_frame_does_not_send_the_run_up_far_away(waving):

@@ -22,7 +22,7 @@ MOST_TURN, MOST_WAY = 1.0, 0.5
 """How far the run-up may reach back, radians and metres: a first frame may be a glitch."""
 
 
-def with_run_up(motion: Motion) -> tuple[Motion, int]:
+def with_run_up(motion: Motion, reach: float = 1.0) -> tuple[Motion, int]:
     """A motion at a rate for cloth, and before it a run-up during which cloth settles.
 
     The body stands in the T-pose, turned as the clip begins, takes a pose just before the clip's
@@ -33,6 +33,9 @@ def with_run_up(motion: Motion) -> tuple[Motion, int]:
     Parameters
     ----------
     motion : Motion
+    reach : float
+        How far back the pose in which it waits is, 0 to 1: the shorter, the later and the harder it
+        moves off.
 
     Returns
     -------
@@ -44,18 +47,34 @@ def with_run_up(motion: Motion) -> tuple[Motion, int]:
     clip = _at_cloth_rate(motion)
     rate = clip.rate
     turn, way = _first_step(clip)
-    speeding = _times(RUN_UP_S, rate)
-    back = RUN_UP_S / 2 - speeding**2 / (2 * RUN_UP_S)  # seconds at the first speed still to go
+    run_up_s = reach * RUN_UP_S
+    speeding = _times(run_up_s, rate)
+    back = run_up_s / 2 - speeding**2 / (2 * run_up_s)  # seconds at the first speed still to go
     up_to_speed = _before_first(clip, turn, way, back)
-    held = _before_first(clip, turn, way, np.array([RUN_UP_S / 2]))
+    held = _before_first(clip, turn, way, np.array([run_up_s / 2]))
     share = _times(POSE_S, rate) / POSE_S
     from_t_pose = _from_t_pose(held[0][0], share**2 * (3 - 2 * share))
-    still = len(_times(SETTLE_S, rate))
+    still = len(_times(SETTLE_S, rate)) + len(_times(RUN_UP_S, rate)) - len(speeding)
     rotations = [from_t_pose, np.repeat(held[0], still, axis=0), up_to_speed[0], clip.rotations]
     paths = [np.repeat(held[1], len(share) + still, axis=0), up_to_speed[1], clip.pelvis]
     pelvis = np.concatenate(paths) - clip.pelvis.mean(axis=0) * (1, 1, 0)
     whole = replace(clip, rotations=np.concatenate(rotations), pelvis=pelvis)
     return whole, whole.n_frames - clip.n_frames
+
+
+def reached_back(motion: Motion, reach: float) -> Motion:
+    """Poses of the run-up: the one in which the body waits, one half-way from there, and the clip's first.
+
+    Parameters
+    ----------
+    motion : Motion
+    reach : float
+        As for `with_run_up`.
+    """
+    clip = _at_cloth_rate(motion)
+    seconds = reach * RUN_UP_S / 2 * np.array([1.0, 0.5, 0.0])
+    rotations, pelvis = _before_first(clip, *_first_step(clip), seconds)
+    return replace(clip, rotations=rotations, pelvis=pelvis)
 
 
 def cloth_rate(rate: float) -> float:
