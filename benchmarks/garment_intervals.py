@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from math import comb
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from w2w.core.ranking.f1 import ClipCounts, f1_scores
 
 LEVEL = 0.95
 """Confidence of the intervals."""
+
+MOST_WAYS = 200
+"""Ways to halve the performers that are looked at."""
 
 RESAMPLES = 2000
 
@@ -50,10 +54,16 @@ def performers_and_clips(
 
 
 def halves(performer: Sequence[str]) -> np.ndarray:
-    """Clips on one side, (H, C), bool, for each way to put half of the performers there, rounded down."""
+    """Clips on one side, (H, C), bool, for each way to put half of the performers there, rounded down.
+
+    Where there are more than `MOST_WAYS`, so many are drawn, always the same.
+    """
     performer = np.asarray(performer)
     people = np.unique(performer)
     sides = combinations(people, len(people) // 2)
+    if comb(len(people), len(people) // 2) > MOST_WAYS:
+        rng = np.random.default_rng(0)
+        sides = (rng.permutation(people)[: len(people) // 2] for _ in range(MOST_WAYS))
     return np.array([np.isin(performer, side) for side in sides])
 
 

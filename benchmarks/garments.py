@@ -81,6 +81,8 @@ def compared(skin: Path, cloth: Path) -> Compared:
         found["skin acc"].append(_rms((sizes[1] - GRAVITY)[..., None]))
         found["skin gyr"].append(_rms(there.gyr))
         clips.append((here.clip, here.subject, here.activity))
+    if not clips:
+        raise SystemExit("no clip has signals in both folders")
     names, performer, activity = (np.array(column) for column in zip(*clips, strict=True))
     return Compared(names, performer, activity, {name: np.array(values) for name, values in found.items()})
 

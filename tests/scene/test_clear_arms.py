@@ -63,6 +63,12 @@ def test_where_turning_does_not_help_the_arm_stays(bundled_body, monkeypatch):
     assert outward(bundled_body, standing(bundled_body, left=80.0), "left") == 0
 
 
+def test_far_from_the_origin_arms_are_held_as_clear(bundled_body):
+    near = standing(bundled_body, left=88.0)
+    far = Motion(near.rotations, near.pelvis + (5e5, 5e6, 300.0), near.rate)
+    assert outward(bundled_body, far, "left") == outward(bundled_body, near, "left") > 0
+
+
 def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_body, patches):
     """A shirt that goes with the skin, so that where its sensors belong is known."""
     body_in_scene.armature.location = (0.3, -0.2, 0.1)

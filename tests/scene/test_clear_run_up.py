@@ -25,6 +25,13 @@ def test_a_body_at_rest_has_the_whole_run_up(bundled_body):
     assert clear_reach(bundled_body, turning(bundled_body, 0.0)) == 1
 
 
+def test_far_from_the_origin_it_is_the_same(bundled_body):
+    """Single precision would not tell a limb from the next there."""
+    near = turning(bundled_body, 4.0)
+    far = Motion(near.rotations, near.pelvis + (5e5, 5e6, 300.0), near.rate)
+    assert clear_reach(bundled_body, far) == clear_reach(bundled_body, near)
+
+
 @pytest.mark.parametrize("joint", ["right_hip", "left_hip"])
 def test_a_leg_that_would_come_through_the_other_does_not_reach_so_far_back(bundled_body, joint):
     reaches = [clear_reach(bundled_body, turning(bundled_body, speed, joint)) for speed in (-4.0, 4.0)]

@@ -50,7 +50,8 @@ def outward(body: Body, motion: Motion, side: str) -> float:
         "left" or "right".
     """
     frames = np.unique(np.linspace(0, motion.n_frames - 1, FRAMES).round().astype(int))
-    few = replace(motion, rotations=motion.rotations[frames], pelvis=motion.pelvis[frames])
+    pelvis = motion.pelvis[frames] - motion.pelvis[frames[0]]  # single precision is finest at the origin
+    few = replace(motion, rotations=motion.rotations[frames], pelvis=pelvis)
     trunks = closed(body, trunk(body), few)
     arm = limb(body, side, ARM)
     sunk = []

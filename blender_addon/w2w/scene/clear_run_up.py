@@ -26,7 +26,11 @@ def clear_reach(body: Body, motion: Motion) -> float:
     ----------
     body : Body
     motion : Motion
-        As the body is to move, with arms held clear.
+        As the body is to move.
+
+    Returns
+    -------
+    float
     """
     bearable = None
     for reach in REACHES:
@@ -42,15 +46,11 @@ def clear_reach(body: Body, motion: Motion) -> float:
 def _sunk(body: Body, poses: Motion) -> tuple[list[int], int]:
     """Vertices sunk in each pose, of how many: arms in the rest of the body, one leg in the other."""
     sunk, of = [0] * poses.n_frames, 0
-    left_leg = moved_by(body, "left", LEG)
-    for part, side, joints in (
-        (trunk(body), "left", ARM),
-        (trunk(body), "right", ARM),
-        (left_leg, "right", LEG),
-    ):
+    trunks, left_legs = (closed(body, part, poses) for part in (trunk(body), moved_by(body, "left", LEG)))
+    for trees, side, joints in ((trunks, "left", ARM), (trunks, "right", ARM), (left_legs, "right", LEG)):
         vertices = limb(body, side, joints)
         of += len(vertices)
-        trees, points = closed(body, part, poses), pushed_out(body, vertices, poses)
+        points = pushed_out(body, vertices, poses)
         for number, (tree, own) in enumerate(zip(trees, points, strict=True)):
             sunk[number] += inside(tree, own)
     return sunk, of

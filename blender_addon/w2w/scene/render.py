@@ -154,7 +154,9 @@ def _seen(
     tree = BVHTree.FromPolygons(vertices.tolist(), faces.tolist(), all_triangles=True)
     away = (-frame.towards_camera).tolist()
     found = [tree.ray_cast(start, away)[2] for start in frame.from_pixels(centres).tolist()]
-    hit = np.array([index is not None for index in found])
+    hit = np.array([index is not None for index in found], dtype=bool)
+    if not hit.any():
+        raise ValueError("Blender drew no body")
     covered = np.zeros((frame.size, frame.size), dtype=bool)
     covered[rows[hit], columns[hit]] = True
     nearest = distance_transform_edt(~covered, return_distances=False, return_indices=True)

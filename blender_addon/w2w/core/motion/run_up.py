@@ -34,8 +34,8 @@ def with_run_up(motion: Motion, reach: float = 1.0) -> tuple[Motion, int]:
     ----------
     motion : Motion
     reach : float
-        How far back the pose in which it waits is, 0 to 1: the shorter, the later and the harder it
-        moves off.
+        How far back the pose in which it waits is, above 0 and at most 1: the shorter, the later and the
+        harder it moves off.
 
     Returns
     -------
@@ -65,6 +65,8 @@ def with_run_up(motion: Motion, reach: float = 1.0) -> tuple[Motion, int]:
 def reached_back(motion: Motion, reach: float) -> Motion:
     """Poses of the run-up: the one in which the body waits, one half-way from there, and the clip's first.
 
+    The last one's pelvis is at the origin, near which single precision is finest.
+
     Parameters
     ----------
     motion : Motion
@@ -74,7 +76,7 @@ def reached_back(motion: Motion, reach: float) -> Motion:
     clip = _at_cloth_rate(motion)
     seconds = reach * RUN_UP_S / 2 * np.array([1.0, 0.5, 0.0])
     rotations, pelvis = _before_first(clip, *_first_step(clip), seconds)
-    return replace(clip, rotations=rotations, pelvis=pelvis)
+    return replace(clip, rotations=rotations, pelvis=pelvis - pelvis[-1])
 
 
 def cloth_rate(rate: float) -> float:

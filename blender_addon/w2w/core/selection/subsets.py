@@ -24,7 +24,6 @@ ROUNDING = 1e-6
 TIE = 1e-9
 """Gains that differ by less are equal, in whatever order they were summed: the first patch is taken."""
 
-
 WORKERS = 2
 """Sets tested at the same time."""
 
@@ -254,9 +253,8 @@ def multi_sensor_check(
         together = worn.reshape(*worn.shape[:-2], -1)[:, None]
         return utility_map(together, activity, **protocol, halvings=0)
 
-    workers = (
-        WORKERS if protocol.get("classifier", Ridge.name) == Ridge.name else 1
-    )  # others use all processors by themselves
+    name = protocol.get("classifier", Ridge.name)
+    workers = WORKERS if name == Ridge.name else 1  # others use all processors by themselves
     with threadpool_limits(1 if workers > 1 else None), ThreadPoolExecutor(workers) as pool:
         return list(pool.map(first, range(len(order), 0, -1)))[::-1]  # what takes longest first
 
