@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.garment_cover import load_covers
 from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.f1 import ClipCounts, count_by_clip
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import UTILITY
@@ -34,7 +36,6 @@ from .garment_intervals import (
     mean_f1,
     median_rms,
     performers_and_clips,
-    spearman_rows,
 )
 
 PLACES = ("sternum", "upper spine", "left upper arm lateral", "left thigh front", "left shin")
@@ -58,6 +59,7 @@ class Compared:
     activity: np.ndarray
     rms: dict[str, np.ndarray]
 
+    @cached_property
     def drawn(self) -> np.ndarray | None:
         """How often each clip is drawn, (B, C); None where all are of one performer."""
         if len(np.unique(self.performer)) < 2:
@@ -101,7 +103,7 @@ def show_differences(cloth: Path, clips: Compared) -> np.ndarray:
         values = [median_rms(rms[part][:, chosen], np.ones((1, count)))[0] for part in rms]
         acc, gyr, size, own_acc, own_gyr = values
         print(f"{name:24}{acc:6.2f}{size:8.2f}{own_acc:14.2f}{gyr:8.2f}{own_gyr:11.2f}")
-    if (drawn := clips.drawn()) is not None:
+    if (drawn := clips.drawn) is not None:
         shown = {"acc": "acc", "|acc|": "size", "gyr": "gyr"}
         spans = {name: interval(median_rms(rms[part][:, covered], drawn)) for name, part in shown.items()}
         print("median, 95 %: " + ", ".join(f"{name} {_span(span)}" for name, span in spans.items()))
@@ -123,7 +125,7 @@ def show_ranking(skin: Path, cloth: Path, clips: Compared, covered: np.ndarray) 
     change = after - before
     print(f"change by patch: median {np.median(change):+.3f}, {change.min():+.3f} to {change.max():+.3f}")
     print(f"rho of the maps: F1 {spearman_rows(before, after):.2f}, expected {spearman_rows(*expected):.2f}")
-    if (drawn := clips.drawn()) is None:
+    if (drawn := clips.drawn) is None:
         return
     counts = [_counted(own, clips, covered) for own in maps]
     f1 = [mean_f1(own, drawn) for own in counts]

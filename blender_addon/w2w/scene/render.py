@@ -116,8 +116,10 @@ class _Shade:
     weights: np.ndarray
 
     @classmethod
-    def of(cls, picture: np.ndarray, frame: ViewFrame, vertices: np.ndarray, faces: np.ndarray) -> _Shade:
-        """From a picture of the white body."""
+    def of(
+        cls, picture: np.ndarray, frame: ViewFrame, tree: BVHTree, vertices: np.ndarray, faces: np.ndarray
+    ) -> _Shade:
+        """From a picture of the white body, whose tree has its triangles."""
         brightness = picture[..., :3].mean(axis=-1)
         # Workbench's samples of a solid surface add up to 0.99
         alpha = picture[..., 3] / max(picture[..., 3].max(), np.finfo(np.float32).tiny)
@@ -128,7 +130,7 @@ class _Shade:
         gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2
         shown = np.flatnonzero(alpha > 0)
         light, gleam, alpha = (values.ravel()[shown] for values in (light, gleam, alpha))
-        triangles, weights = _seen(frame, shown, vertices, faces)
+        triangles, weights = _seen(frame, shown, tree, vertices, faces)
         corners, weights = faces[triangles].T, weights.T[..., None].astype(np.float32)
         return cls(light[:, None], gleam[:, None], alpha, shown, corners, weights)
 
@@ -143,7 +145,7 @@ class _Shade:
 
 
 def _seen(
-    frame: ViewFrame, shown: np.ndarray, vertices: np.ndarray, faces: np.ndarray
+    frame: ViewFrame, shown: np.ndarray, tree: BVHTree, vertices: np.ndarray, faces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The triangle (K,) that each pixel's centre shows, and the weights (K, 3) of its corners there.
 
@@ -151,7 +153,6 @@ def _seen(
     """
     rows, columns = np.divmod(shown, frame.size)
     centres = np.stack([columns, rows], axis=-1) + 0.5
-    tree = BVHTree.FromPolygons(vertices.tolist(), faces.tolist(), all_triangles=True)
     away = (-frame.towards_camera).tolist()
     found = [tree.ray_cast(start, away)[2] for start in frame.from_pixels(centres).tolist()]
     hit = np.array([index is not None for index in found], dtype=bool)
@@ -286,7 +287,8 @@ class BodyRenderer:
 
     def _shade_pass(self, vertices: np.ndarray, faces: np.ndarray) -> list[_Shade]:
         """The white body in studio light, with five samples a pixel (16 look alike)."""
-        return [_Shade.of(self._picture(frame), frame, vertices, faces) for frame in self.frames]
+        tree = BVHTree.FromPolygons(vertices.tolist(), faces.tolist(), all_triangles=True)
+        return [_Shade.of(self._picture(frame), frame, tree, vertices, faces) for frame in self.frames]
 
     def _picture(self, frame: ViewFrame) -> np.ndarray:
         """One rendered view, shape (size, size, 4), sRGB with straight alpha, 0 to 1."""
