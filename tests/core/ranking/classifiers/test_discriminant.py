@@ -35,10 +35,15 @@ def test_scores_equal_the_definition(width, way):
     inputs[:, 1] = 0.0  # never varies
     tested = rng.normal(size=(10, width))
     if way == "features":
-        trained = Discriminant.by_features(inputs.T @ inputs, member.T @ inputs, member.sum(axis=0), RIDGES)
+        windows = member.sum(axis=0)
+        means = member.T @ inputs / np.maximum(windows, 1)[:, None]
+        within, means, whole = (
+            part.astype(np.float32) for part in (inputs - member @ means, means, (inputs**2).sum(axis=0))
+        )
+        trained = Discriminant.by_features(within.T @ within, whole, means, windows, RIDGES)
     else:
         trained = Discriminant.by_windows(inputs.astype(np.float32), member.astype(np.float32), RIDGES)
-    for scores, ridge in zip(trained.scores(tested), RIDGES, strict=True):
+    for scores, ridge in zip(trained.scores(tested.astype(np.float32)), RIDGES, strict=True):
         wanted = by_definition(inputs, member, ridge, tested)
         assert np.isneginf(scores[:, -1]).all()
         largest = np.abs(wanted[:, :-1]).max()

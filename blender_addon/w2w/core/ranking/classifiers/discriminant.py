@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ...blas import add_square, solve_positive
+from ...blas import add_square, multiply, solve_positive
 
 LEAST_WITHIN = 1e-6
 """Smallest variance within classes, as a share of all, that rounding leaves meaningful."""
@@ -27,7 +27,7 @@ class Discriminant:
 
     Parameters
     ----------
-    scale : ndarray, shape (D,)
+    scale : ndarray, shape (D,), float32
         Deviation of the features within classes.
     means : ndarray, shape (A, D), float32
         Class means in units of it.
@@ -40,23 +40,39 @@ class Discriminant:
     def __init__(
         self, scale: np.ndarray, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]
     ) -> None:
-        self._scale, self._lines = scale, []
+        self._lines = []
         for of_ridge in slopes:
             offset = np.where(windows > 0, -0.5 * (means * of_ridge).sum(axis=1), -np.inf)
-            self._lines.append((of_ridge, offset.astype(np.float32)))
+            self._lines.append((of_ridge / scale, offset.astype(np.float32)))
 
     @classmethod
     def by_features(
-        cls, gram: np.ndarray, sums: np.ndarray, windows: np.ndarray, ridges: np.ndarray
+        cls,
+        within: np.ndarray,
+        whole: np.ndarray,
+        means: np.ndarray,
+        windows: np.ndarray,
+        ridges: np.ndarray,
     ) -> Discriminant:
-        """From a Gram matrix (D, D), class sums (A, D), counts (A,) and ridges, in double precision."""
-        means = sums / np.maximum(windows, 1)[:, None]
-        within = (gram - sums.T @ means) / windows.sum()
-        scale = deviation(np.diag(within), np.diag(gram) / windows.sum())
+        """From sums over the windows trained on, in single precision; `within` is overwritten.
+
+        Parameters
+        ----------
+        within : ndarray, shape (D, D)
+            Products of features about their class means: the upper triangle.
+        whole : ndarray, shape (D,)
+            Squares of features about whatever the class means are about.
+        means : ndarray, shape (A, D)
+        windows : ndarray, shape (A,)
+        ridges : ndarray
+        """
+        within /= windows.sum()
+        scale = deviation(np.diag(within), whole / windows.sum()).astype(np.float32)
         # a ridge keeps the matrix so well conditioned that single precision does
-        means = (means / scale).astype(np.float32)
-        correlation = (within / np.outer(scale, scale)).astype(np.float32)
-        slopes = (solve_positive(with_ridge(correlation.copy(), ridge), means) for ridge in ridges)
+        within /= scale[:, None]
+        within /= scale
+        means = means / scale
+        slopes = (solve_positive(with_ridge(within.copy(), ridge), means) for ridge in ridges)
         return cls(scale, means, windows, slopes)
 
     @classmethod
@@ -84,8 +100,11 @@ class Discriminant:
 
     def scores(self, inputs: np.ndarray) -> np.ndarray:
         """Scores (ridges, v, A) of windows (v, D)."""
-        scaled = (inputs / self._scale).astype(np.float32)
-        return np.stack([scaled @ slopes.T + offset for slopes, offset in self._lines])
+        scores = np.empty((len(self._lines), len(inputs), len(self._lines[0][1])), dtype=np.float32)
+        for of_ridge, (slopes, offset) in zip(scores, self._lines, strict=True):
+            multiply(inputs, slopes.T, out=of_ridge)
+            of_ridge += offset
+        return scores
 
 
 def deviation(within: np.ndarray, whole: np.ndarray) -> np.ndarray:

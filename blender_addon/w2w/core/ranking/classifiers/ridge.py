@@ -6,11 +6,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import ClassVar
+from threading import local
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 from threadpoolctl import threadpool_limits
 
+from ...blas import add_square, multiply
+from ..class_sums import summing
 from ..halves import Plan, Split, plan
 from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
 from .discriminant import Discriminant, few
@@ -211,19 +215,67 @@ class Ridge:
         return self.alphas[int(good.max())]
 
 
+class _Piece(NamedTuple):
+    """Some windows, ordered by block.
+
+    Attributes
+    ----------
+    windows, labels : ndarray of int, shape (w,)
+    blocks : list of (int, slice)
+        Each block among them and where it stands.
+    of_class : csr_array, shape (classes, w)
+        Adds them up by class.
+    of_cell : csr_array, shape (blocks * classes, w)
+        Adds them up by block and class.
+    """
+
+    windows: np.ndarray
+    labels: np.ndarray
+    blocks: list[tuple[int, slice]]
+    of_class: csr_array
+    of_cell: csr_array
+
+
+class _Sums(NamedTuple):
+    """Features trained on, about the class means of all windows, added up over some blocks.
+
+    Attributes
+    ----------
+    gram : ndarray, shape (D, D)
+        The upper triangle.
+    of_class : ndarray, shape (A, D)
+    """
+
+    gram: np.ndarray
+    of_class: np.ndarray
+
+
 class _Splits:
-    """Sums over blocks of windows, from which every split's training set is made."""
+    """Sums over blocks of windows, from which every split's training set is made.
+
+    So that single precision does for them, features are taken about the class means of all windows, which
+    those of a split lie close to.
+    """
 
     def __init__(self, labels: np.ndarray, block: np.ndarray, splits: Sequence[Split]) -> None:
         self.n_classes = int(labels.max()) + 1
         self.labels = labels
-        self.rows = [np.flatnonzero(block == b) for b in range(int(block.max()) + 1)]
         self.tested = [split.tested for split in splits]
-        self.trained = np.zeros((len(splits), len(self.rows)))
+        self._n_blocks = int(block.max()) + 1
+        self._blocks = block
+        self.trained = np.zeros((len(splits), self._n_blocks), dtype=np.float32)
         for member, split in zip(self.trained, splits, strict=True):
             member[split.train] = 1.0
-        self.n_trained = self.trained @ [len(rows) for rows in self.rows]
+        cell = block * self.n_classes + labels
+        counts = np.bincount(cell, minlength=self._n_blocks * self.n_classes).astype(np.float32)
+        self._windows = self.trained @ counts.reshape(self._n_blocks, self.n_classes)
+        self.n_trained = self._windows.sum(axis=1)
+        self._share = (1 / np.maximum(np.bincount(labels), 1)).astype(np.float32)[:, None]
+        order = np.argsort(block, kind="stable")
+        parts = np.split(order, range(WINDOWS_AT_ONCE, len(order), WINDOWS_AT_ONCE))
+        self._pieces = [self._piece(windows, cell[windows]) for windows in parts]
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._rooms = local()
 
     def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
         """Scores (ridges, v, A) of some tested windows at a time, for each ridge of the split in `alphas`.
@@ -232,48 +284,77 @@ class _Splits:
         """
         centre = inputs.mean(axis=0)
         is_few = few(self.n_trained, inputs.shape[1])
-        of_blocks = self._of_blocks(inputs, centre) if not is_few.all() else ()
-        kept = zip(*(self._of_splits(~is_few, values) for values in of_blocks), strict=True)
+        class_means = self._share * sum(piece.of_class @ inputs[piece.windows] for piece in self._pieces)
+        kept = self._of_splits(~is_few, inputs, class_means)
         for number, (rows, ridges) in enumerate(zip(self.tested, alphas, strict=True)):
             if is_few[number]:
                 some, member = self._few_windows(number)
-                about = (inputs[some] - centre).astype(np.float32, copy=False)
-                trained = Discriminant.by_windows(about, member, ridges)
+                trained = Discriminant.by_windows(_single(inputs[some] - centre), member, ridges)
             else:
-                trained = Discriminant.by_features(*next(kept), ridges)
+                windows = self._windows[number]
+                trained = _by_features(next(kept), _single(class_means - centre), windows, ridges)
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
-                yield number, first, trained.scores(inputs[some] - centre)
+                yield number, first, trained.scores(_single(inputs[some] - centre))
 
     def _few_windows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """The windows that a split trains on, and their classes as rows of ones and zeros."""
         if number not in self._few:
-            rows = [rows for rows, has in zip(self.rows, self.trained[number], strict=True) if has]
-            some = np.sort(np.concatenate(rows))
+            some = np.flatnonzero(self.trained[number][self._blocks])
             self._few[number] = some, np.eye(self.n_classes, dtype=np.float32)[self.labels[some]]
         return self._few[number]
 
-    def _of_splits(self, chosen: np.ndarray, of_block: np.ndarray) -> np.ndarray:
+    def _of_splits(self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray) -> Iterator[_Sums]:
         """Sums over the blocks that each of some splits trains on."""
-        flat = self.trained[chosen] @ of_block.reshape(len(of_block), -1)
-        return flat.reshape(-1, *of_block.shape[1:])
+        n_splits, width = int(chosen.sum()), inputs.shape[1]
+        if not n_splits:
+            return iter(())
+        of_blocks = self._room("blocks", self._n_blocks, width)
+        of_splits = self._room("splits", n_splits, width)
+        for sums in of_blocks:
+            sums[...] = 0
+        grams, of_cell = of_blocks.gram, of_blocks.of_class.reshape(-1, width)
+        for piece in self._pieces:
+            about = _single(inputs[piece.windows] - class_means[piece.labels])
+            for block, rows in piece.blocks:
+                add_square(grams[block], about[rows])
+            of_cell += piece.of_cell @ about
+        for sums, out in zip(of_blocks, of_splits, strict=True):
+            multiply(self.trained[chosen], sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
+        return map(_Sums, *of_splits)
 
-    def _of_blocks(self, inputs: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Gram matrices, class sums and class sizes of each block, some windows at a time."""
-        width = inputs.shape[1]
-        grams = np.zeros((len(self.rows), width, width))
-        sums = np.zeros((len(self.rows), self.n_classes, width))
-        windows = np.zeros((len(self.rows), self.n_classes))
-        classes = np.eye(self.n_classes)
-        for number, rows in enumerate(self.rows):
-            for first in range(0, len(rows), WINDOWS_AT_ONCE):
-                some = rows[first : first + WINDOWS_AT_ONCE]
-                part = (inputs[some] - centre).astype(np.float64)
-                member = classes[self.labels[some]]
-                grams[number] += part.T @ part
-                sums[number] += member.T @ part
-                windows[number] += member.sum(axis=0)
-        return grams, sums, windows
+    def _room(self, name: str, count: int, width: int) -> _Sums:
+        """Room for so many sums, each thread's own: memory new to each patch would take a tenth more time."""
+        rooms = self._rooms.__dict__
+        if name not in rooms:
+            shapes = ((count, width, width), (count, self.n_classes, width))
+            rooms[name] = _Sums(*(np.empty(shape, dtype=np.float32) for shape in shapes))
+        return rooms[name]
+
+    def _piece(self, windows: np.ndarray, cell: np.ndarray) -> _Piece:
+        blocks, starts = np.unique(self._blocks[windows], return_index=True)
+        places = map(slice, starts, [*starts[1:], len(windows)])
+        labels = self.labels[windows]
+        of_class = summing(labels, self.n_classes)
+        of_cell = summing(cell, self._n_blocks * self.n_classes)
+        return _Piece(windows, labels, list(zip(blocks.tolist(), places, strict=True)), of_class, of_cell)
+
+
+def _by_features(
+    sums: _Sums, class_means: np.ndarray, windows: np.ndarray, ridges: np.ndarray
+) -> Discriminant:
+    """A split's discriminant from its sums, with the class means (A, D) that features were taken about."""
+    within, seen = sums.gram, windows[:, None]
+    about = sums.of_class / np.maximum(seen, 1)
+    # all windows' squares: those about the class means, and those of the class means
+    whole = np.diag(within) + ((2 * sums.of_class + seen * class_means) * class_means).sum(axis=0)
+    add_square(within, about * np.sqrt(seen), -1.0)
+    return Discriminant.by_features(within, whole, about + class_means, windows, ridges)
+
+
+def _single(features: np.ndarray) -> np.ndarray:
+    """In single precision, which does about a mean."""
+    return features.astype(np.float32, copy=False)
 
 
 def _parts(folds: np.ndarray) -> list[np.ndarray]:
