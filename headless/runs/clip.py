@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK, copy_file, write_features
@@ -21,6 +20,7 @@ from w2w.core.motion.source import UnusableMotion, reason_of
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.study import copies_of, describe, record
+from w2w.core.threads import unthreaded_products
 
 from ..needs_blender import NoBlenderError
 from .clip_records import finished, mark_source, marked_source, write_record
@@ -95,7 +95,7 @@ def _do_clip(task: ClipTask) -> ClipResult:
     if done is not None:
         return ClipResult(task.clip, done["reason"], done["details"], source)
     try:
-        with threadpool_limits(1):  # sums split over threads round otherwise: not the same bytes everywhere
+        with unthreaded_products():  # the same bytes everywhere
             details, files = _make(task)
     except (UnusableMotion, ValueError) as error:  # core says ValueErrors for people: too short, not finite
         return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source))

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
-from threadpoolctl import threadpool_limits
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
@@ -29,6 +28,7 @@ from w2w.core.ranking.utility import UtilityMap, inputs_of
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import copies_of, describe, place_patches, plain, record
+from w2w.core.threads import unthreaded_products
 
 from ..blender import inside_blender
 from ..runs.blender_executor import BlenderExecutor
@@ -169,7 +169,7 @@ def _bake_clip(
     body, placed = _load(folder / WORK / "body.npz", patches)
     motion = case.motion(Motion.load(study / "motions" / f"{clip.name}.npz"))
     motion = replace(motion, pelvis=motion.pelvis * (body.height / usual_height))
-    with threadpool_limits(1):
+    with unthreaded_products():
         try:
             features, is_test = describe(record(body, placed, motion, case.config), case.config)
         except TooShortError:

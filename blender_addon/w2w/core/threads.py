@@ -6,9 +6,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from functools import lru_cache
 from typing import TypeVar
 
+import scipy.linalg  # noqa: F401 - its matrix library must be there to be found
 from threadpoolctl import ThreadpoolController
 
 Part = TypeVar("Part")
@@ -19,7 +21,7 @@ def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
 
     The matrix library is kept to one thread meanwhile: two sets of threads would fight over the cores.
     """
-    with _libraries().limit(limits=1, user_api="blas"):
+    with unthreaded_products():
         if len(parts) == 1 or n_threads() == 1:
             for part in parts:
                 work(part)
@@ -29,8 +31,14 @@ def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
                 pass
 
 
+def unthreaded_products() -> AbstractContextManager[None]:
+    """The matrix libraries of NumPy and SciPy kept to one thread: sums split over threads round otherwise."""
+    return _libraries().limit(limits=1, user_api="blas")
+
+
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
+    """Those loaded at the first call, looked up once: all that is loaded is searched for them."""
     return ThreadpoolController()
 
 
