@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.feature_kinds import features_of
@@ -20,6 +21,16 @@ def test_both_are_the_one_beside_the_other():
     np.testing.assert_array_equal(
         features_of(WINDOWS, 50.0, "both", 3), np.concatenate([summary, kernels], axis=2)
     )
+
+
+def test_features_are_the_same_whatever_threads_there_are():
+    """A product as large as this is split over two threads, which rounds otherwise."""
+    windows = np.random.default_rng(4).normal(size=(2, 64, 200, 6)).astype(np.float32)
+    found = []
+    for threads in (1, 2):
+        with threadpool_limits(threads):
+            found.append(features_of(windows, 100.0))
+    np.testing.assert_array_equal(*found)
 
 
 def test_an_unknown_word_is_refused():

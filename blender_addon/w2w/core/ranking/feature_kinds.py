@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..threads import unthreaded_products
 from .features import window_features
 from .kernels import kernel_features
 
@@ -27,7 +28,7 @@ def check_features(kind: str) -> None:
 
 
 def features_of(windows: np.ndarray, rate: float, kind: str = SUMMARY, seed: int = 0) -> np.ndarray:
-    """Describe each window of each sensor by numbers.
+    """Describe each window of each sensor by numbers, the same whatever threads there are.
 
     Parameters
     ----------
@@ -43,8 +44,9 @@ def features_of(windows: np.ndarray, rate: float, kind: str = SUMMARY, seed: int
     ndarray, shape (W, N, D), float32
     """
     check_features(kind)
-    if kind == SUMMARY:
-        return window_features(windows, rate)
-    if kind == MINIROCKET:
-        return kernel_features(windows, seed)
-    return np.concatenate([window_features(windows, rate), kernel_features(windows, seed)], axis=2)
+    with unthreaded_products():
+        if kind == SUMMARY:
+            return window_features(windows, rate)
+        if kind == MINIROCKET:
+            return kernel_features(windows, seed)
+        return np.concatenate([window_features(windows, rate), kernel_features(windows, seed)], axis=2)

@@ -9,9 +9,9 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from ..ranking.weights import mean_over
+from ..threads import unthreaded_products
 from .promise import Promise, promise
 from .set_tests import SetTests, Tests
 from .subsets import ROUNDING
@@ -85,7 +85,7 @@ def grow(
     Growth
     """
     order, shortlist = list(start.order if start else ()), start.shortlist if start else None
-    with threadpool_limits(1):
+    with unthreaded_products():
         area = float(tests.added(order[:-1], np.array(order[-1:]), worst)[0]) if len(order) > 1 else 0.0
         while len(order) < min(size, terms.max_size):
             missing = [options for options in terms.required if not np.isin(order, options).any()]
@@ -131,7 +131,7 @@ def best_pair(
         wanted &= inside[:, None] | inside
     cost = terms.cost[candidates]
     price = cost[:, None] + cost
-    with threadpool_limits(1):
+    with unthreaded_products():
         value = tests.pairs(candidates, wanted, worst, price) / price
     pair = candidates[list(np.unravel_index(value.argmax(), value.shape))]
     alone = (tests.single if first is None else first)[pair]

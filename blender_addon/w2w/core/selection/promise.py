@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import isotonic_regression
 from scipy.stats import norm
-from threadpoolctl import threadpool_limits
 
 from ..ranking.expected import UNPROVEN
 from ..ranking.reliability import agreement
 from ..ranking.weights import known_mean, mean_over
+from ..threads import unthreaded_products
 
 if TYPE_CHECKING:
     from .set_tests import SetTests, Tests
@@ -97,7 +97,7 @@ def promise(
         Confidence of the interval.
     """
     size = len(order)
-    with threadpool_limits(1):
+    with unthreaded_products():
         among = dict.fromkeys([tests.whole, *(one for pair in tests.pairs for one in pair)])
         level_of = {one: _level(one, terms, size, tests.seed) for one in among}
         raw = tests.whole.f1_of_first(order)

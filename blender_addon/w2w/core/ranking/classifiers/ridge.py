@@ -11,9 +11,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
-from threadpoolctl import threadpool_limits
 
 from ...blas import add_square, multiply
+from ...threads import unthreaded_products
 from ..class_sums import summing
 from ..halves import Plan, Split, plan
 from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
@@ -154,7 +154,7 @@ class Ridge:
             for some in sums.scores(inputs, alphas):
                 receive(sensor, *some)
 
-        with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
+        with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
             for first, last in spans(source, self.block_bytes):
                 held = source.patches(first, last).swapaxes(0, 1)
                 for done, _ in enumerate(pool.map(score, range(first, last), held), start=first + 1):
@@ -200,7 +200,7 @@ class Ridge:
                 hits[number] += [np.bincount(true, one, minlength=sums.n_classes) for one in right]
             return np.nanmean(hits / windows[:, None], axis=2)
 
-        with threadpool_limits(1), ThreadPoolExecutor(self.workers) as pool:
+        with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
             scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
         outer = np.array([f for f, _ in pairs])
         return np.array([self._steadiest(scores[outer == f]) for f in folds])
