@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -93,12 +94,14 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     config = plan.config
     with monitor.step("placing patches", "Placing patches on the body"):
         patches = _prepare(body, config, out)
-    clips = tuple(_bake(plan, out, monitor))
+    with ThreadPoolExecutor(1) as aside:  # takes seconds, while workers leave this process idle
+        pooled = aside.submit(Pooling.on, body, patches)
+        clips = tuple(_bake(plan, out, monitor))
     used = [result.clip for result in clips if result.used]
     if not used:
         raise StudyError("no clip can be used; why each cannot stands in the table", clips)
     remove_leftovers(out, {clip.name for clip in used})
-    pooling = Pooling.on(body, patches)
+    pooling = pooled.result()
     try:
         utility, ranked = _rank(used, pooling, plan, out, monitor)
     except ValueError as error:
