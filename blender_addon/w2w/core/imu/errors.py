@@ -84,18 +84,20 @@ class SensorStreams:
 
     def generators(self, part: str) -> list[np.random.Generator]:
         """One generator a sensor for one of `PARTS`."""
-        number = PARTS.index(part)
-        return [np.random.Generator(np.random.SFC64(_Words(state[number]))) for state in self._states]
+        return [np.random.Generator(bits) for bits in self._bits(part)]
 
     def normal(self, part: str, *shape: int) -> np.ndarray:
         """Standard normal numbers, shape (sensors, *shape), float32."""
         count = math.prod(shape)
-        words = [generator.bit_generator.random_raw(-(-count // 2)) for generator in self.generators(part)]
-        return _normal(np.stack(words))[:, :count].reshape(-1, *shape)
+        words = np.array([bits.random_raw(-(-count // 2)) for bits in self._bits(part)])
+        return _normal(words)[:, :count].reshape(-1, *shape)
 
     def constants(self, name: str, *shape: int) -> np.ndarray:
         """Numbers behind one of the `CONSTANTS`, shape (sensors, *shape)."""
         return self._constants[:, CONSTANTS[name]].reshape(len(self._states), *shape)
+
+    def _bits(self, part: str) -> list[np.random.SFC64]:
+        return [np.random.SFC64(_Words(words)) for words in self._states[:, PARTS.index(part)]]
 
 
 def _normal(words: np.ndarray) -> np.ndarray:
