@@ -59,7 +59,9 @@ def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, 
 
 
 def _planes(matrices: np.ndarray) -> np.ndarray:
-    """Matrices (T, N, 4, 4) entry by entry, (3, 4, T, N), doubles."""
+    """Matrices (T, N, 4, 4) entry by entry, (3, 4, T, N), doubles; a view where they lie so already."""
+    if matrices.dtype == np.float64 and matrices.strides[1] == matrices.itemsize:
+        return matrices[:, :, :3].transpose(2, 3, 0, 1)
     n_frames, n = matrices.shape[:2]
     planes = np.empty((3, 4, n_frames, n))
     step = max(1, TILE_MATRICES // n)

@@ -16,7 +16,7 @@ GROUND_SAMPLE = 15
 GROUND_PERCENTILE = 2.0
 """The ground is where the lowest point of the body is in all but this share of the frames."""
 
-FRAME_BLOCK = 32
+FRAME_BLOCK = 64
 """Frames worked on at a time: few enough that a block's arrays stay in the processor's cache."""
 
 
@@ -120,14 +120,14 @@ def posed_patches(body: Body, triangles: np.ndarray, transforms: np.ndarray) -> 
         Entry by entry in memory, as whoever works on all matrices at once reads them.
     """
     n_frames, n_patches = len(transforms), len(triangles)
-    rows = _triangle_rows(body, triangles).T
+    rows = _triangle_rows(body, triangles)
     columns = transforms.transpose(0, 2, 1, 3).reshape(n_frames, 3, -1)
-    matrices = np.empty((4, 4, n_frames, n_patches)).transpose(2, 3, 0, 1)
+    entries = np.empty((4, 4, n_frames, n_patches))
     for start in range(0, n_frames, FRAME_BLOCK):
-        block = columns[start : start + FRAME_BLOCK]
-        blended = multiply(block.reshape(-1, len(rows)), rows).reshape(len(block), 3, 3, n_patches)
-        _write_frames(matrices[start : start + FRAME_BLOCK], *blended.transpose(2, 0, 1, 3))
-    return matrices
+        part = slice(start, start + FRAME_BLOCK)
+        blended = multiply(columns[part].reshape(-1, len(rows)), rows).reshape(-1, 3, 3, n_patches)
+        _write_frames(entries[:, :, part], *blended.transpose(2, 1, 0, 3))
+    return entries.transpose(2, 3, 0, 1)
 
 
 def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> np.ndarray:
@@ -143,7 +143,8 @@ def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray
     ndarray, shape (..., 4, 4)
     """
     matrices = np.empty((*origin.shape[:-1], 4, 4))
-    _write_frames(matrices, *(np.moveaxis(vector, -1, -2) for vector in (origin, edge_x, edge_b)))
+    entries = np.moveaxis(matrices, (-2, -1), (0, 1))
+    _write_frames(entries, *(np.moveaxis(vector, -1, 0) for vector in (origin, edge_x, edge_b)))
     return matrices
 
 
@@ -153,47 +154,47 @@ def triangle_frames(corners: np.ndarray) -> np.ndarray:
     return frames_from_edges(corners.mean(axis=-2), second - first, third - first)
 
 
-def _write_frames(matrices: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
-    """Fill matrices (..., N, 4, 4) from vectors (..., 3, N): rows of components are quick to work on."""
+def _write_frames(entries: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
+    """Fill matrices (4, 4, ...) from vectors (3, ...): whole components are quick to work on."""
     x = _unit(edge_x)
     z = _unit(_cross(edge_x, edge_b))
     for column, vector in enumerate((x, _cross(z, x), z, origin)):
-        matrices[..., :3, column] = np.moveaxis(vector, -2, -1)
-    matrices[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
+        entries[:3, column] = vector
+    entries[3, :3], entries[3, 3] = 0.0, 1.0
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cross product of vectors (..., 3, N)."""
+    """Cross product of vectors (3, ...)."""
     product = np.empty_like(a)
     for axis in range(3):
         second, third = (axis + 1) % 3, (axis + 2) % 3
-        np.multiply(a[..., second, :], b[..., third, :], out=product[..., axis, :])
-        product[..., axis, :] -= a[..., third, :] * b[..., second, :]
+        np.multiply(a[second], b[third], out=product[axis])
+        product[axis] -= a[third] * b[second]
     return product
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Unit vectors of vectors (..., 3, N)."""
-    return vectors / np.sqrt((vectors * vectors).sum(axis=-2, keepdims=True))
+    """Unit vectors of vectors (3, ...)."""
+    return vectors / np.sqrt((vectors * vectors).sum(axis=0))
 
 
 def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Rows (N, 24 * 4) that a point's posed position is the product of: w_j * (p, 1)."""
+    """Rows (24 * 4, N) that points' posed positions are the product of: w_j * (p, 1)."""
     homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1)
-    return (weights[:, :, None] * homogeneous[:, None, :]).reshape(len(points), -1)
+    return (weights.T[:, None] * homogeneous.T).reshape(-1, len(points))
 
 
 def _triangle_rows(body: Body, triangles: np.ndarray) -> np.ndarray:
-    """Rows for the centroids, then the edges v2 - v1, then the edges v3 - v1."""
+    """Rows for the centroids, then the edges v2 - v1, then the edges v3 - v1; (96, 3 N)."""
     first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in triangles.T)
-    return np.concatenate([(first + second + third) / 3, second - first, third - first])
+    return np.concatenate([(first + second + third) / 3, second - first, third - first], axis=1)
 
 
 def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Multiply rows (N, 96) with all frames' transforms (T, 24, A, 4) at once; shape (T, N, A)."""
+    """Multiply rows (96, N) with all frames' transforms (T, 24, A, 4) at once; shape (T, N, A)."""
     n_frames, n_axes = len(transforms), transforms.shape[2]
     columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * n_axes)
-    return multiply(rows, columns).reshape(len(rows), n_frames, n_axes).transpose(1, 0, 2)
+    return multiply(rows.T, columns).reshape(-1, n_frames, n_axes).transpose(1, 0, 2)
 
 
 def relative_to_parents(world: np.ndarray) -> np.ndarray:
