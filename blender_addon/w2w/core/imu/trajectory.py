@@ -150,7 +150,7 @@ def _on_differences(operator: np.ndarray, order: int) -> np.ndarray:
     return operator
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def _fit(n_frames: int, degree: int, penalty: float) -> tuple[np.ndarray, np.ndarray]:
     """Knots, and the matrix that takes frames to B-spline coefficients."""
     frames = np.arange(n_frames, dtype=float)
@@ -159,7 +159,7 @@ def _fit(n_frames: int, degree: int, penalty: float) -> tuple[np.ndarray, np.nda
         return spline.t, spline.c
     knots = make_interp_spline(frames, frames, k=degree).t
     values = BSpline.design_matrix(frames, knots, degree)
-    roughness = csr_array(np.sqrt(penalty) * _roughness(knots, degree))
+    roughness = np.sqrt(penalty) * _roughness(knots, degree)
     if penalty > GENTLE:
         return knots, _smoothed_by_qr(values, roughness)
     return knots, _smoothed(values, roughness, degree)
@@ -187,11 +187,18 @@ def _smoothed_by_qr(values: csr_array, roughness: csr_array) -> np.ndarray:
     return solve_triangular(r, q[: len(r)].T)
 
 
-def _roughness(knots: np.ndarray, degree: int) -> np.ndarray:
+def _roughness(knots: np.ndarray, degree: int) -> csr_array:
     """Rows whose sum of squares is the integral of the squared third derivative."""
     edges = np.unique(knots)
     nodes, weights = np.polynomial.legendre.leggauss(DEGREE - SMOOTHNESS + 1)
     half = np.diff(edges)[:, None] / 2
     at = (edges[:-1, None] + half * (nodes + 1)).ravel()
-    basis = BSpline(knots, np.eye(len(knots) - degree - 1), degree)
-    return basis(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]
+    width = degree + 1
+    n_splines = len(knots) - width
+    # only so many neighbours are not zero in an interval, so every so many can share a column
+    neighbours = BSpline(knots, np.eye(width)[np.arange(n_splines) % width], degree)
+    found = neighbours(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]
+    columns = np.arange(len(half)).repeat(len(nodes))[:, None] + np.arange(width)
+    found = np.take_along_axis(found, columns % width, axis=1)
+    rows = np.arange(0, found.size + 1, width)
+    return csr_array((found.ravel(), columns.ravel(), rows), shape=(len(at), n_splines))
