@@ -50,7 +50,7 @@ def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
     ----------
     windows : ndarray, shape (W, N, samples, 6)
         Specific force (m/s2), angular velocity (rad/s). Fastest as `cut_windows`
-        returns it, a view into a time-major recording.
+        returns it, a view into a recording that lies sample by sample and channel by channel.
     rate : float
         Samples per second.
 
@@ -68,7 +68,7 @@ def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
     spectrum = _BandPower(samples, rate)
     features = np.empty((len(windows), n_sensors, len(feature_names(samples, rate))), dtype=np.float32)
     for window, row in zip(windows, features, strict=True):
-        row[:] = _describe(np.ascontiguousarray(window.transpose(1, 0, 2)), spectrum)
+        row[:] = _describe(window.transpose(1, 2, 0), spectrum)
     return features
 
 
@@ -96,10 +96,10 @@ class _BandPower:
 
 
 def channels_of(slab: np.ndarray) -> np.ndarray:
-    """The six channels of a window (samples, N, 6) and the two magnitudes, in UNIT, (samples, 8, N)."""
-    samples, n_sensors, _ = slab.shape
+    """The six channels of a window (samples, 6, N) and the two magnitudes, in UNIT, (samples, 8, N)."""
+    samples, _, n_sensors = slab.shape
     channels = np.empty((samples, 8, n_sensors), dtype=np.float32)
-    channels[:, :6] = slab.transpose(0, 2, 1)
+    channels[:, :6] = slab
     np.sqrt((channels[:, 0:3] ** 2).sum(axis=1), out=channels[:, 6])
     np.sqrt((channels[:, 3:6] ** 2).sum(axis=1), out=channels[:, 7])
     channels /= UNIT[:, None]
@@ -107,7 +107,7 @@ def channels_of(slab: np.ndarray) -> np.ndarray:
 
 
 def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
-    """(samples, N, 6) -> (N, D)."""
+    """(samples, 6, N) -> (N, D)."""
     channels = channels_of(slab)
     samples, _, n_sensors = channels.shape
 

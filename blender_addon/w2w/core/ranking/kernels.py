@@ -95,7 +95,7 @@ def kernel_features(windows: np.ndarray, seed: int = 0) -> np.ndarray:
     width = sum(len(of_dilation) for of_dilation in wanted.values())
     features = np.empty((len(windows), windows.shape[1], width), dtype=np.float32)
     for window, row in zip(windows, features, strict=True):
-        channels = channels_of(np.ascontiguousarray(window.transpose(1, 0, 2)))
+        channels = channels_of(window.transpose(1, 2, 0))
         channels -= channels.mean(axis=0)
         row[:] = np.concatenate([_shares(channels, *one) for one in wanted.items()]).T
     return features
