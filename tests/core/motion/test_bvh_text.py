@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.motion.bvh_text import read_bvh_text
+from w2w.core.motion.bvh_text import LINES_AT_ONCE, read_bvh_text
 from w2w.core.motion.source import UnusableMotion
 
 from ...made_bvh import ONE_JOINT as SKELETON
@@ -49,6 +49,40 @@ def test_whole_files_are_read(tmp_path, content):
     assert (joint.parent, joint.offset, len(joint.channels)) == (-1, (0, 0, 0), 6)
     assert found.rate == 1 / 0.0333
     np.testing.assert_array_equal(found.values, [[0, 0, 0, 1, 2, 3]] * 3)
+
+
+def long_file(lines, blank=""):
+    head = SKELETON + HEADER.replace("Frames: 3", f"Frames: {len(lines)}")
+    return head + blank.join(f"{line}\n" for line in lines)
+
+
+@pytest.mark.parametrize("blank", ["", "\n", "\n \n" * LINES_AT_ONCE], ids=["close", "spaced", "far apart"])
+@pytest.mark.parametrize("odd", ["5", "+.5e1", "0_5"])
+def test_every_number_of_a_long_file(tmp_path, blank, odd):
+    values = np.random.default_rng(0).normal(0, 100, (LINES_AT_ONCE + 3, 6))
+    values[-2, 3] = 5
+    lines = [" ".join(map(repr, row)) for row in values.tolist()]
+    lines[-2] = lines[-2].replace(" 5.0 ", f" {odd} ")
+    (tmp_path / "walk.bvh").write_text(long_file(lines, blank))
+    np.testing.assert_array_equal(read_bvh_text(tmp_path / "walk.bvh").values, values)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("0 0 0 1 2", "holds 5 numbers, and its skeleton has 6 channels"),
+        ("0 0 0 1 2 3 4", "holds 7 numbers, and its skeleton has 6 channels"),
+        ("0 0 0 1 2 3;", "holds '3;' where a number"),
+        ("0 0 0 1 2 0x1p3", "holds '0x1p3' where a number"),
+    ],
+)
+@pytest.mark.parametrize("at", [0, LINES_AT_ONCE - 1, LINES_AT_ONCE])
+def test_damage_in_a_long_file_is_told_with_its_line(tmp_path, at, line, said):
+    lines = ["0 0 0 1 2 3"] * (LINES_AT_ONCE + 3)
+    lines[at] = line
+    first = (SKELETON + HEADER).count("\n") + 1
+    found = reason(tmp_path / "walk.bvh", long_file(lines))
+    assert found.startswith(f"it is damaged: line {first + at} {said}")
 
 
 def test_every_real_file_passes_but_the_broken_one(shared_data):

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import math
 import re
-from array import array
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import NoReturn
 
@@ -38,6 +39,9 @@ HEADER_LINE = 200
 CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "xyz")
 UNUSED_CHANNELS = tuple(f"{axis}scale" for axis in "xyz")
 """Channels that some programs write and no body has; they are left out."""
+
+LINES_AT_ONCE = 256
+"""Lines of numbers that are read at once, for speed."""
 
 AN_END = -1
 """Stands for an End Site among the numbers of joints."""
@@ -258,22 +262,11 @@ def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
     """Numbers of the frames, a row each."""
     channels = sum(len(joint.channels) for joint in joints)
     most = MOST_BONE_FRAMES // len(joints)
-    values, found = array("d"), 0
-    for number, line in lines:
-        words = line.split(None, channels)  # at most: a line may be as long as the file
-        if not words:
-            continue
-        if len(words) != channels or not channels:
-            count = sum(1 for _ in re.finditer(r"\S+", line))
-            raise UnusableMotion(
-                f"it is damaged: line {number} holds {count} numbers, and its skeleton has {channels} "
-                "channels"
-            )
-        try:
-            values.extend(map(float, words))
-        except ValueError:
-            _refuse_word(words, number)
-        found += 1
+    blocks, found = [np.zeros((0, channels))], 0
+    full = ((number, line) for number, line in lines if not line.isspace())
+    while block := list(islice(full, LINES_AT_ONCE)):
+        blocks.append(_rows(block, channels))
+        found += len(block)
         if found > most:
             refuse_too_long(max(found, promised), len(joints))
     if found != promised:
@@ -281,10 +274,32 @@ def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
             f"its header promises {promised:,} frame{'s' * (promised != 1)}, and it holds {found:,}: export "
             "it again, or correct its 'Frames' line"
         )
-    rows = np.frombuffer(values, dtype=np.float64).reshape(found, channels)
+    rows = np.concatenate(blocks)
     if not (np.abs(rows) < MOST).all():
         raise UnusableMotion(NOT_FINITE)
     return rows
+
+
+def _rows(lines: list[tuple[int, str]], channels: int) -> np.ndarray:
+    """Numbers of lines that are not blank, a row each."""
+    with suppress(ValueError):
+        rows = np.loadtxt([line for _, line in lines], comments=None, ndmin=2)
+        if rows.shape[1] == channels:
+            return rows
+    return np.array([_row(line, number, channels) for number, line in lines])  # says what is wrong and where
+
+
+def _row(line: str, number: int, channels: int) -> list[float]:
+    words = line.split(None, channels)  # at most: a line may be as long as the file
+    if len(words) != channels or not channels:
+        count = sum(1 for _ in re.finditer(r"\S+", line))
+        raise UnusableMotion(
+            f"it is damaged: line {number} holds {count} numbers, and its skeleton has {channels} channels"
+        )
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        _refuse_word(words, number)
 
 
 def _refuse_word(words: list[str], number: int) -> NoReturn:
