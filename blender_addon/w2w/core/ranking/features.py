@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ..blas import multiply
@@ -35,7 +37,7 @@ def feature_names(samples: int, rate: float) -> list[str]:
     -------
     list of str, length D
     """
-    bands = _BandPower(samples, rate).bands
+    bands = _band_power(samples, rate).bands
     kinds = [*STATISTICS, *(f"log power {low:g}-{high:g} Hz" for low, high in bands)]
     pairs = zip(*np.triu_indices(6, 1), strict=True)
     return [f"{channel} {kind}" for kind in kinds for channel in CHANNELS] + [
@@ -65,7 +67,7 @@ def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
         so that no statistic of the library is needed to scale them.
     """
     samples, n_sensors = windows.shape[2], windows.shape[1]
-    spectrum = _BandPower(samples, rate)
+    spectrum = _band_power(samples, rate)
     features = np.empty((len(windows), n_sensors, len(feature_names(samples, rate))), dtype=np.float32)
     for window, row in zip(windows, features, strict=True):
         row[:] = _describe(window.transpose(1, 2, 0), spectrum)
@@ -93,6 +95,11 @@ class _BandPower:
         half = len(amplitude) // 2
         power = amplitude[:half] ** 2 + amplitude[half:] ** 2
         return np.add.reduceat(power, self.start, axis=0)
+
+
+@lru_cache(maxsize=8)
+def _band_power(samples: int, rate: float) -> _BandPower:
+    return _BandPower(samples, rate)
 
 
 def channels_of(slab: np.ndarray) -> np.ndarray:
@@ -142,5 +149,5 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
 def _correlations(centred: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     """Correlations between the six channels: (samples, 6, N), (6, N) -> (15, N)."""
     first, second = np.triu_indices(6, 1)
-    pairs = [(centred[:, a] * centred[:, b]).mean(axis=0) for a, b in zip(first, second, strict=True)]
-    return np.stack(pairs) / (deviation[first] * deviation[second])
+    pairs = [(centred[:, a : a + 1] * centred[:, a + 1 :]).mean(axis=0) for a in range(5)]
+    return np.concatenate(pairs) / (deviation[first] * deviation[second])
