@@ -89,6 +89,10 @@ class BoneMap:
         return matched
 
 
+Match = tuple[BoneMap | None, dict[int, int]]
+"""A bone map and what it matches: joint index -> bone index."""
+
+
 @lru_cache(maxsize=64)
 def _positions(bones: tuple[str, ...]) -> dict[str, int]:
     """Where the bone of each plain name is; the clips of a library have few different skeletons."""
@@ -139,12 +143,20 @@ def best_match(bones: Sequence[str], maps: Iterable[BoneMap] = ()) -> tuple[Bone
     matched : dict of int to int
         Joint index -> bone index.
     """
-    best: tuple[BoneMap | None, dict[int, int]] = (None, {})
-    for bone_map in (*maps, *bundled_bone_maps()):
-        matched = bone_map.match(bones)
-        if _rank(matched) > _rank(best[1]):
-            best = (bone_map, matched)
-    return best
+    matches = [(bone_map, bone_map.match(bones)) for bone_map in maps]
+    best, matched = _best([*matches, _best_bundled(tuple(bones))])
+    return best, dict(matched)
+
+
+@lru_cache(maxsize=64)
+def _best_bundled(bones: tuple[str, ...]) -> Match:
+    """The best of the bundled maps; the clips of a library have few different skeletons."""
+    return _best((bone_map, bone_map.match(bones)) for bone_map in bundled_bone_maps())
+
+
+def _best(matches: Iterable[Match]) -> Match:
+    """The first of those that find most; none where they find nothing."""
+    return max([(None, {}), *matches], key=lambda match: _rank(match[1]))
 
 
 def missing_joints(matched: dict[int, int]) -> list[str]:
