@@ -156,26 +156,26 @@ def triangle_frames(corners: np.ndarray) -> np.ndarray:
 
 def _write_frames(entries: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
     """Fill matrices (4, 4, ...) from vectors (3, ...): whole components are quick to work on."""
-    x = _unit(edge_x)
-    z = _unit(_cross(edge_x, edge_b))
-    for column, vector in enumerate((x, _cross(z, x), z, origin)):
-        entries[:3, column] = vector
+    x, y, z, place = (entries[:3, column] for column in range(4))
+    np.divide(edge_x, _length(edge_x), out=x)
+    _cross(edge_x, edge_b, out=z)
+    z /= _length(z)
+    _cross(z, x, out=y)
+    place[...] = origin
     entries[3, :3], entries[3, 3] = 0.0, 1.0
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
     """Cross product of vectors (3, ...)."""
-    product = np.empty_like(a)
     for axis in range(3):
         second, third = (axis + 1) % 3, (axis + 2) % 3
-        np.multiply(a[second], b[third], out=product[axis])
-        product[axis] -= a[third] * b[second]
-    return product
+        np.multiply(a[second], b[third], out=out[axis])
+        out[axis] -= a[third] * b[second]
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Unit vectors of vectors (3, ...)."""
-    return vectors / np.sqrt((vectors * vectors).sum(axis=0))
+def _length(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors (3, ...)."""
+    return np.sqrt((vectors * vectors).sum(axis=0))
 
 
 def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:
