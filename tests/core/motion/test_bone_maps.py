@@ -54,6 +54,11 @@ def test_a_map_of_the_user_s_own_comes_first(tmp_path):
     assert matched == {number: number for number in range(24)}
 
 
+def test_a_match_is_its_caller_s_to_change():
+    best_match(MIXAMO)[1].clear()
+    assert not missing_joints(best_match(MIXAMO)[1])
+
+
 @pytest.mark.parametrize("text", ["[]", "{}", '{"name": "x", "joints": {"tail": "Tail"}}', "nonsense"])
 def test_a_file_that_is_no_bone_map_is_refused(tmp_path, text):
     path = tmp_path / "map.json"
