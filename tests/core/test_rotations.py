@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.rotations import frame_of, smallest_rotation, turn_about
+from w2w.core.rotations import continuous_quaternions, frame_of, in_axes, smallest_rotation, turn_about
 
 EPS = np.finfo(float).eps
 
@@ -84,3 +84,34 @@ def test_turns_equal_scipy_and_frames_are_square():
     np.testing.assert_allclose(frames[..., 2], up[kept], atol=4 * EPS)
     np.testing.assert_allclose(np.linalg.det(frames), 1, atol=64 * EPS)
     assert ((frames[..., 0] * left[kept]).sum(axis=1) > 0).all()
+
+
+@pytest.fixture
+def spins():
+    """Rotations (40, 3, 3, 3) that go round more than once, about an axis each."""
+    angles = np.linspace(0, 5 * np.pi, 40)[:, None, None] * np.array([[1.0], [-0.7], [0.2]])
+    axes = np.array([[0, 0, 1.0], [0.6, 0, 0.8], [-0.48, 0.64, 0.6]])
+    return Rotation.from_rotvec((angles * axes).reshape(-1, 3)).as_matrix().reshape(40, 3, 3, 3)
+
+
+def test_quaternions_are_those_of_the_rotations_and_never_jump(spins):
+    quaternions = continuous_quaternions(spins)
+    back = Rotation.from_quat(quaternions.transpose(1, 2, 0).reshape(-1, 4), scalar_first=True).as_matrix()
+    np.testing.assert_allclose(back.reshape(spins.shape), spins, atol=8 * EPS)
+    assert ((quaternions[:, 1:] * quaternions[:, :-1]).sum(axis=0) > 0.9).all()
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((3, 3)), 1.1 * np.eye(3), np.diag([1.0, 1, -1])])
+def test_what_is_no_rotation_has_no_quaternion(spins, wrong):
+    spins[3, 1] = wrong
+    with pytest.raises(ValueError, match="no rotation"):
+        continuous_quaternions(spins)
+
+
+def test_rotations_in_other_axes(spins):
+    """The same axes for all, or each its own."""
+    one, own = spins[7, 1], spins[11]
+    np.testing.assert_allclose(in_axes(spins, one), one.T @ spins @ one, atol=8 * EPS)
+    np.testing.assert_allclose(
+        in_axes(spins[:, 1:], own[1:]), (own.swapaxes(1, 2) @ spins @ own)[:, 1:], atol=8 * EPS
+    )

@@ -84,6 +84,21 @@ def test_channels_at_rest_have_one_key(body_in_scene):
     assert all(len(curve.keyframe_points) == 1 for curve in curves)
 
 
+def test_handles_come_with_the_first_edit(body_in_scene, waving):
+    """They are not written; Blender itself lays them beside their keys where they begin to matter."""
+    curve = bone_curves(body_in_scene.armature, write_action(body_in_scene.armature, waving))["left_elbow"][
+        "rotation_quaternion", 0
+    ]
+    straight = [curve.evaluate(frame) for frame in (7.25, 20.5)]
+    keys = {point.co[0]: point.co[1] for point in curve.keyframe_points}
+    first, second = sorted(keys)[5:7]
+    assert curve.evaluate((first + second) / 2) == pytest.approx((keys[first] + keys[second]) / 2, abs=1e-6)
+    curve.keyframe_points.insert(100, 0.0)
+    point = curve.keyframe_points[5]
+    assert point.handle_left[0] < point.co[0] < point.handle_right[0]
+    assert [curve.evaluate(frame) for frame in (7.25, 20.5)] == straight
+
+
 def test_poses_keyed_by_hand_are_read_at_whole_frames(body_in_scene):
     armature = body_in_scene.armature
     bone = armature.pose.bones["left_shoulder"]

@@ -58,6 +58,49 @@ def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, 
     return positions, quaternions
 
 
+def continuous_quaternions(rotations: np.ndarray) -> np.ndarray:
+    """Unit quaternions of rotation matrices, without jumps in sign from frame to frame.
+
+    Parameters
+    ----------
+    rotations : ndarray, shape (T, N, 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (4, T, N), float64
+        w, x, y, z; worked out as in `decompose`.
+
+    Raises
+    ------
+    ValueError
+        If a matrix is not a rotation.
+    """
+    quaternions, wrong = _largest_row(np.ascontiguousarray(rotations.transpose(2, 3, 0, 1)))
+    if wrong.any():
+        raise ValueError("a matrix is no rotation: it carries a scale, a shear or a reflection")
+    unroll(quaternions)
+    return quaternions
+
+
+def in_axes(rotations: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Rotations R as seen in other axes A, A^T R A.
+
+    Parameters
+    ----------
+    rotations : ndarray, shape (T, N, 3, 3)
+    axes : ndarray, shape (3, 3) or (N, 3, 3)
+        Their columns.
+
+    Returns
+    -------
+    ndarray, shape (T, N, 3, 3)
+    """
+    # one large product: numpy takes many small ones one by one
+    change = np.einsum("...ca,...db->...cdab", axes, axes).reshape(*axes.shape[:-2], 9, 9)
+    entries = rotations.reshape(*rotations.shape[:2], 9).swapaxes(0, 1) @ change
+    return entries.swapaxes(0, 1).reshape(rotations.shape)
+
+
 def _planes(matrices: np.ndarray) -> np.ndarray:
     """Matrices (T, N, 4, 4) entry by entry, (3, 4, T, N), doubles; a view where they lie so already."""
     if matrices.dtype == np.float64 and matrices.strides[1] == matrices.itemsize:

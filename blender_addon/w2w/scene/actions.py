@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import bpy
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.body.skeleton import JOINT_NAMES
 from ..core.motion.motion import Motion
+from ..core.rotations import continuous_quaternions, in_axes
 from .body import body_space, matrix
 from .fcurves import LINEAR, action_curves, basis_matrices
 
@@ -31,6 +32,12 @@ RATE = "rate"
 """Custom property of the actions written here: each of their keys is a frame of a motion."""
 
 BONE_PATH = 'pose.bones["'
+CHANNELS = (
+    *((JOINT_NAMES[0], "location", index) for index in range(3)),
+    *((name, "rotation_quaternion", index) for name in JOINT_NAMES for index in range(4)),
+)
+"""Bone, property and index of every curve that a motion needs."""
+
 OBJECT_CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
 
 BoneCurves = dict[str, dict[tuple[str, int], bpy.types.FCurve]]
@@ -65,9 +72,13 @@ def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> 
         action[label] = getattr(motion, label)
     action[RATE] = motion.rate
     times = FIRST_FRAME + np.arange(motion.n_frames) * (scene_rate() / motion.rate)
-    add_curve = _curve_maker(action, armature)
-    for bone, prop, index, values in _channels(armature, motion):
-        _write_curve(add_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone), times, values)
+    values = _values(armature, motion)
+    still = np.ptp(values, axis=1) < CONSTANT
+    keys = np.empty((*values.shape, 2), dtype=np.float32)
+    keys[..., 0], keys[..., 1] = times, values
+    new_curve = _curve_maker(action, armature)
+    for (bone, prop, index), own, once in zip(CHANNELS, keys, still, strict=True):
+        _write_keys(new_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone), own[:1] if once else own)
     return action
 
 
@@ -197,28 +208,24 @@ def slot_curves(
     return [curve for curve in best if not (curve.mute or (curve.group and curve.group.mute))]
 
 
-def _channels(armature: bpy.types.Object, motion: Motion) -> Iterator[tuple[str, str, int, np.ndarray]]:
-    """Bone, property, index and values (T,) of every curve that the motion needs."""
-    bones = [armature.data.bones[name] for name in JOINT_NAMES]
-    shown = np.stack([matrix(bone.matrix_local)[:3, :3] for bone in bones])
-    # orthogonal in double precision: else each frame is made so
-    rests = Rotation.from_matrix(shown).as_matrix()
-    turns = rests.swapaxes(1, 2) @ motion.rotations @ rests
-    quaternions = Rotation.from_matrix(turns.reshape(-1, 3, 3)).as_quat(scalar_first=True)
-    quaternions = _unbroken(quaternions.reshape(*turns.shape[:2], 4))
+def _values(armature: bpy.types.Object, motion: Motion) -> np.ndarray:
+    """Values of the `CHANNELS` in every frame of a motion, shape (C, T)."""
+    shown = _rests(armature)
+    rests = Rotation.from_matrix(shown).as_matrix()  # orthogonal in double precision, too
+    quaternions = continuous_quaternions(in_axes(motion.rotations, rests))
     pelvis = motion.pelvis / np.diag(body_space(armature))[:3]
-    offsets = (pelvis - np.array(bones[0].head_local, dtype=np.float64)) @ shown[0]
-    yield from ((JOINT_NAMES[0], "location", index, offsets[:, index]) for index in range(3))
-    for joint, name in enumerate(JOINT_NAMES):
-        yield from ((name, "rotation_quaternion", index, quaternions[:, joint, index]) for index in range(4))
+    head = np.array(armature.data.bones[JOINT_NAMES[0]].head_local, dtype=np.float64)
+    offsets = (pelvis - head) @ shown[0]
+    return np.concatenate([offsets.T, quaternions.transpose(2, 0, 1).reshape(-1, motion.n_frames)])
 
 
-def _unbroken(quaternions: np.ndarray) -> np.ndarray:
-    """The same rotations (T, J, 4) without jumps in sign, which straight lines between keys would cross."""
-    jumps = (quaternions[1:] * quaternions[:-1]).sum(axis=-1) < 0
-    signs = np.cumprod(np.where(jumps, -1.0, 1.0), axis=0)
-    quaternions[1:] *= signs[..., None]
-    return quaternions
+def _rests(armature: bpy.types.Object) -> np.ndarray:
+    """Axes of the joints' bones at rest, shape (24, 3, 3)."""
+    bones = armature.data.bones
+    columns = np.empty((len(bones), 4, 4), dtype=np.float32)
+    bones.foreach_get("matrix_local", columns.ravel())
+    places = {name: place for place, name in enumerate(bones.keys())}
+    return columns[[places[name] for name in JOINT_NAMES], :3, :3].swapaxes(1, 2).astype(np.float64)
 
 
 def _curve_maker(
@@ -230,25 +237,28 @@ def _curve_maker(
     slot = action.slots.new("OBJECT", armature.name)
     strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
     bag = strip.channelbag(slot, ensure=True)
+    groups = {bone: bag.groups.new(bone) for bone in JOINT_NAMES}
 
     def new_curve(path: str, index: int, group: str) -> bpy.types.FCurve:
         curve = bag.fcurves.new(path, index=index)
-        curve.group = bag.groups.get(group) or bag.groups.new(group)
+        curve.group = groups[group]
         return curve
 
     return new_curve
 
 
-def _write_curve(curve: bpy.types.FCurve, times: np.ndarray, values: np.ndarray) -> None:
-    if np.ptp(values) < CONSTANT:
-        times, values = times[:1], values[:1]
+def _write_keys(curve: bpy.types.FCurve, keys: np.ndarray) -> None:
+    """Give a new curve its keys (T, 2), in order of time.
+
+    Their handles, which straight lines do not use, are left out: they would take more room in a file
+    than the motion. Blender works them out as soon as somebody edits the curve.
+    """
     points = curve.keyframe_points
-    points.add(len(times))
-    keys = np.empty((len(times), 2), dtype=np.float32)
-    keys[:, 0], keys[:, 1] = times, values
+    points.add(len(keys))
     points.foreach_set("co", keys.ravel())
-    points.foreach_set("interpolation", np.full(len(times), LINEAR, dtype=np.int32))
-    curve.update()
+    points.foreach_set(
+        "interpolation", np.full(len(keys), LINEAR, dtype=np.uint8)
+    )  # bytes, as Blender has it
 
 
 def _check_basis(basis: np.ndarray, bone: str, action: bpy.types.Action) -> None:
