@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..body.skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import array_names, read_arrays, write_npz
+from ..rotations import in_axes
 from .motion_file import size_and_head, unreadable
 from .source import UnusableMotion, reason_of, refuse_rate, refuse_too_long
 
@@ -108,12 +110,13 @@ class Motion:
             If it is no such file; the message says why.
         """
         try:
-            labels = read_arrays(path, LABELS, MAX_BYTES)
-            ours = labels.keys() == set(LABELS)
-            motion = read_amass(path, z_up=ours)
+            arrays = _read_arrays(Path(path), LABELS)
+            labels = [str(arrays[name]) for name in LABELS if name in arrays]
+            ours = len(labels) == len(LABELS)
+            motion = _motion_of(arrays, z_up=ours)
         except (UnusableMotion, ValueError) as error:
             raise ValueError(f"{path} cannot be read as a motion: {error}") from error
-        return motion.labelled(*(str(labels[name]) for name in LABELS)) if ours else motion
+        return motion.labelled(*labels) if ours else motion
 
 
 LABELS = ("activity", "subject", "clip")
@@ -171,7 +174,18 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
     UnusableMotion
         If it is no such file, or holds a pose instead of a motion.
     """
-    arrays = _read_arrays(Path(path))
+    path = Path(path)
+    size_and_head(path)
+    try:
+        arrays = _read_arrays(path)
+    except OSError as error:
+        raise UnusableMotion(unreadable(error)) from error
+    except ValueError as error:
+        raise UnusableMotion(reason_of(error)) from error
+    return _motion_of(arrays, z_up)
+
+
+def _motion_of(arrays: dict[str, np.ndarray], z_up: bool) -> Motion:
     poses = _poses(arrays)
     refuse_too_long(len(poses), poses.shape[1] // 3)
     if len(poses) < MIN_FRAMES:
@@ -183,7 +197,7 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
     _refuse_beyond(trans, "trans", MAX_DISTANCE, "m", "in metres")
     rotations = np.tile(np.eye(3), (len(poses), N_JOINTS, 1, 1))
     turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
-    rotations[:, 1:BODY_JOINTS] = Y_UP_TO_Z_UP @ turns[:, 1:BODY_JOINTS] @ Y_UP_TO_Z_UP.T
+    rotations[:, 1:BODY_JOINTS] = in_axes(turns[:, 1:], Y_UP_TO_Z_UP.T)
     root, pelvis = turns[:, 0], trans + SMPL_PELVIS
     if not z_up and _stands_along_y(root):
         root, pelvis = Y_UP_TO_Z_UP @ root, pelvis @ Y_UP_TO_Z_UP.T
@@ -191,21 +205,18 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
     return Motion(rotations, pelvis, rate)
 
 
-def _read_arrays(path: Path) -> dict[str, np.ndarray]:
+def _read_arrays(path: Path, further: Sequence[str] = ()) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
-    size_and_head(path)
-    try:
-        names = set(array_names(path))
-        if not ({"poses", SMPL_CONTAINER} & names or any(set(parts) <= names for parts in POSE_PARTS)):
-            held = ", ".join(sorted(names)[:8])
-            raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
-        parts = [name for pair in POSE_PARTS for name in pair]
-        wanted = ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS)
-        return read_arrays(path, wanted, MAX_BYTES)
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
-    except ValueError as error:
-        raise UnusableMotion(reason_of(error)) from error
+    parts = [name for pair in POSE_PARTS for name in pair]
+    arrays = read_arrays(
+        path, ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS, *further), MAX_BYTES
+    )
+    if not (
+        {"poses", SMPL_CONTAINER} & arrays.keys() or any(arrays.keys() >= set(pair) for pair in POSE_PARTS)
+    ):
+        held = ", ".join(sorted(array_names(path))[:8])
+        raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
+    return arrays
 
 
 def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:
