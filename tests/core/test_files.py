@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from w2w.core.files import atomic_write, read_npy, write_json, write_npz
+from w2w.core.files import PIECE, atomic_write, read_arrays, read_npy, write_json, write_npz
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -55,10 +55,37 @@ def test_an_npy_file_comes_back(tmp_path):
     np.testing.assert_array_equal(read_npy(tmp_path / "a.npy"), [[0, 1, 2], [3, 4, 5]])
 
 
+@pytest.mark.parametrize("compress", [False, True])
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.array(2.5),
+        np.array(["", "Zoë"]),
+        np.zeros((0, 3)),
+        np.arange(3, dtype=">i4"),
+        np.asfortranarray(np.arange(12.0).reshape(3, 4)),
+        np.arange(PIECE / 4).reshape(2, -1),
+    ],
+    ids=["a number", "text", "none", "high byte first", "by columns", "more than a piece"],
+)
+def test_an_array_of_an_npz_comes_back(tmp_path, array, compress):
+    write_npz(tmp_path / "a.npz", {"a": array}, compress=compress)
+    read = read_arrays(tmp_path / "a.npz", ["a", "b"], array.nbytes + 1000)["a"]
+    assert (read.dtype, read.shape) == (array.dtype, array.shape)
+    np.testing.assert_array_equal(read, array)
+
+
 def claiming_more_than_it_holds():
     stream = io.BytesIO()
     header = {"descr": "<f8", "fortran_order": False, "shape": (2**40,)}
     np.lib.format.write_array_header_1_0(stream, header)
+    return stream.getvalue() + bytes(80)
+
+
+def cut_short():
+    """A header that counts as if itself were values."""
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {"descr": "<u1", "fortran_order": False, "shape": (100,)})
     return stream.getvalue() + bytes(80)
 
 
@@ -68,7 +95,7 @@ def pickled():
     return stream.getvalue()
 
 
-@pytest.mark.parametrize("content", [b"", b"nothing", claiming_more_than_it_holds(), pickled()])
+@pytest.mark.parametrize("content", [b"", b"nothing", claiming_more_than_it_holds(), pickled(), cut_short()])
 def test_a_damaged_npy_file_is_said_by_name(tmp_path, content):
     (tmp_path / "a.npy").write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.npy is damaged or no npy file of numbers or text"):

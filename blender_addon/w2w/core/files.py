@@ -12,7 +12,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tokenize import TokenError
@@ -141,6 +141,9 @@ DAMAGED = (
 
 MAX_CHARACTER = 0x10FFFF
 
+PIECE = 2**18
+"""Bytes that are unpacked at once: a zip's member takes as many again while it is read."""
+
 PLAIN = "biufU"
 """Kinds of numbers and text; dates, structures, complex numbers and objects are none of W2W's."""
 
@@ -245,23 +248,32 @@ def read_npy(path: str | Path) -> np.ndarray:
     """
     path = Path(path)
     try:
-        return _read_values(lambda: path.open("rb"), path.stat().st_size)
+        with path.open("rb") as stream:
+            return _read_values(stream, path.stat().st_size)
     except (ValueError, *DAMAGED) as error:  # numpy's own words quote bytes
         raise ValueError(f"{path} is damaged or no npy file of numbers or text") from error
 
 
 def _read_member(archive: ZipFile, member: str) -> np.ndarray:
-    return _read_values(lambda: archive.open(member), archive.getinfo(member).file_size)
+    with archive.open(member) as stream:
+        return _read_values(stream, archive.getinfo(member).file_size)
 
 
-def _read_values(start: Callable[[], BinaryIO], held: int) -> np.ndarray:
-    """The array of an npy stream that holds so many bytes, whatever its header claims."""
-    with start() as stream:
-        shape, _, dtype = read_header(stream)
-    if dtype.kind not in PLAIN or math.prod(shape) * dtype.itemsize > held:
+def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
+    """The array of an npy stream that holds so many bytes, whatever its header claims.
+
+    Parses the header once, where numpy's own `read_array` would have to do so again.
+    """
+    shape, is_fortran, dtype = read_header(stream)
+    size = math.prod(shape) * dtype.itemsize
+    if dtype.kind not in PLAIN or size > held:
         raise ValueError("it claims more than it holds, or other things than numbers and text")
-    with start() as stream:
-        array = npy.read_array(stream, allow_pickle=False)
+    data = np.empty(size, dtype=np.uint8)
+    for start in range(0, size, PIECE):
+        piece = data[start : start + PIECE]
+        if stream.readinto(piece) != len(piece):
+            raise ValueError("it holds less than it claims")
+    array = np.ndarray(shape, dtype, data, order="F" if is_fortran else "C")
     if dtype.kind == "U" and not _is_text(array):
         raise ValueError("it holds characters that do not exist")
     return array

@@ -76,9 +76,12 @@ def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> 
     still = np.ptp(values, axis=1) < CONSTANT
     keys = np.empty((*values.shape, 2), dtype=np.float32)
     keys[..., 0], keys[..., 1] = times, values
+    lines = np.full(motion.n_frames, LINEAR, dtype=np.uint8)  # bytes, as Blender has it, are written faster
     new_curve = _curve_maker(action, armature)
     for (bone, prop, index), own, once in zip(CHANNELS, keys, still, strict=True):
-        _write_keys(new_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone), own[:1] if once else own)
+        n_keys = 1 if once else motion.n_frames
+        curve = new_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone)
+        _write_keys(curve, own[:n_keys], lines[:n_keys])
     return action
 
 
@@ -247,8 +250,8 @@ def _curve_maker(
     return new_curve
 
 
-def _write_keys(curve: bpy.types.FCurve, keys: np.ndarray) -> None:
-    """Give a new curve its keys (T, 2), in order of time.
+def _write_keys(curve: bpy.types.FCurve, keys: np.ndarray, interpolation: np.ndarray) -> None:
+    """Give a new curve its keys (T, 2), in order of time, and their interpolation (T,).
 
     Their handles, which straight lines do not use, are left out: they would take more room in a file
     than the motion. Blender works them out as soon as somebody edits the curve.
@@ -256,9 +259,7 @@ def _write_keys(curve: bpy.types.FCurve, keys: np.ndarray) -> None:
     points = curve.keyframe_points
     points.add(len(keys))
     points.foreach_set("co", keys.ravel())
-    points.foreach_set(
-        "interpolation", np.full(len(keys), LINEAR, dtype=np.uint8)
-    )  # bytes, as Blender has it
+    points.foreach_set("interpolation", interpolation)
 
 
 def _check_basis(basis: np.ndarray, bone: str, action: bpy.types.Action) -> None:
