@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
@@ -19,10 +18,25 @@ from . import page
 VIEW_SIZE = 4.3
 """Height that a square view is drawn with, inches."""
 
+VIEW_PIXELS = round(VIEW_SIZE * page.DPI)
+"""Height of a body, pixels, whose picture need not be scaled."""
+
+SPARE = 4
+"""So much lower than that, pixels, and a body is shown with a wider edge instead of larger."""
+
 HEADER = 0.78
 """Height of the title and subtitle, inches."""
 
 BAR_COLUMN = 1.3
+BELOW_HAND = 6 / 72
+"""From a hand to the letter of its side, inches."""
+
+BELOW_MARKERS = -0.5
+"""Order of what is drawn before a view's markers, and after the view."""
+
+Crop = tuple[int, int, int, int]
+"""First and last rows, first and last columns of a view that are shown."""
+
 SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
 """Which of the body's sides is on the left and on the right of a view."""
 
@@ -62,7 +76,7 @@ def heatmap_figure(
     note : str
         What to write below the colour bar.
     """
-    crop = page.common_crop(views)
+    crop = _crop(views)
     figure, left = _page(views, crop, BAR_COLUMN, title, subtitle)
     _draw_views(figure, views, crop, view_names)
     _draw_bar(figure, left + 0.3, low, high, label, colour_map, note)
@@ -127,29 +141,48 @@ def subset_figure(
         raise ValueError(
             f"markers ({len(markers)}), names ({len(names)}) and scores ({len(scores)}) must be as many"
         )
-    crop = page.common_crop(views)
+    crop = _crop(views)
     bar = BAR_COLUMN if scale else 0.0
     figure, left = _page(views, crop, bar + page.LIST_COLUMN, title, subtitle)
-    axes = _draw_views(figure, views, crop, view_names)
+    _draw_views(figure, views, crop, view_names)
     if scale:
         _draw_bar(figure, left + 0.3, *scale, scale_label or label, colour_map, note)
-    pixels_an_inch = (crop[1] - crop[0]) / VIEW_SIZE
-    for number, view in enumerate(axes):
+    top, bottom, first, last = crop
+    pixels_an_inch = (bottom - top) / VIEW_SIZE
+    for number in range(len(views)):
+        axes = page.axes_at(figure, *_place(number, crop))
+        axes.set(xlim=(first, last), ylim=(bottom, top))
         here = [index for index, marker in enumerate(markers) if marker[0] == number]
         page.draw_markers(
-            view, np.array([markers[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
+            axes, np.array([markers[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
         )
     page.draw_list(figure, left + bar + 0.3, names, scores, label, target, page.MARGIN, VIEW_SIZE)
     page.save(figure, path)
 
 
+def _crop(views: Sequence[np.ndarray]) -> Crop:
+    """Rows and columns to show: those that hold the body, or a few more where nothing then is scaled."""
+    top, bottom, first, last = page.common_crop(views)
+    spare = VIEW_PIXELS - (bottom - top)
+    if 0 < spare <= SPARE and len(views[0]) >= VIEW_PIXELS:
+        top = min(max(top - spare // 2, 0), len(views[0]) - VIEW_PIXELS)
+        bottom = top + VIEW_PIXELS
+    return top, bottom, first, last
+
+
+def _place(number: int, crop: Crop) -> tuple[float, float, float, float]:
+    """Where a view is on the page, inches: left, bottom, width and height."""
+    top, bottom, first, last = crop
+    width = VIEW_SIZE * (last - first) / (bottom - top)
+    return page.MARGIN + number * (width + page.MARGIN), page.MARGIN, width, VIEW_SIZE
+
+
 def _page(
-    views: Sequence[np.ndarray], crop: tuple[int, int, int, int], column: float, title: str, subtitle: str
+    views: Sequence[np.ndarray], crop: Crop, column: float, title: str, subtitle: str
 ) -> tuple[Figure, float]:
     """An empty page with its title, and where the right column starts, inches."""
-    top, bottom, first, last = crop
-    view_width = VIEW_SIZE * (last - first) / (bottom - top)
-    left = page.MARGIN + len(views) * view_width + (len(views) - 1) * page.MARGIN
+    last_left, _, view_width, _ = _place(len(views) - 1, crop)
+    left = last_left + view_width
     width, height = left + column + page.MARGIN, page.MARGIN * 2 + HEADER + VIEW_SIZE
     figure = Figure(figsize=(width, height), dpi=page.DPI, facecolor="white")
     FigureCanvasAgg(figure)
@@ -163,37 +196,33 @@ def _page(
     return figure, left
 
 
-def _draw_views(
-    figure: Figure, views: Sequence[np.ndarray], crop: tuple[int, int, int, int], names: Sequence[str]
-) -> list[Axes]:
+def _draw_views(figure: Figure, views: Sequence[np.ndarray], crop: Crop, names: Sequence[str]) -> None:
     top, bottom, first, last = crop
-    view_width = VIEW_SIZE * (last - first) / (bottom - top)
-    drawn = []
     for number, (view, name) in enumerate(zip(views, names, strict=True)):
-        left = page.MARGIN + number * (view_width + page.MARGIN)
-        axes = page.axes_at(figure, left, page.MARGIN, view_width, VIEW_SIZE)
-        axes.set(xlim=(first, last), ylim=(bottom, top))
-        page.lay(figure, view[top:bottom, first:last], left, page.MARGIN, view_width, VIEW_SIZE)
-        page.write(figure, left, page.MARGIN + 0.02, name, size=9.5, color=page.FAINT, va="bottom")
-        _draw_sides(axes, view, SIDES.get(name, ("", "")))
-        drawn.append(axes)
-    return drawn
+        place = _place(number, crop)
+        shown = view[top:bottom, first:last]
+        page.lay(figure, shown, *place)
+        page.write(figure, place[0], page.MARGIN + 0.02, name, size=9.5, color=page.FAINT, va="bottom")
+        _draw_sides(figure, shown, place, SIDES.get(name, ("", "")))
 
 
-def _draw_sides(axes: Axes, view: np.ndarray, sides: tuple[str, str]) -> None:
+def _draw_sides(
+    figure: Figure, shown: np.ndarray, place: tuple[float, float, float, float], sides: tuple[str, str]
+) -> None:
     """A faint letter below each hand: which side of the body it is."""
-    covered = view[..., 3] > 127
+    covered = shown[..., 3] > 127
     columns = np.flatnonzero(covered.any(axis=0))
     if not columns.size:
         return
+    left, bottom, width, height = place
     reach = max((columns[-1] - columns[0]) // 12, 1)
     for edge, inward, letter in ((columns[0], 1, sides[0]), (columns[-1], -1, sides[1])):
         tip = covered[:, min(edge, edge + inward * reach) : max(edge, edge + inward * reach) + 1]
         lowest = np.flatnonzero(tip.any(axis=1))[-1]
-        axes.annotate(
-            letter, (edge + inward * reach / 2, lowest), (0, -6), textcoords="offset points", ha="center",
-            va="top", fontsize=8.5, color=page.FAINT, fontfamily=page.FONT,
-        )  # fmt: skip
+        x = left + width * (edge + inward * reach / 2) / shown.shape[1]
+        y = bottom + height * (1 - lowest / shown.shape[0]) - BELOW_HAND
+        text = page.write(figure, x, y, letter, 8.5, page.FAINT, va="top", ha="center")
+        text.set_zorder(BELOW_MARKERS)
 
 
 def _draw_bar(

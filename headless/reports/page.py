@@ -52,12 +52,15 @@ def axes_at(figure: Figure, left: float, bottom: float, width: float, height: fl
 def lay(figure: Figure, picture: np.ndarray, left: float, bottom: float, width: float, height: float) -> None:
     """A picture (H, W, 4), uint8, on the page's own pixels, placed in inches; beneath all axes.
 
-    Pillow scales it in a small part of the time that matplotlib's `imshow` takes.
+    Where it has as many pixels, they are those of the page; else Pillow scales it, in a small part of
+    the time that matplotlib's `imshow` takes.
     """
     edges = np.rint(np.array([left, bottom, left + width, bottom + height]) * DPI).astype(int)
     size = (int(edges[2] - edges[0]), int(edges[3] - edges[1]))
-    scaled = Image.fromarray(np.ascontiguousarray(picture)).resize(size, Image.Resampling.LANCZOS)
-    figure.add_artist(_Laid(np.asarray(scaled)[::-1], int(edges[0]), int(edges[1])))
+    if size != picture.shape[1::-1]:
+        whole = Image.fromarray(np.ascontiguousarray(picture))
+        picture = np.asarray(whole.resize(size, Image.Resampling.LANCZOS))
+    figure.add_artist(_Laid(picture[::-1], int(edges[0]), int(edges[1])))
 
 
 class _Laid(Artist):
@@ -88,11 +91,12 @@ def write(
     color: str = INK,
     weight: str = "normal",
     va: str = "baseline",
+    ha: str = "left",
 ) -> Text:
     """Text on the page, placed in inches."""
     page = figure.get_size_inches()
     return figure.text(
-        x / page[0], y / page[1], text, fontsize=size, color=color, fontweight=weight, va=va,
+        x / page[0], y / page[1], text, fontsize=size, color=color, fontweight=weight, va=va, ha=ha,
         fontfamily=FONT, parse_math=False,
     )  # fmt: skip
 

@@ -34,9 +34,9 @@ MAX_LISTED = 12
 def write_pictures(out: Path, subset: Subset) -> None:
     """Draw `heatmaps/*.png` of a finished study: one an activity, one of the mean, one of the set."""
     with needs_blender():
-        from w2w.scene.render import BodyRenderer
+        from w2w.scene.render import BodyRenderer, size_for
 
-    from .heatmap_figure import heatmap_figure  # matplotlib is slow to import
+    from .heatmap_figure import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
 
     study = StudyResults.load(out)
     utility = study.utility
@@ -46,8 +46,10 @@ def write_pictures(out: Path, subset: Subset) -> None:
     maps = [*zip(picture_names(utility.activities), titles, utility.expected_f1.T, best, strict=True)]
     allowed = study.config().constraints.terms(study.patches)["allowed"]
     maps.append((MEAN, mean_title(utility), utility.expected_mean, best_single(utility, allowed)))
+    body = study.body()
+    size = size_for(body, VIEW_PIXELS - 3)  # soft edges may take three more
     # Blender renders the next body while matplotlib makes a page of the last
-    with BodyRenderer(study.body()) as renderer, ThreadPoolExecutor(1) as pages:
+    with BodyRenderer(body, size) as renderer, ThreadPoolExecutor(1) as pages:
         drawn = []
         for name, title, scores, spot in maps:
             low, high = score_range(scores, utility.colour_span)

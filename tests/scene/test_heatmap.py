@@ -12,7 +12,7 @@ from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.bake import read_empties
 from w2w.scene.heatmap import ON_THESE_CLIPS, add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
 from w2w.scene.patches import patch_empties
-from w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer
+from w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer, size_for
 from w2w.scene.study_file import write_study
 
 from .conftest import difference
@@ -153,13 +153,22 @@ def test_each_pixel_takes_its_colour_where_it_lies_on_the_body(bundled_body):
         renderer.render(np.full_like(bundled_body.vertices, 0.5))
         shades = renderer._shades
     for frame, shade in zip(renderer.frames, shades, strict=True):
-        places = (bundled_body.vertices[shade.corners] * shade.weights).sum(axis=0)
+        weights = shade.share / shade.share.sum(axis=1)[:, None]
+        places = weights @ bundled_body.vertices
         rows, columns = np.divmod(shade.shown, 240)
         off = np.abs(frame.to_pixels(places) - np.stack([columns, rows], axis=1) - 0.5).max(axis=1)
         assert (off < 1e-3).mean() > 0.9  # the others are of the soft outline
-        assert (off[shade.alpha > 0.99] < 1e-3).all()
-        facing = bundled_body.vertex_normals[shade.corners].mean(axis=0) @ frame.towards_camera
+        assert (off[shade.alpha > 0.99 * 255] < 1e-3).all()
+        corners = shade.share.indices.reshape(-1, 3)
+        facing = bundled_body.vertex_normals[corners].mean(axis=1) @ frame.towards_camera
         assert (facing > -0.2).all()
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_a_body_is_so_many_pixels_high(bundled_body):
+    with BodyRenderer(bundled_body, size=size_for(bundled_body, 157)) as renderer:
+        for picture in renderer.render(np.full_like(bundled_body.vertices, 0.5)):
+            assert np.ptp(np.flatnonzero((picture[..., 3] > 0).any(axis=1))) + 1 in range(157, 161)
 
 
 def test_markers_are_where_locate_says(bundled_body, empty_file):

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 from mathutils.bvhtree import BVHTree
 from scipy.ndimage import distance_transform_edt
+from scipy.sparse import csr_array
 
 from ..core.body.body import Body
 
@@ -103,17 +104,15 @@ class ViewFrame:
 class _Shade:
     """Light and outline of one view, and where on the body its pixels lie: all of a picture but its colours.
 
-    `light` and `gleam`, shape (K, 1), and `alpha`, shape (K,), are of the pixels `shown`, flat indices of
-    those that are not transparent; each takes the colours of the vertices `corners`, shape (3, K), by their
-    `weights`, shape (3, K, 1).
+    All is of the K pixels `shown`, flat indices of those that are not transparent. `share`, shape (K, V), is
+    how much of each vertex's colour shines there, `gleam`, shape (K, 1), what white is added, and `alpha`,
+    shape (K,), uint8, how much the body covers.
     """
 
-    light: np.ndarray
+    share: csr_array
     gleam: np.ndarray
     alpha: np.ndarray
     shown: np.ndarray
-    corners: np.ndarray
-    weights: np.ndarray
 
     @classmethod
     def of(
@@ -131,17 +130,24 @@ class _Shade:
         shown = np.flatnonzero(alpha > 0)
         light, gleam, alpha = (values.ravel()[shown] for values in (light, gleam, alpha))
         triangles, weights = _seen(frame, shown, tree, vertices, faces)
-        corners, weights = faces[triangles].T, weights.T[..., None].astype(np.float32)
-        return cls(light[:, None], gleam[:, None], alpha, shown, corners, weights)
+        shining = (weights * (light - gleam)[:, None]).astype(np.float32)
+        starts = np.arange(0, shining.size + 1, 3)
+        share = csr_array((shining.ravel(), faces[triangles].ravel(), starts), (len(shown), len(vertices)))
+        return cls(share, gleam[:, None], _bytes(alpha), shown)
 
     def over(self, colours: np.ndarray, size: int) -> np.ndarray:
         """A picture in these colours of the vertices, shape (V, 3)."""
-        colours = colours.astype(np.float32)
-        own = sum(colours[corner] * weight for corner, weight in zip(self.corners, self.weights, strict=True))
+        drawn = np.empty((len(self.shown), 4), dtype=np.uint8)
+        drawn[:, :3] = _bytes(self.share @ colours.astype(np.float32) + self.gleam)
+        drawn[:, 3] = self.alpha
         picture = np.zeros((size, size, 4), dtype=np.uint8)
-        shaded = np.column_stack([own * self.light + (1 - own) * self.gleam, self.alpha])
-        picture.reshape(-1, 4)[self.shown] = np.rint(np.clip(shaded, 0, 1) * 255)
+        picture.reshape(-1, 4)[self.shown] = drawn
         return picture
+
+
+def _bytes(values: np.ndarray) -> np.ndarray:
+    """From 0 to 1 as bytes."""
+    return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
 def _seen(
@@ -300,6 +306,11 @@ class BodyRenderer:
         self._scene.render.filepath = str(path)
         bpy.ops.render.render(write_still=True, scene=self._scene.name)
         return _read_picture(path, self.size)
+
+
+def size_for(body: Body, pixels: float) -> int:
+    """Size of pictures in which a body is so many pixels high."""
+    return round(pixels * _view_frame(body, "front", 1).width / body.height)
 
 
 def _view_frame(body: Body, view: str, size: int) -> ViewFrame:

@@ -66,7 +66,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
     study, drawn, noted, coloured = StudyResults.load(drawn_results), {}, {}, []
 
     class Renderer:
-        def __init__(self, body):
+        def __init__(self, body, _size):
             self.body = body
 
         def __enter__(self):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from headless.reports.heatmap_figure import VIEW_SIZE, heatmap_figure, subset_figure
+from headless.reports.heatmap_figure import SPARE, VIEW_PIXELS, VIEW_SIZE, heatmap_figure, subset_figure
 from headless.reports.page import BADGE, DPI, MARGIN, apart
 from w2w.core.colours import colour_table
 
@@ -66,6 +66,19 @@ def test_the_views_stand_where_they_should(views, tmp_path):
     for view, colour in ((0, (128, 128, 128)), (1, (200, 40, 40))):
         column, row = on_page(image, view, (LEFT + RIGHT) / 2, (TOP + BOTTOM) / 2)
         np.testing.assert_allclose(image[round(row), round(column)], np.array(colour) / 255, atol=0.01)
+
+
+@pytest.mark.parametrize("short", [0, 1, SPARE])
+def test_a_body_of_the_page_s_own_pixels_is_not_scaled(tmp_path, short):
+    """Nor one a little lower: stripes a pixel wide stay what they are."""
+    view = np.zeros((VIEW_PIXELS + 40, VIEW_PIXELS + 40, 4), dtype=np.uint8)
+    body = view[20 : 20 + VIEW_PIXELS - short, 100:700]
+    body[..., 3] = 255
+    body[:, 1::2, :3] = 200
+    heatmap_figure(tmp_path / "map.png", [view], "Walking", 0.2, 0.9, view_names=[""])
+    left, bottom = round(MARGIN * DPI), round(MARGIN * DPI)
+    row = read(tmp_path / "map.png")[-bottom - VIEW_PIXELS // 2, left : left + body.shape[1], 0]
+    np.testing.assert_array_equal(np.rint(row * 255), body[0, :, 0])
 
 
 @pytest.mark.parametrize(("view", "column", "row"), [(0, 100, 60), (1, 200, 250), (1, 150, 150)])
