@@ -7,7 +7,7 @@ ROOT = Path(__file__).resolve().parents[1]
 TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless"}
 UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are on
     "tests": "api command_line drawing loading ranking",
-    "tests/core": "filtering results_folder study threads",
+    "tests/core": "filtering results_folder study",
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
     "tests/core/datasets": "broad clock dsads gait gait_sites",
