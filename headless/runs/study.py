@@ -29,6 +29,7 @@ from .clip_task import ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers, versions
 from .garments import fit_garments
 from .monitor import RunMonitor
+from .rank_in_workers import spread_here
 from .rank_on_cluster import spread_over
 from .workers import Engine, run_tasks
 
@@ -190,7 +191,8 @@ def _rank(
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
-        spread = spread_over(plan.engine.scheduler)
+        engine, n_windows = plan.engine, sum(len(found.is_test) for found in windows)
+        spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
         return rank_clips(used, windows, inputs, config, told, out / WORK, pooling=pooling, spread=spread)
 
 

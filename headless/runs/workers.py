@@ -126,7 +126,7 @@ def _on_this_machine(
     waiting = list(tasks)
     breaks = 0
     while waiting:
-        with _local_executor(min(workers, len(waiting))) as executor:
+        with local_executor(min(workers, len(waiting))) as executor:
             broken = _collect(executor, waiting, results, told)
         if not broken:
             break
@@ -151,7 +151,7 @@ def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
 def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | None]:
     """Do several things at once, each in a worker process of its own; None where that dies of it."""
     with ExitStack() as stack:
-        executors = [stack.enter_context(_local_executor(1)) for _ in works]
+        executors = [stack.enter_context(local_executor(1)) for _ in works]
         with deaf_children():
             futures = [executor.submit(work) for executor, work in zip(executors, works, strict=True)]
         return [_unless_dead(future) for future in futures]
@@ -167,7 +167,7 @@ def _unless_dead(future: Future[Result]) -> Result | None:
 def _alone(task: ClipTask) -> ClipResult:
     """Give a task that may have killed its worker a worker to itself, once."""
     found: dict[str, ClipResult] = {}
-    with _local_executor(1) as executor:
+    with local_executor(1) as executor:
         _collect(executor, [task], found, lambda _: None)
     return found.get(task.clip.name) or record_death(task)
 
@@ -192,7 +192,8 @@ def _collect(
 
 
 @contextmanager
-def _local_executor(workers: int) -> Iterator[Executor]:
+def local_executor(workers: int) -> Iterator[Executor]:
+    """So many worker processes on this machine, which end with the block or when this process is stopped."""
     if inside_blender():
         executor = BlenderExecutor(workers)
         kill = executor.kill

@@ -68,7 +68,7 @@ def one_worker() -> Iterator[None]:
     """All clips of a module are worked on by one worker process: a new one takes seconds to start."""
     pool = _Pool()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workers, "_local_executor", lambda _: nullcontext(pool))
+        patch.setattr(workers, "local_executor", lambda _: nullcontext(pool))
         yield
     pool.shutdown()
 

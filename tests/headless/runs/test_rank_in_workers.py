@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Patches tried by worker processes: the same map, and workers that die of it are said."""
+
+import os
+
+import numpy as np
+import pytest
+
+from headless.runs.rank_in_workers import MANY_WINDOWS, spread_here
+from headless.runs.workers import EngineError
+from w2w.core.files import write_npz
+from w2w.core.ranking.inputs import FeatureFiles
+from w2w.core.ranking.utility import utility_map
+
+NAMES = ("bow", "jump", "walk")
+
+
+def test_workers_give_the_same_map(tmp_path):
+    rng = np.random.default_rng(0)
+    trace = rng.normal(size=(3, 20, 6)) * np.linspace(0, 1, 20)[:, None]
+    for clip in range(36):
+        features = trace[clip % 3] + rng.normal(size=(4, 20, 6))
+        write_npz(tmp_path / f"{clip}.npz", {"features": features.astype(np.float32)})
+    clip, told = np.repeat(np.arange(36), 4), []
+
+    def ranked(spread, **more):
+        inputs = FeatureFiles([tmp_path / f"{number}.npz" for number in range(36)])
+        arguments = (inputs, np.array(NAMES)[clip % 3], clip, None, np.arange(len(clip)) % 2 == 0, NAMES)
+        return utility_map(*arguments, resamples=20, spread=spread, **more)
+
+    here, there = ranked(None), ranked(spread_here(2, MANY_WINDOWS), progress=told.append)
+    for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "as_good"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
+    assert told == [0.5, 1.0]  # 16 patches and 4
+
+
+def test_workers_that_die_at_it_end_the_run_with_a_sentence():
+    with pytest.raises(EngineError, match="die while they rank patches"):
+        list(spread_here(2, MANY_WINDOWS)(_die, [1, 2]))
+
+
+@pytest.mark.parametrize(("workers", "windows"), [(1, MANY_WINDOWS), (2, MANY_WINDOWS - 1)])
+def test_one_worker_or_few_windows_stay_in_this_process(workers, windows):
+    assert spread_here(workers, windows) is None
+
+
+def _die(_item):
+    os._exit(1)
