@@ -10,8 +10,11 @@ run_as_root=""
 [ "$(id -u)" = 0 ] || run_as_root="sudo -n"
 if command -v apt-get >/dev/null 2>&1 && $run_as_root true 2>/dev/null; then
   echo "$announcement $*"
+  exec 9<"$(dirname "$0")"
+  flock 9 # the tests' lanes may need packages at the same time
   $run_as_root apt-get update -qq
-  DEBIAN_FRONTEND=noninteractive $run_as_root apt-get install -y -qq --no-install-recommends "$@" >/dev/null
+  DEBIAN_FRONTEND=noninteractive $run_as_root apt-get -o DPkg::Lock::Timeout=600 install -y -qq \
+    --no-install-recommends "$@" >/dev/null
 else
   echo "$need Run this line, then try again:" >&2
   echo "sudo apt-get install -y $*" >&2

@@ -27,8 +27,8 @@ as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
 set_up() {
     [ -e "$root/.ready" ] && return
     if [ ! -e "$keyring" ]; then
-        as_root apt-get update -qq
-        as_root apt-get install -y -qq --no-install-recommends debian-archive-keyring
+        "$project/tools/install_packages.sh" Installing "Debian's packages are checked by its key." \
+            debian-archive-keyring >&2
     fi
     as_root rm -rf --one-file-system "$root"
     as_root mkdir -p "$root"/{etc/apt/{apt.conf.d,preferences.d,trusted.gpg.d},var/{lib/{apt/lists,dpkg},cache/apt/archives}} \
