@@ -81,9 +81,7 @@ class Motion:
     def save(self, path: str | Path) -> None:
         """Write an AMASS-style npz: ``poses`` (T, 72) axis-angle in SMPL's axes, ``trans``
         (T, 3) metres with z up, ``mocap_framerate``, and W2W's labels."""
-        # Y' R Y for all R as one product: matrices of three rows one by one take three times as long
-        both_sides = np.kron(Y_UP_TO_Z_UP, Y_UP_TO_Z_UP)
-        in_smpl_axes = (self.rotations.reshape(-1, 9) @ both_sides).reshape(self.rotations.shape)
+        in_smpl_axes = in_axes(self.rotations, Y_UP_TO_Z_UP)
         in_smpl_axes[:, 0] = self.rotations[:, 0] @ Y_UP_TO_Z_UP
         poses = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec()
         write_npz(
