@@ -220,20 +220,13 @@ class _Piece(NamedTuple):
 
     Attributes
     ----------
-    windows, labels : ndarray of int, shape (w,)
+    windows : ndarray of int, shape (w,)
     blocks : list of (int, slice)
         Each block among them and where it stands.
-    of_class : csr_array, shape (classes, w)
-        Adds them up by class.
-    of_cell : csr_array, shape (blocks * classes, w)
-        Adds them up by block and class.
     """
 
     windows: np.ndarray
-    labels: np.ndarray
     blocks: list[tuple[int, slice]]
-    of_class: csr_array
-    of_cell: csr_array
 
 
 class _Sums(NamedTuple):
@@ -266,14 +259,14 @@ class _Splits:
         self.trained = np.zeros((len(splits), self._n_blocks), dtype=np.float32)
         for member, split in zip(self.trained, splits, strict=True):
             member[split.train] = 1.0
-        cell = block * self.n_classes + labels
-        counts = np.bincount(cell, minlength=self._n_blocks * self.n_classes).astype(np.float32)
-        self._windows = self.trained @ counts.reshape(self._n_blocks, self.n_classes)
+        counts = np.zeros((self._n_blocks, self.n_classes), dtype=np.float32)
+        np.add.at(counts, (block, labels), 1)
+        self._windows = self.trained @ counts
         self.n_trained = self._windows.sum(axis=1)
         self._share = (1 / np.maximum(np.bincount(labels), 1)).astype(np.float32)[:, None]
         order = np.argsort(block, kind="stable")
         parts = np.split(order, range(WINDOWS_AT_ONCE, len(order), WINDOWS_AT_ONCE))
-        self._pieces = [self._piece(windows, cell[windows]) for windows in parts]
+        self._pieces = [self._piece(windows) for windows in parts]
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
@@ -284,7 +277,7 @@ class _Splits:
         """
         centre = inputs.mean(axis=0)
         is_few = few(self.n_trained, inputs.shape[1])
-        class_means = self._share * sum(piece.of_class @ inputs[piece.windows] for piece in self._pieces)
+        class_means = self._class_means(inputs)
         kept = self._of_splits(~is_few, inputs, class_means)
         for number, (rows, ridges) in enumerate(zip(self.tested, alphas, strict=True)):
             if is_few[number]:
@@ -296,6 +289,14 @@ class _Splits:
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
                 yield number, first, trained.scores(_single(inputs[some] - centre))
+
+    def _class_means(self, inputs: np.ndarray) -> np.ndarray:
+        """Of all windows, some at a time, shape (A, D)."""
+        sums = sum(
+            summing(self.labels[piece.windows], self.n_classes) @ inputs[piece.windows]
+            for piece in self._pieces
+        )
+        return self._share * sums
 
     def _few_windows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """The windows that a split trains on, and their classes as rows of ones and zeros."""
@@ -315,10 +316,10 @@ class _Splits:
             sums[...] = 0
         grams, of_cell = of_blocks.gram, of_blocks.of_class.reshape(-1, width)
         for piece in self._pieces:
-            about = _single(inputs[piece.windows] - class_means[piece.labels])
+            about = _single(inputs[piece.windows] - class_means[self.labels[piece.windows]])
             for block, rows in piece.blocks:
                 add_square(grams[block], about[rows])
-            of_cell += piece.of_cell @ about
+            of_cell += self._summing_cells(piece.windows) @ about
         for sums, out in zip(of_blocks, of_splits, strict=True):
             multiply(self.trained[chosen], sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
         return map(_Sums, *of_splits)
@@ -331,13 +332,15 @@ class _Splits:
             rooms[name] = _Sums(*(np.empty(shape, dtype=np.float32) for shape in shapes))
         return rooms[name]
 
-    def _piece(self, windows: np.ndarray, cell: np.ndarray) -> _Piece:
+    def _piece(self, windows: np.ndarray) -> _Piece:
         blocks, starts = np.unique(self._blocks[windows], return_index=True)
         places = map(slice, starts, [*starts[1:], len(windows)])
-        labels = self.labels[windows]
-        of_class = summing(labels, self.n_classes)
-        of_cell = summing(cell, self._n_blocks * self.n_classes)
-        return _Piece(windows, labels, list(zip(blocks.tolist(), places, strict=True)), of_class, of_cell)
+        return _Piece(windows, list(zip(blocks.tolist(), places, strict=True)))
+
+    def _summing_cells(self, windows: np.ndarray) -> csr_array:
+        """What adds up windows by block and class; made anew each time, as all of them would take memory."""
+        cell = self._blocks[windows] * self.n_classes + self.labels[windows]
+        return summing(cell, self._n_blocks * self.n_classes)
 
 
 def _by_features(
