@@ -8,27 +8,13 @@ import pytest
 
 from headless.runs.rank_in_workers import MANY_WINDOWS, spread_here
 from headless.runs.workers import EngineError
-from w2w.core.files import write_npz
-from w2w.core.ranking.inputs import FeatureFiles
-from w2w.core.ranking.utility import utility_map
 
-NAMES = ("bow", "jump", "walk")
+from .made_patches import made_patches, ranked
 
 
 def test_workers_give_the_same_map(tmp_path):
-    rng = np.random.default_rng(0)
-    trace = rng.normal(size=(3, 20, 6)) * np.linspace(0, 1, 20)[:, None]
-    for clip in range(36):
-        features = trace[clip % 3] + rng.normal(size=(4, 20, 6))
-        write_npz(tmp_path / f"{clip}.npz", {"features": features.astype(np.float32)})
-    clip, told = np.repeat(np.arange(36), 4), []
-
-    def ranked(spread, **more):
-        inputs = FeatureFiles([tmp_path / f"{number}.npz" for number in range(36)])
-        arguments = (inputs, np.array(NAMES)[clip % 3], clip, None, np.arange(len(clip)) % 2 == 0, NAMES)
-        return utility_map(*arguments, resamples=20, spread=spread, **more)
-
-    here, there = ranked(None), ranked(spread_here(2, MANY_WINDOWS), progress=told.append)
+    library, told = made_patches(tmp_path), []
+    here, there = ranked(library, None), ranked(library, spread_here(2, MANY_WINDOWS), progress=told.append)
     for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "as_good"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
     assert told == [0.5, 1.0]  # 16 patches and 4

@@ -8,11 +8,10 @@ import pytest
 
 from headless.runs.rank_on_cluster import spread_over
 from headless.runs.workers import EngineError
-from w2w.core.files import write_npz
 from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.utility import utility_map
 
-NAMES = ("bow", "jump", "walk")
+from .made_patches import NAMES, made_patches, ranked
 
 
 @pytest.fixture
@@ -25,21 +24,7 @@ def scheduler():
 
 @pytest.fixture
 def library(tmp_path):
-    """Feature files of 36 clips at 20 patches, and the labels of their windows."""
-    rng = np.random.default_rng(0)
-    trace = rng.normal(size=(3, 20, 6)) * np.linspace(0, 1, 20)[:, None]
-    for clip in range(36):
-        features = trace[clip % 3] + rng.normal(size=(4, 20, 6))
-        write_npz(tmp_path / f"{clip}.npz", {"features": features.astype(np.float32)})
-    clip = np.repeat(np.arange(36), 4)
-    return tmp_path, np.array(NAMES)[clip % 3], clip
-
-
-def ranked(library, spread, **more):
-    folder, activity, clip = library
-    inputs = FeatureFiles([folder / f"{number}.npz" for number in range(36)])
-    is_test = np.arange(len(clip)) % 2 == 0
-    return utility_map(inputs, activity, clip, None, is_test, NAMES, resamples=20, spread=spread, **more)
+    return made_patches(tmp_path)
 
 
 @pytest.mark.slow
