@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen together: what complements is found, wishes are kept, the promise is what other clips give."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -131,8 +131,9 @@ def test_a_half_goes_on_where_it_stopped_and_ends_as_if_it_had_not(tests):
     assert chosen_by_halves(half, free, 4) == whole == scratch
 
 
-def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_second(tests, monkeypatch):
-    monkeypatch.setattr(joint, "LEAST_LISTED", 4)
+def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_one_before(tests, monkeypatch):
+    monkeypatch.setattr(joint, "SHORTLIST", 0.6)
+    monkeypatch.setattr(joint, "LEAST_LISTED", 3)
     added, tried = type(tests.whole).added, []
 
     def added_told(one, worn, candidates, worst):
@@ -145,13 +146,12 @@ def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_second(t
     assert grown.shortlist is None  # of required ones there is no choice
     tried.clear()
     grown = grow(tests.whole, terms(5), 5)
-    every, values = tried[0]
-    assert len(every) == N - 1
-    best = {every[number] for number in np.argsort(-values)[:4]}
-    assert set(grown.shortlist) == best
-    assert [set(candidates) for candidates, _ in tried[1:]] == [
-        best - set(grown.order[:size]) for size in (2, 3, 4)
-    ]
+    assert len(tried[0][0]) == N - 1
+    for size, (before, after) in enumerate(pairwise(tried), start=2):
+        candidates, values = before
+        best = np.array(candidates)[np.argsort(-values)[: max(int(0.6 * len(candidates)), 3)]]
+        assert set(after[0]) == set(best.tolist()) - set(grown.order[:size])
+    assert [len(candidates) for candidates, _ in tried] == [11, 5, 2, 1]
     assert (
         grow(tests.whole, terms(4), 4, worst=True).shortlist is None
     )  # another activity is the worst each time

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+COMPARED_AT_ONCE = 256
+"""Windows that are compared with all others at once, so that memory does not grow with their square."""
+
 
 def rank_score(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Mean of an F1 that takes in the whole order and of the share of other activities outscored.
@@ -106,22 +109,29 @@ def _areas(scores: np.ndarray, compared: np.ndarray, labels: np.ndarray, weight:
     about = _about_their_means(scores[..., compared].reshape(-1, n_windows, len(compared)))
     present, line = np.unique(labels, return_inverse=True)
     about = about[:, np.isin(compared, present)]
-    lines = np.arange(about.shape[0] * len(present)).reshape(-1, len(present), 1)
-    everyone = _keys(np.sort(about, axis=2), lines).ravel()
-    own = _keys(about[:, line, np.arange(n_windows)], lines[:, line, 0])
-    order = own.argsort(axis=1)  # activity by activity
-    own = np.take_along_axis(own, order, axis=1)
-    size = np.bincount(line)
-    start = np.cumsum(size) - size
-    before = np.arange(n_windows)  # of the same activity; equal ones are not below each other
-    before = np.maximum.accumulate(np.where(np.diff(own, prepend=own[:, :1] - 1) > 0, before, 0), axis=1)
-    line = np.repeat(np.arange(len(present)), size)
-    below = np.searchsorted(everyone, own) - lines[:, line, 0] * n_windows - (before - start[line])
+    below = np.stack([_others_below(scores_of, line) for scores_of in about])
     areas = np.full((len(about), n_activities), np.nan)
-    vote = weight[order]
-    votes = np.add.reduceat(below * vote, start, axis=1) / np.add.reduceat(vote, start, axis=1)
-    areas[:, present] = votes / np.maximum(n_windows - size, 1)
+    votes = (below * weight) @ np.eye(len(present))[line]
+    size, vote = np.bincount(line), np.bincount(line, weight)
+    areas[:, present] = votes / vote / np.maximum(n_windows - size, 1)
     return areas.reshape(*many, n_activities)
+
+
+def _others_below(scores: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """Of each window, how many of other activities score below it on the line (A, V) of its own, shape (V,).
+
+    Each is compared with each: a fifth of the time of sorting all lines.
+    """
+    windows = np.arange(len(line))
+    own = scores[line, windows]
+    others = scores.copy()
+    others[line, windows] = np.inf
+    below = np.empty(len(line), dtype=np.int64)
+    for first in range(0, len(line), COMPARED_AT_ONCE):
+        rows = slice(first, first + COMPARED_AT_ONCE)
+        is_below = others[line[rows]] < own[rows, None]
+        below[rows] = is_below.view(np.int8).sum(axis=1, dtype=np.int32)  # half the time of count_nonzero
+    return below
 
 
 def class_auc_at_most(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -165,11 +175,6 @@ def _about_their_means(scores: np.ndarray) -> np.ndarray:
         return scores - scores.mean(axis=1, keepdims=True)
     sums, counts = (part.sum(axis=1, keepdims=True) for part in (np.where(known, scores, 0), known))
     return scores - (sums / counts).astype(np.float32)
-
-
-def _keys(values: np.ndarray, line: np.ndarray) -> np.ndarray:
-    """Integers in the order of lines and, within a line, of values in single precision."""
-    return _sortable(values) + (line.astype(np.int64) << 33)
 
 
 def _sortable(values: np.ndarray) -> np.ndarray:
