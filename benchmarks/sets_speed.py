@@ -73,7 +73,7 @@ def main() -> None:
     inputs = study.inputs("ridge")
 
     def prepared() -> object:
-        return set_tests(inputs, labels, config, pooling)
+        return set_tests(inputs, labels, config, pooling, utility=utility)
 
     _, tests = timed("preparing", prepared)
     n_patches, n_windows = len(utility.mean), len(labels.activity)

@@ -192,7 +192,7 @@ class Ranking:
     def _set_tests(self) -> SetTests | None:
         """What sets are judged by; None for other classifiers than the ridge."""
         pooling = Pooling.on(self.body, self.patches)
-        return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier)
+        return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
 
     @property
     def _expected(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -176,8 +176,16 @@ def set_tests(
     config: StudyConfig,
     pooling: Pooling,
     classifier: Any = None,
+    utility: UtilityMap | None = None,
 ) -> SetTests | None:
     """All that sets of patches are chosen and judged by, dealt as the config says.
+
+    Parameters
+    ----------
+    inputs, labels, config, pooling, classifier
+        As for `rank_windows`.
+    utility : UtilityMap, optional
+        What that gave for the same: spares ranking halves of the clips again.
 
     Returns
     -------
@@ -187,7 +195,7 @@ def set_tests(
     protocol = labels.protocol(config, classifier)
     if protocol.pop("classifier") != Ridge.name:
         return None
-    return SetTests.of(inputs, labels.activity, **protocol, pooling=pooling)
+    return SetTests.of(inputs, labels.activity, **protocol, pooling=pooling, utility=utility)
 
 
 def rank_together(

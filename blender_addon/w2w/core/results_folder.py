@@ -209,7 +209,7 @@ def choose_to_wear(
     utility = study.utility
     terms = Terms.checked(utility.counted_f1, config.max_places, **config.constraints.terms(study.patches))
     pooling = pooling or Pooling.on(study.body(), study.patches)
-    tests = set_tests(study.inputs(config.classifier), study.labels(), config, pooling)
+    tests = set_tests(study.inputs(config.classifier), study.labels(), config, pooling, utility=utility)
     if tests is None:
         return None, advice
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)

@@ -45,6 +45,32 @@ def test_halves_share_no_clip_and_no_subject(subjects):
         assert pair[1].testable.all()
 
 
+@pytest.mark.parametrize("subjects", [0, 3, 6])
+def test_some_windows_are_tested_and_trained_on_as_all_are(subjects):
+    labels, clip, fold, is_test = library(subjects=subjects)
+    work = plan(labels, clip, fold, is_test, by_subject=bool(subjects))
+    rows = np.flatnonzero(np.arange(len(clip)) % 5 > 1)
+    some = work.among(rows, labels[rows])
+    assert len(some.pairs) == (3 if subjects == 3 else 2)
+    before = (work.whole, *(trial for pair in work.pairs for trial in pair))
+    after = (some.whole, *(trial for pair in some.pairs for trial in pair))
+    for one, other in zip(before, after, strict=False):
+        np.testing.assert_array_equal(rows[other.windows], one.windows[np.isin(one.windows, rows)])
+        np.testing.assert_array_equal(rows[trained(some, other)], np.intersect1d(trained(work, one), rows))
+        tested = np.concatenate([some.splits[number].tested for number in other.splits])
+        np.testing.assert_array_equal(tested, other.windows)
+        votes = np.bincount(labels[rows][other.windows], other.weight, 3)
+        np.testing.assert_allclose(votes[other.testable], 1)  # one an activity, however many are left
+
+
+def test_an_activity_none_of_whose_windows_is_left_cannot_be_tested():
+    labels, clip, fold, is_test = library()
+    rows = np.flatnonzero(labels != 1)
+    some = plan(labels, clip, fold, is_test).among(rows, labels[rows])
+    for trial in (some.whole, *some.pairs[0]):
+        np.testing.assert_array_equal(trial.testable, [True, False, True])
+
+
 def test_copies_of_a_clip_stay_on_its_side():
     labels, clip, fold, is_test = library()
     twice = [np.tile(values, 2) for values in (labels, clip, fold)]

@@ -68,7 +68,7 @@ def test_the_first_and_the_first_two_are_what_adding_gives(library):
     np.testing.assert_array_equal(joint.windows, [*range(40, 60), *range(20)])
     some = list(joint.each_first_of([order, order[::-1]], sizes=[1, 3]))
     for one, scores in zip((order, order[::-1]), some, strict=True):
-        np.testing.assert_array_equal(scores, joint.each_first(one)[::2])
+        np.testing.assert_allclose(scores, joint.each_first(one)[::2], rtol=1e-5)  # summed in other steps
 
 
 def test_an_activity_without_training_is_never_named(library):

@@ -105,11 +105,11 @@ def test_subjects_are_left_out_where_they_are_told():
 
 
 def test_many_windows_are_thinned_evenly(monkeypatch):
-    monkeypatch.setattr(set_tests, "MOST_WINDOWS", 40)
+    monkeypatch.setattr(set_tests, "MOST_WINDOWS", 48)
     features, names, clip = library()
     found = prepare(features, names, clip)
     assert len(found.whole.f1_of_first([0])) == 1
-    assert sum(len(split.tested) for split in found.plan.splits[:5]) == 40
+    assert sum(len(split.tested) for split in found.plan.splits[:5]) == 48
     chosen = choose_together(found, alone(found), terms(2), target=1.0)
     assert sorted(patch // 4 for patch in chosen.order) == [0, 1]
 

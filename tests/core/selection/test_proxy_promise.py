@@ -113,6 +113,26 @@ def test_the_level_of_large_sets_is_that_of_all_of_them_at_every_size(tests, mon
     np.testing.assert_allclose(quick.mean(axis=1), every.mean(axis=1), atol=0.03)
 
 
+def test_of_large_sets_that_halves_choose_some_sizes_are_tested(tests, monkeypatch):
+    order = list(range(N))
+    quick = promise(tests, replace(terms(N), f1=tests.whole.map), order, greedy_by_half, (0.5, 0.4, 0.6))
+    monkeypatch.setattr(promising, "FEW_SENSORS", N)
+    every = promise(tests, replace(terms(N), f1=tests.whole.map), order, greedy_by_half, (0.5, 0.4, 0.6))
+    np.testing.assert_array_equal(quick.raw, every.raw)  # on all clips every size is
+    np.testing.assert_array_equal(quick.f1[:6], every.f1[:6])
+    assert not np.array_equal(quick.f1[6:], every.f1[6:])
+    np.testing.assert_allclose(quick.mean, every.mean, atol=0.03)
+
+
+def test_a_level_that_is_known_up_to_any_size_grows_from_there(tests):
+    free = terms(N)
+    known = _level(tests.whole, free, 7, 0)
+    grown = _level(tests.whole, free, N, 0)
+    assert len(grown) == N
+    np.testing.assert_array_equal(grown[:7], known)
+    np.testing.assert_allclose(grown, _level(tests.whole, terms(N), N, 0), atol=0.05)
+
+
 def test_clips_that_cannot_be_halved_are_said_to_tell_nothing():
     features, names, clip = library()
     few = np.isin(clip % 12, [0, 1, 2])
@@ -139,6 +159,9 @@ def test_less_is_gained_where_less_is_left(whole, half, promised_f1):
 
         def f1_of_first(self, _):
             return np.full((2, 4), self.f1)
+
+        def f1_of_firsts(self, *_):
+            return np.full((1, 2, 4), self.f1)
 
     one, other = Judged(half, half + 0.04), Judged(half, half + 0.04)
     plan = SimpleNamespace(disjoint=True, shrink=4.0)

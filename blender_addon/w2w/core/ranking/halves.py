@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -14,6 +14,9 @@ from .folds import ALWAYS_TRAIN
 
 HALVINGS = 4
 """Ways in which the clips are halved."""
+
+SET_HALVINGS = 2
+"""Ways by which sets are chosen: each half chooses sets of its own, which takes most of the time."""
 
 FEWEST_SUBJECTS = 4
 """Subjects from which on each half has two, to train on one and test on the other."""
@@ -68,6 +71,8 @@ class Plan:
         The variance of the whole map is the mean square of a pair's difference over this.
     clips : ndarray of int, shape (A,)
         How many clips (subjects, where those are left out) show each activity.
+    vote : ndarray of int, shape (W,)
+        Clip (subject) of each window.
     """
 
     block: np.ndarray
@@ -77,11 +82,45 @@ class Plan:
     disjoint: bool
     shrink: float
     clips: np.ndarray
+    vote: np.ndarray
 
     @property
     def trials(self) -> tuple[Trial, ...]:
         """All of them, each once, the whole first."""
         return (self.whole, *dict.fromkeys(trial for pair in self.pairs for trial in pair))
+
+    def pairs_to_choose_by(self) -> tuple[tuple[Trial, Trial], ...]:
+        """The pairs that sets are chosen by: the first halvings, or all pairs of single subjects."""
+        return self.pairs[:SET_HALVINGS] if self.disjoint else self.pairs
+
+    def among(self, rows: np.ndarray, labels: np.ndarray) -> Plan:
+        """The same trainings and tests on some of the windows, for the pairs that sets are chosen by.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (R,)
+            The windows, ascending.
+        labels : ndarray of int, shape (R,)
+            Activity of each.
+        """
+        block, vote = self.block[rows], self.vote[rows]
+        place = np.full(len(self.block), -1)
+        place[rows] = np.arange(len(rows))
+
+        def kept(windows: np.ndarray) -> np.ndarray:
+            places = place[windows]
+            return places[places >= 0]
+
+        def of(trial: Trial) -> Trial:
+            some = [number for number in trial.splits if len(kept(self.splits[number].tested))]
+            windows = kept(trial.windows)
+            testable = trial.testable & np.isin(np.arange(len(trial.testable)), labels[windows])
+            return Trial(tuple(some), windows, testable, _votes(labels, vote, windows))
+
+        splits = tuple(Split(split.train, kept(split.tested)) for split in self.splits)
+        trials = {trial: of(trial) for trial in self.trials}
+        pairs = tuple((trials[one], trials[other]) for one, other in self.pairs_to_choose_by())
+        return replace(self, block=block, splits=splits, whole=trials[self.whole], pairs=pairs, vote=vote)
 
 
 def plan(
@@ -134,12 +173,12 @@ def plan(
     whole = trial(everything, np.ones(len(fold), dtype=bool))
     if by_subject and halvings and not sides:
         single = _single_folds(labels, vote, whole, splits)
-        return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested), clips)
+        return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested), clips, vote)
     pairs, always = [], kinds[:, 0] == ALWAYS_TRAIN
     for number, side in enumerate(sides, start=1):
         if (_in_two_folds(labels, fold, side) & _in_two_folds(labels, fold, ~side)).any():
             pairs.append(tuple(trial(always | (kinds[:, number] == s), side == s) for s in (False, True)))
-    return Plan(block, tuple(splits), whole, tuple(pairs), True, 4.0, clips)
+    return Plan(block, tuple(splits), whole, tuple(pairs), True, 4.0, clips, vote)
 
 
 def _single_folds(

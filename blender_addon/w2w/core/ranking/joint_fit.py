@@ -8,14 +8,14 @@ blocks. Where they are few, it enters by its kernel between windows (Saunders, G
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import accumulate
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from ..blas import add_square, multiply_lower, solve_positive
+from ..blas import add_square, multiply, multiply_lower, solve_positive
 from .class_sums import averaging
 from .classifiers.discriminant import deviation, with_ridge
 
@@ -57,6 +57,15 @@ class Kernels(NamedTuple):
     def plus(self, other: Kernels) -> Kernels:
         """Of both."""
         return Kernels(*map(np.add, self, other))
+
+    def add(self, rows: Rows) -> None:
+        """Take in one more patch, or several side by side."""
+        within, means, tested = rows
+        add_square(self.within_within, within.T)
+        self.means_within[...] += multiply(means, within.T)
+        self.tested_within[...] += multiply(tested, within.T)
+        self.tested_means[...] += multiply(tested, means.T)
+        self.means_means[...] += np.einsum("ad,ad->a", means, means)
 
 
 class _Worn(NamedTuple):
@@ -124,22 +133,19 @@ class JointFit:
         within /= scale
         return Rows(within, means / scale, inputs[self.training.tested] / scale)
 
-    def kernels(self, patch: int) -> Kernels:
-        """The kernels of a patch."""
-        within, means, tested = self.rows(patch)
-        square = np.zeros((len(within), len(within)), dtype=np.float32)
-        add_square(square, within.T)
-        return Kernels(
-            square,
-            means @ within.T,
-            tested @ within.T,
-            tested @ means.T,
-            np.einsum("ad,ad->a", means, means),
-        )
+    def kernels(self, patches: Sequence[int]) -> Kernels:
+        """The kernels of patches, summed."""
+        return next(self.sums_of_kernels(patches, [len(patches)]))
 
-    def sums_of_kernels(self, patches: Sequence[int]) -> Iterator[Kernels]:
-        """The kernels of the first patch, of the first two, and so on."""
-        return accumulate(map(self.kernels, patches), Kernels.plus)
+    def sums_of_kernels(self, patches: Sequence[int], sizes: Iterable[int]) -> Iterator[Kernels]:
+        """The kernels of so many of the first patches, for ascending numbers: one and the same, added to."""
+        trained, tested, classes = len(self._labels), len(self.training.tested), len(self._counts)
+        shapes = ((trained, trained), (classes, trained), (tested, trained), (tested, classes), (classes,))
+        summed = Kernels(*(np.zeros(shape, dtype=np.float32) for shape in shapes))
+        for before, count in pairwise([0, *sizes]):
+            rows = zip(*map(self.rows, patches[before:count]), strict=True)
+            summed.add(Rows(*(np.concatenate(of_patches, axis=1) for of_patches in rows)))
+            yield summed
 
     def scores(self, kernels: Kernels, count: int) -> np.ndarray:
         """Scores (v, A) by `count` patches."""
@@ -155,7 +161,7 @@ class JointFit:
 
     def wear(self, patches: Sequence[int]) -> _Worn | tuple[Kernels | None, int]:
         """What patches say where one more will be worn."""
-        kernels = list(self.sums_of_kernels(patches))[-1] if patches else None
+        kernels = self.kernels(patches) if patches else None
         if self.few:
             return kernels, len(patches)
         if kernels is not None:
@@ -168,7 +174,7 @@ class JointFit:
         """Scores (v, A) by the patches worn and one more."""
         if not isinstance(worn, _Worn):
             kernels, count = worn
-            own = self.kernels(patch)
+            own = self.kernels([patch])
             return self.scores(own if kernels is None else kernels.plus(own), count + 1)
         within, means, tested = self.rows(patch)
         new = within if worn.left is None else multiply_lower(worn.left, within)

@@ -97,13 +97,13 @@ class PairsByWindows:
 
     def put(self, number: int, patch: int) -> None:
         """Prepare a second patch."""
-        kernels = self._fit.kernels(patch)
+        kernels = self._fit.kernels([patch])
         with_ridge(kernels.within_within, 2 * self._fit.ridge)
         self._kernels[number] = kernels
 
     def first(self, patch: int) -> Kernels:
         """What the first patch says, whatever the second."""
-        return self._fit.kernels(patch)
+        return self._fit.kernels([patch])
 
     def scores(self, first: Kernels, numbers: np.ndarray) -> np.ndarray:
         """Scores (P, v, A) by a first patch and each of P of the second ones."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import islice
@@ -219,14 +219,18 @@ class JointScores:
         return next(self.each_first_of([order]))
 
     def each_first_of(
-        self, orders: Sequence[Sequence[int]], sizes: Collection[int] | None = None
+        self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None
     ) -> Iterator[list[np.ndarray]]:
-        """As `each_first`, of one order after another; by so many of their first patches only, if told."""
+        """As `each_first`, of one order after another; by so many of their first patches only, if told.
+
+        The numbers ascend; those that an order has not are passed over.
+        """
 
         def of(order_and_fit: tuple[Sequence[int], JointFit]) -> list[np.ndarray]:
             order, fit = order_and_fit
-            sums = enumerate(fit.sums_of_kernels(order), start=1)
-            return [fit.scores(kernels, count) for count, kernels in sums if sizes is None or count in sizes]
+            some = range(1, len(order) + 1) if sizes is None else [n for n in sizes if n <= len(order)]
+            sums = zip(some, fit.sums_of_kernels(order, some), strict=True)
+            return [fit.scores(kernels, count) for count, kernels in sums]
 
         found = self._parallel(of, [(order, fit) for order in orders for fit in self._fits])
         for _ in orders:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,18 @@ class Planned:
     activities: tuple[str, ...]
     left_out: dict[str, str]
     protocol: str
+
+    def among(self, rows: np.ndarray) -> Planned:
+        """The same on some of the windows, by their places in `used`, for choosing sets (`Plan.among`)."""
+        labels = self.labels[rows]
+        return replace(
+            self,
+            used=self.used[rows],
+            labels=labels,
+            fold=self.fold[rows],
+            is_test=self.is_test[rows],
+            plan=self.plan.among(rows, labels),
+        )
 
 
 def planned(

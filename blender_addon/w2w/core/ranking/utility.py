@@ -20,7 +20,7 @@ from .classifiers.ridge import Ridge
 from .expected import TrialMaps, expect
 from .f1 import score_patches
 from .folds import SUBJECT_OUT
-from .halves import HALVINGS
+from .halves import HALVINGS, Plan, maps_of
 from .inputs import PatchBlocks, SomeWindows, as_blocks
 from .planned import Planned, planned
 from .pooling import Pooling
@@ -35,7 +35,10 @@ LATER = (
 )  # fmt: skip
 """What rankings by earlier versions lack."""
 
-OPTIONAL = (*LATER, "weights")
+HALVES = ("half_scores", "half_f1")
+"""What classifiers that cannot be tried on halves have none of."""
+
+OPTIONAL = (*LATER, *HALVES, "weights")
 """What may be missing on file; `weights` where all activities count alike."""
 
 
@@ -80,6 +83,9 @@ class UtilityMap:
         Activities not tested, each with the reason.
     weights : ndarray, shape (A,), optional
         What each activity counts in every mean over activities, 0 for background; all alike by default.
+    half_scores, half_f1 : ndarray, shape (P, 2, A, N), float32, or None
+        What patches are compared by and their F1 by window, on the halves (single subjects of two or three)
+        that choose sets for each other; None where nothing was halved.
     """
 
     activities: tuple[str, ...]
@@ -108,6 +114,8 @@ class UtilityMap:
     protocol: str
     left_out: dict[str, str]
     weights: np.ndarray | None = None
+    half_scores: np.ndarray | None = None
+    half_f1: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         if self.weights is None:
@@ -160,7 +168,8 @@ class UtilityMap:
         arrays["left_out"] = np.array(json.dumps(self.left_out, ensure_ascii=False))
         if alike(self.weights):
             del arrays["weights"]
-        write_npz(path, arrays, compress=True)
+        known = {name: values for name, values in arrays.items() if values is not None}
+        write_npz(path, known, compress=True)
 
     @classmethod
     def load(cls, path: str | Path) -> UtilityMap:
@@ -303,7 +312,15 @@ def utility_map(
         protocol=trial.protocol,
         left_out=trial.left_out,
         weights=weights,
+        half_scores=_of_halves(maps.score, trial.plan) if scored else None,
+        half_f1=_of_halves(maps.raw, trial.plan) if scored else None,
     )
+
+
+def _of_halves(values: np.ndarray, plan: Plan) -> np.ndarray | None:
+    """Of maps by trial (trials, A, N), those of the pairs that sets are chosen by."""
+    pairs = maps_of(values, plan)[: len(plan.pairs_to_choose_by())]
+    return np.array(pairs, dtype=np.float32) if pairs else None
 
 
 def _try_all(

@@ -139,7 +139,8 @@ def rising(by_size: np.ndarray) -> np.ndarray:
 
 def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
     """What a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
-    delivered = there.f1_of_first(order)
+    sizes = _sizes_tried(len(order))
+    delivered = _between(there.f1_of_firsts([order], sizes)[0], sizes)
     more = len(level) - len(delivered)
     return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
 
@@ -204,10 +205,21 @@ def _level_beyond(tests: Tests, sets: Sequence[Sequence[int]], level: np.ndarray
     those patches have in a larger set.
     """
     known = len(level)
-    sizes = [known]
-    while sizes[-1] < size:
-        sizes.append(min(sizes[-1] + max(sizes[-1] // 3, 1), size))
+    sizes = [known, *(tried for tried in _sizes_tried(size) if tried > known)]
     found = tests.f1_of_firsts(sets, sizes).mean(axis=0)
     found = found + (level[-1] - found[0]) * (known / np.array(sizes))[:, None]
-    wanted = np.arange(known + 1, size + 1)
-    return np.stack([np.interp(wanted, sizes, of_activity) for of_activity in found.T], axis=1)
+    return _between(found, sizes)[1:]
+
+
+def _sizes_tried(size: int) -> list[int]:
+    """Numbers of sensors up to a size: every one while they are few, then a third more each time."""
+    sizes = list(range(1, min(size, FEW_SENSORS) + 1))
+    while sizes[-1] < size:
+        sizes.append(min(sizes[-1] + sizes[-1] // 3, size))
+    return sizes
+
+
+def _between(values: np.ndarray, sizes: Sequence[int]) -> np.ndarray:
+    """Values (K, A) at some numbers of sensors and, on straight lines between, at all from the first on."""
+    every = np.arange(sizes[0], sizes[-1] + 1)
+    return np.stack([np.interp(every, sizes, of_activity) for of_activity in values.T], axis=1)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from ..ranking.joint_scores import JointScores
 from ..ranking.map_scores import class_auc, class_auc_at_most, rank_score, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
+from ..ranking.utility import UtilityMap
 from ..ranking.weights import counted_columns, mean_over, weights_of
 from .terms import Terms
 
@@ -29,10 +30,6 @@ MOST_WINDOWS = 1000
 
 READ_BYTES = 32 * 2**20
 """Features read at a time: they stand beside those of all patches, which are held."""
-
-SET_HALVINGS = 2
-"""Ways in which the clips are halved: each half chooses sets of its own, which takes most of the time."""
-
 
 Areas = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """`class_auc` or what it cannot exceed."""
@@ -50,16 +47,26 @@ class Tests:
     weights : ndarray, shape (A,)
         What each activity counts.
     pooling : Pooling
+    alone : two ndarrays, shape (A, N) each, optional
+        Rank score and F1 of each patch alone, where they are known; made when first wanted by default.
     """
 
     def __init__(
-        self, scores: JointScores, labels: np.ndarray, trial: Trial, weights: np.ndarray, pooling: Pooling
+        self,
+        scores: JointScores,
+        labels: np.ndarray,
+        trial: Trial,
+        weights: np.ndarray,
+        pooling: Pooling,
+        alone: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> None:
         self._scores, self._labels, self._trial = scores, labels, trial
         self._n_activities, self._pooling = len(weights), pooling
         self.weights = weights
         self.grown: tuple[Terms | None, tuple[bool, bool], Growth | None] = (None, (False, False), None)
         self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, len(weights))))
+        if alone is not None:
+            self.alone = alone
 
     @cached_property
     def alone(self) -> tuple[np.ndarray, np.ndarray]:
@@ -112,9 +119,7 @@ class Tests:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
         return self.f1_of_firsts([order])[0]
 
-    def f1_of_firsts(
-        self, orders: Sequence[Sequence[int]], sizes: Collection[int] | None = None
-    ) -> np.ndarray:
+    def f1_of_firsts(self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None) -> np.ndarray:
         """The same of several orders of one length, shape (orders, K, A); of some sizes only, if told."""
         found = [
             [window_f1(scores.argmax(axis=1), self._labels, self._n_activities) for scores in of_order]
@@ -161,32 +166,47 @@ class SetTests:
         seed: int = 0,
         workers: int = 2,
         counts: Mapping[str, float] | None = None,
+        utility: UtilityMap | None = None,
     ) -> SetTests:
         """Prepare the tests of a library, for features as `Ridge` takes them.
 
-        Parameters and errors are those of `utility_map`.
+        Parameters and errors are those of `utility_map`; `utility` is what that gave for the same, whose
+        halves need not be ranked again then.
         """
         activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
-        rows = _evenly(activity, clip, is_test, MOST_WINDOWS)
-        subject = None if subject is None else np.asarray(subject)[rows]
-        labels = (activity[rows], clip[rows], subject, is_test[rows])
-        work = planned(*labels, activities, folds, seed, SET_HALVINGS)
+        everything = planned(activity, clip, subject, is_test, activities, folds, seed)
+        used = everything.used
+        work = everything.among(_evenly(activity[used], clip[used], is_test[used], MOST_WINDOWS))
         weights = weights_of(work.activities, counts)
-        source = SomeWindows(as_blocks(inputs), rows[work.used])
+        source = SomeWindows(as_blocks(inputs), work.used)
         model = Ridge(workers=workers)
         ridge = float(np.median(model.choose_alphas(source, work.labels, work.fold, work.is_test)))
         features = _held(source)
 
         def tests(trial: Trial) -> Tests:
             scores = JointScores(features, work.labels, _trainings(work, trial), ridge, workers)
-            return Tests(scores, work.labels[scores.windows], trial, weights, pooling)
+            labels = work.labels[scores.windows]
+            return Tests(scores, labels, trial, weights, pooling, alone.get(trial))
 
+        alone = _alone(utility, work.plan)
         halves = [(a, b) for a, b in work.plan.pairs if (a.testable & b.testable & (weights > 0)).any()]
         whole = work.plan.whole
         trials = dict.fromkeys([whole, *(one for pair in halves for one in pair)])
         made = {trial: tests(trial) for trial in trials}
         pairs = tuple((made[a], made[b]) for a, b in halves)
         return cls(made[whole], pairs, work.plan, work.activities, seed, weights)
+
+
+def _alone(utility: UtilityMap | None, plan: Plan) -> dict[Trial, tuple[np.ndarray, np.ndarray]]:
+    """Rank score and F1 of each patch alone, by trial, where a ranking has them."""
+    if utility is None or utility.half_scores is None:
+        return {}
+    maps = zip(utility.half_scores, utility.half_f1, strict=True)
+    return {
+        trial: (score, f1)
+        for pair, of_pair in zip(plan.pairs, maps, strict=True)
+        for trial, score, f1 in zip(pair, *of_pair, strict=True)
+    }
 
 
 def _trainings(work: Planned, trial: Trial) -> list[Training]:
