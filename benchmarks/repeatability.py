@@ -104,10 +104,10 @@ class Library:
         inputs = SomeWindows(self.inputs, rows)
         return rank_windows(inputs, self.part(rows, activity), config, pooling=self.pooling)
 
-    def sets(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray) -> SetTests:
-        """What sets are chosen and judged by, on some windows."""
-        config = replace(self.config, by_subject=by_subject)
-        return set_tests(SomeWindows(self.inputs, rows), self.part(rows, activity), config, self.pooling)
+    def sets(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray, utility: UtilityMap) -> SetTests:
+        """What sets are chosen and judged by, on some windows that were ranked."""
+        config, inputs = replace(self.config, by_subject=by_subject), SomeWindows(self.inputs, rows)
+        return set_tests(inputs, self.part(rows, activity), config, self.pooling, utility=utility)
 
 
 def described(windows: PatchBlocks, config: StudyConfig) -> ArrayBlocks:
@@ -236,7 +236,7 @@ def judged(
     activity = library.labels.activity
     every = (np.arange(len(activity)), case.by_subject, activity)
     whole = library.rank(*every) if bound else None
-    of_all = chosen(whole, library.sets(*every), largest) if whole is not None and largest > 1 else []
+    of_all = chosen(whole, library.sets(*every, whole), largest) if whole is not None and largest > 1 else []
     for number in range(halvings):
         if shuffle:
             motions, first = np.unique(library.labels.motion, return_index=True)
@@ -245,7 +245,8 @@ def judged(
         half = case.halve(library, number)
         sides = [(np.flatnonzero(rows), case.by_subject, activity) for rows in (half, ~half)]
         maps = [library.rank(*side) for side in sides]
-        tests = [library.sets(*side) for side in sides] if largest > 1 else []
+        ranked = zip(sides, maps, strict=True)
+        tests = [library.sets(*side, utility) for side, utility in ranked] if largest > 1 else []
         for here, there in ((0, 1), (1, 0)):
             found = compare(maps[here], maps[there])
             if whole is not None:
