@@ -7,7 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sklearn.metrics import f1_score, roc_auc_score
 
-from w2w.core.ranking.map_scores import class_auc, class_auc_at_most, rank_score, rank_sums, window_f1
+from w2w.core.ranking.map_scores import (
+    class_auc,
+    class_auc_at_most,
+    rank_score,
+    rank_sums,
+    ranks_of,
+    window_f1,
+)
 
 
 def test_two_windows_by_hand():
@@ -47,7 +54,8 @@ def test_sums_are_those_of_ranks_by_stable_sorting(n_activities):
     rank = np.argsort(np.argsort(-scores, axis=-1, kind="stable"), axis=-1)
     of_true = np.take_along_axis(rank, np.broadcast_to(true[:, None], (3, 40, 1)), -1)[..., 0]
     everyone = (1 / np.arange(1, n_activities + 1)).sum()
-    for found, ranks, of_its_true in zip(rank_sums(scores, true, weight), rank, of_true, strict=True):
+    sums = rank_sums(ranks_of(scores.transpose(2, 0, 1)), true, weight)
+    for found, ranks, of_its_true in zip(sums, rank, of_true, strict=True):
         for activity in range(n_activities):
             own = true == activity
             expected = [

@@ -29,6 +29,28 @@ class Split(NamedTuple):
     tested: np.ndarray
 
 
+class Scored(NamedTuple):
+    """Scores of some windows that a split tests, one after the other.
+
+    Attributes
+    ----------
+    split : int
+        Of the plan.
+    first : int
+        Number of the first of them among those that it tests.
+    scores : ndarray, shape (A, models, v)
+    """
+
+    split: int
+    first: int
+    scores: np.ndarray
+
+    @property
+    def place(self) -> slice:
+        """Where they stand among the windows that the split tests."""
+        return slice(self.first, self.first + self.scores.shape[2])
+
+
 @dataclass(frozen=True, eq=False)
 class Trial:
     """A cross-validation on some of the clips.

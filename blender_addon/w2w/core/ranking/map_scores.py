@@ -34,16 +34,42 @@ def rank_score(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np
         NaN for activities without windows. 1 is out of reach: a perfect order gives the true one
         its share of first place.
     """
-    return rank_score_of(rank_sums(scores, labels, weight))
+    return rank_score_of(rank_sums(ranks_of(scores.T), labels, weight))
 
 
-def rank_sums(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
+def ranks_of(scores: np.ndarray) -> np.ndarray:
+    """Rank of each activity among those of its window: 0 of the highest score, of equal ones the first.
+
+    Every two activities are compared, for all windows at once: for thousands of windows a third of the time
+    of sorting each one's activities.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (A, ..., V)
+        Of each activity by window, of any number of classifiers; compared in single precision.
+
+    Returns
+    -------
+    ndarray of unsigned int, shape (A, ..., V)
+    """
+    n_activities = len(scores)
+    rows = np.asarray(scores, dtype=np.float32).reshape(n_activities, -1)
+    ranks = np.empty(rows.shape, dtype=np.min_scalar_type(n_activities))
+    ranks[...] = np.arange(n_activities)[:, None]
+    for activity, others in enumerate(range(1, n_activities)):
+        ahead = (rows[others:] > rows[activity]).view(np.uint8)
+        ranks[activity] += ahead.sum(axis=0, dtype=ranks.dtype)
+        ranks[others:] -= ahead
+    return ranks.reshape(scores.shape)
+
+
+def rank_sums(ranks: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """What `rank_score` needs to know of windows, added up: sums over more windows add to it.
 
     Parameters
     ----------
-    scores : ndarray, shape (..., V, A)
-        As for `rank_score`, of any number of classifiers; compared in single precision.
+    ranks : ndarray, shape (A, ..., V)
+        As `ranks_of` gives them.
     labels, weight
         As for `rank_score`.
 
@@ -52,29 +78,17 @@ def rank_sums(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
     ndarray, shape (..., 4, A)
         Weighted hits, names, truths and shares of others outscored.
     """
-    n_windows, n_activities = scores.shape[-2:]
-    order = _first_to_last(scores)
-    of_true = (order == labels[:, None]).argmax(axis=-1)
+    n_activities, n_windows = len(ranks), len(labels)
+    windows = np.arange(n_windows)
+    of_true = ranks[labels, ..., windows]
+    member = np.zeros((n_activities, n_windows))
+    member[labels, windows] = weight
     everyone = (1.0 / np.arange(1, n_activities + 1)).sum()
-    member = np.zeros((n_windows, n_activities))
-    member[np.arange(n_windows), labels] = weight
-    hit = (1.0 / (1.0 + of_true) / everyone) @ member
-    shares = (weight[:, None] / np.arange(1, n_activities + 1) / everyone).ravel()
-    of_each = order.reshape(hit[..., 0].size, n_windows * n_activities)
-    named = np.stack([np.bincount(one, shares, n_activities) for one in of_each]).reshape(hit.shape)
-    beaten = (1.0 - of_true / max(n_activities - 1, 1)) @ member
-    return np.stack([hit, named, np.broadcast_to(member.sum(axis=0), hit.shape), beaten], axis=-2)
-
-
-def _first_to_last(scores: np.ndarray) -> np.ndarray:
-    """Activities by descending score in single precision, those of one score by their number.
-
-    A score and its activity are sorted as one integer: half the time of two stable `argsort`.
-    """
-    keys = _sortable(0 - scores.astype(np.float32, copy=False)).astype(np.int64) << 32
-    keys |= np.arange(scores.shape[-1])
-    keys.sort(axis=-1)
-    return keys & 0xFFFFFFFF
+    hit = member @ (1.0 / (1.0 + of_true)) / everyone
+    named = (1.0 / (1.0 + ranks)) @ (weight / everyone)
+    true = np.broadcast_to(member.sum(axis=1), hit.T.shape).T
+    beaten = member @ (1.0 - of_true / max(n_activities - 1, 1))
+    return np.stack([hit, named, true, beaten]).T.swapaxes(-2, -1)
 
 
 def rank_score_of(sums: np.ndarray) -> np.ndarray:

@@ -9,13 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .expected import TrialMaps
-from .halves import Plan
+from .halves import Plan, Scored
 from .inputs import PatchBlocks, SomePatches
-from .map_scores import f1_of, rank_score_of, rank_sums, window_counts
+from .map_scores import f1_of, rank_score_of, rank_sums, ranks_of, window_counts
 from .planned import Planned
 
 TASK_PATCHES = 16
 """Patches that are tried in one piece elsewhere."""
+RANKED_AT_ONCE = 4096
+"""Windows from which on those of a patch are ranked: a few at a time take thrice as long."""
 
 
 class Tried(NamedTuple):
@@ -108,18 +110,35 @@ class TrialSums:
         self._sums = np.zeros((n_patches, n_trials, n_models, 4, n_activities))
         self._counts = np.zeros((n_patches, n_trials, 3, n_activities), dtype=np.int64)
 
-    def add(self, patch: int, split: int, first: int, scores: np.ndarray) -> None:
-        """Take in scores (models, v, A) of windows that a split tests, from its window `first` on."""
-        windows = self._plan.splits[split].tested[first : first + scores.shape[1]]
-        true, named = self._labels[windows], scores[0].argmax(axis=1)
-        counts = window_counts(named, true, scores.shape[2])
-        for number, start in self._of_split[split]:
-            begin = start + first
-            weight = self._plan.trials[number].weight[begin : begin + len(windows)]
-            self._sums[patch, number] += rank_sums(scores, true, weight)
-            self._counts[patch, number] += counts
-        if split in self._plan.whole.splits:
-            self.predictions[self._position[windows], patch] = named
+    def add(self, patch: int, scored: Iterable[Scored]) -> None:
+        """Take in scores of a patch, some after the other."""
+        held: list[Scored] = []
+        for some in scored:
+            held.append(some)
+            if sum(one.scores.shape[2] for one in held) >= RANKED_AT_ONCE:
+                self._take_in(patch, held)
+                held.clear()
+        if held:
+            self._take_in(patch, held)
+
+    def _take_in(self, patch: int, together: Sequence[Scored]) -> None:
+        scores = np.concatenate([some.scores for some in together], axis=2)
+        windows = np.concatenate([self._plan.splits[some.split].tested[some.place] for some in together])
+        weights = np.concatenate([self._weights(some) for some in together], axis=1)
+        true, named, ranks = self._labels[windows], scores[:, 0].argmax(axis=0), ranks_of(scores)
+        for number, weight in enumerate(weights):
+            of = np.flatnonzero(weight)
+            self._sums[patch, number] += rank_sums(ranks.take(of, axis=2), true[of], weight[of])
+            self._counts[patch, number] += window_counts(named[of], true[of], len(scores))
+        of_whole = weights[0] > 0
+        self.predictions[self._position[windows[of_whole]], patch] = named[of_whole]
+
+    def _weights(self, some: Scored) -> np.ndarray:
+        """What windows count in each trial, shape (trials, v): nothing where it does not test them."""
+        weights = np.zeros((len(self._plan.trials), some.scores.shape[2]))
+        for number, start in self._of_split[some.split]:
+            weights[number] = self._plan.trials[number].weight[start:][some.place]
+        return weights
 
     def maps(self) -> TrialMaps:
         """Maps of each trial."""

@@ -13,6 +13,8 @@ LEAST_WITHIN = 1e-6
 """Smallest variance within classes, as a share of all, that rounding leaves meaningful."""
 NEVER_VARIES = 1e-12
 """Variance of a feature that is the same in every training window."""
+KEPT_OUT = 1e30
+"""What a ridge is counted in where a feature never varies: no score heeds it, yet it is a finite number."""
 FEW = 1.2
 """Windows for each feature up to which windows are solved for: half the time at 1 and below."""
 
@@ -27,23 +29,18 @@ class Discriminant:
 
     Parameters
     ----------
-    scale : ndarray, shape (D,), float32
-        Deviation of the features within classes.
     means : ndarray, shape (A, D), float32
-        Class means in units of it.
+        Of the classes.
     windows : ndarray, shape (A,)
         Windows trained on; a class without any is never named.
     slopes : iterable of ndarray, shape (A, D), float32
-        One a ridge, in units of `scale`.
+        One a ridge.
     """
 
-    def __init__(
-        self, scale: np.ndarray, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]
-    ) -> None:
-        self._lines = []
-        for of_ridge in slopes:
-            offset = np.where(windows > 0, -0.5 * (means * of_ridge).sum(axis=1), -np.inf)
-            self._lines.append((of_ridge / scale, offset.astype(np.float32)))
+    def __init__(self, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]) -> None:
+        self._slopes = np.stack(tuple(slopes), axis=1)
+        self._offsets = -0.5 * np.einsum("ad,ard->ar", means, self._slopes)
+        self._offsets[windows == 0] = -np.inf
 
     @classmethod
     def by_features(
@@ -54,7 +51,7 @@ class Discriminant:
         windows: np.ndarray,
         ridges: np.ndarray,
     ) -> Discriminant:
-        """From sums over the windows trained on, in single precision; `within` is overwritten.
+        """From sums over the windows trained on, in single precision.
 
         Parameters
         ----------
@@ -66,14 +63,11 @@ class Discriminant:
         windows : ndarray, shape (A,)
         ridges : ndarray
         """
-        within /= windows.sum()
-        scale = deviation(np.diag(within), whole / windows.sum()).astype(np.float32)
+        count = np.float32(windows.sum())
+        unit = np.minimum(count * deviation(np.diag(within) / count, whole / count) ** 2, KEPT_OUT)
         # a ridge keeps the matrix so well conditioned that single precision does
-        within /= scale[:, None]
-        within /= scale
-        means = means / scale
-        slopes = (solve_positive(with_ridge(within.copy(), ridge), means) for ridge in ridges)
-        return cls(scale, means, windows, slopes)
+        systems, aims = (with_ridge(within.copy(), ridge * unit) for ridge in ridges), count * means
+        return cls(means, windows, (solve_positive(system, aims) for system in systems))
 
     @classmethod
     def by_windows(cls, inputs: np.ndarray, member: np.ndarray, ridges: np.ndarray) -> Discriminant:
@@ -86,24 +80,23 @@ class Discriminant:
         means = (member / np.maximum(windows, 1)).T @ inputs
         within = inputs - member @ means
         scale = deviation(*(np.einsum("nd,nd->d", rows, rows) / count for rows in (within, inputs)))
-        means, within = means / scale, within / scale
+        scaled, within = means / scale, within / scale
         kernel = np.zeros((len(inputs),) * 2, dtype=np.float32)
         add_square(kernel, within.T)
         kernel /= count
-        seen = means @ within.T
+        seen = scaled @ within.T
 
         def slopes(ridge: float) -> np.ndarray:
             shared = solve_positive(with_ridge(kernel.copy(), ridge), seen) @ within
-            return (means - shared / count) / np.float32(ridge)
+            return (scaled - shared / count) / (np.float32(ridge) * scale)
 
-        return cls(scale, means, windows, map(slopes, ridges))
+        return cls(means, windows, map(slopes, ridges))
 
     def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """Scores (ridges, v, A) of windows (v, D)."""
-        scores = np.empty((len(self._lines), len(inputs), len(self._lines[0][1])), dtype=np.float32)
-        for of_ridge, (slopes, offset) in zip(scores, self._lines, strict=True):
-            multiply(inputs, slopes.T, out=of_ridge)
-            of_ridge += offset
+        """Scores (A, ridges, v) of windows (v, D)."""
+        slopes = self._slopes.reshape(-1, inputs.shape[1])
+        scores = multiply(slopes, inputs.T).reshape(*self._offsets.shape, -1)
+        scores += self._offsets[..., None]
         return scores
 
 
@@ -113,7 +106,8 @@ def deviation(within: np.ndarray, whole: np.ndarray) -> np.ndarray:
     return np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf))
 
 
-def with_ridge(matrix: np.ndarray, ridge: float) -> np.ndarray:
-    """The matrix itself, the ridge added to its diagonal."""
-    matrix.flat[:: len(matrix) + 1] += np.float32(ridge)
+def with_ridge(matrix: np.ndarray, ridge: float | np.ndarray) -> np.ndarray:
+    """The matrix itself, the ridge, or one for each row, added to its diagonal."""
+    diagonal = np.einsum("ii->i", matrix)
+    diagonal += np.asarray(ridge, dtype=np.float32)
     return matrix

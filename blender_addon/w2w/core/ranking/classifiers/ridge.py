@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import local
@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from ...blas import add_square, multiply
 from ...threads import unthreaded_products
 from ..class_sums import summing
-from ..halves import Plan, Split, plan
+from ..halves import Plan, Scored, Split, plan
 from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
 from .discriminant import Discriminant, few
 
@@ -100,9 +100,10 @@ class Ridge:
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), as_blocks(features).shape[1]), dtype=np.int16)
 
-        def name_windows(sensor: int, split: int, first: int, scores: np.ndarray) -> None:
-            windows = work.splits[split].tested[first : first + scores.shape[1]]
-            predictions[position[windows], sensor] = scores[0].argmax(axis=1)
+        def name_windows(sensor: int, scored: Iterable[Scored]) -> None:
+            for some in scored:
+                windows = work.splits[some.split].tested[some.place]
+                predictions[position[windows], sensor] = some.scores[:, 0].argmax(axis=0)
 
         alphas = self.choose_alphas(features, labels, fold, is_test)[:, None]
         self.score_splits(features, labels, work.block, work.splits, alphas, name_windows, progress)
@@ -129,7 +130,7 @@ class Ridge:
         block: np.ndarray,
         splits: Sequence[Split],
         alphas: np.ndarray,
-        receive: Callable[[int, int, int, np.ndarray], None],
+        receive: Callable[[int, Iterable[Scored]], None],
         progress: Callable[[float], None] | None = None,
     ) -> None:
         """Score the activities in the tested windows of each split.
@@ -143,16 +144,15 @@ class Ridge:
         splits : sequence of Split
         alphas : ndarray, shape (splits, ridges)
         receive : callable
-            Given a sensor's number, a split's, that of a window among those the split tests, and scores
-            (ridges, v, A) of the windows from there on; sensors in any order and from several threads.
+            Given a sensor's number and all its scores, to be taken one after the other; sensors in any
+            order and from several threads.
         """
         source = as_blocks(features)
         n_sensors = source.shape[1]
         sums = _Splits(labels, block, splits)
 
         def score(sensor: int, inputs: np.ndarray) -> None:
-            for some in sums.scores(inputs, alphas):
-                receive(sensor, *some)
+            receive(sensor, sums.scores(inputs, alphas))
 
         with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
             for first, last in spans(source, self.block_bytes):
@@ -194,10 +194,10 @@ class Ridge:
 
         def accuracies(sensor: int) -> np.ndarray:
             hits = np.zeros((len(splits), len(self.alphas), sums.n_classes))
-            for number, first, scores in sums.scores(source.patches(sensor, sensor + 1)[:, 0], alphas):
-                true = labels[splits[number].tested[first : first + scores.shape[1]]]
-                right = scores.argmax(axis=2) == true
-                hits[number] += [np.bincount(true, one, minlength=sums.n_classes) for one in right]
+            for some in sums.scores(source.patches(sensor, sensor + 1)[:, 0], alphas):
+                true = labels[splits[some.split].tested[some.place]]
+                right = some.scores.argmax(axis=0) == true
+                hits[some.split] += [np.bincount(true, one, minlength=sums.n_classes) for one in right]
             return np.nanmean(hits / windows[:, None], axis=2)
 
         with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
@@ -270,25 +270,23 @@ class _Splits:
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
-    def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
-        """Scores (ridges, v, A) of some tested windows at a time, for each ridge of the split in `alphas`.
-
-        Before them the split's number, and that of the first of the windows among those it tests.
-        """
+    def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[Scored]:
+        """Scores of some tested windows at a time, for each ridge of the split in `alphas`."""
         centre = inputs.mean(axis=0)
         is_few = few(self.n_trained, inputs.shape[1])
         class_means = self._class_means(inputs)
         kept = self._of_splits(~is_few, inputs, class_means)
+        about_centre = _single(class_means - centre)
         for number, (rows, ridges) in enumerate(zip(self.tested, alphas, strict=True)):
             if is_few[number]:
                 some, member = self._few_windows(number)
                 trained = Discriminant.by_windows(_single(inputs[some] - centre), member, ridges)
             else:
                 windows = self._windows[number]
-                trained = _by_features(next(kept), _single(class_means - centre), windows, ridges)
+                trained = _by_features(next(kept), about_centre, windows, ridges)
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
-                yield number, first, trained.scores(_single(inputs[some] - centre))
+                yield Scored(number, first, trained.scores(_single(inputs[some] - centre)))
 
     def _class_means(self, inputs: np.ndarray) -> np.ndarray:
         """Of all windows, some at a time, shape (A, D)."""
@@ -350,7 +348,7 @@ def _by_features(
     within, seen = sums.gram, windows[:, None]
     about = sums.of_class / np.maximum(seen, 1)
     # all windows' squares: those about the class means, and those of the class means
-    whole = np.diag(within) + ((2 * sums.of_class + seen * class_means) * class_means).sum(axis=0)
+    whole = np.diag(within) + np.einsum("ad,ad->d", 2 * sums.of_class + seen * class_means, class_means)
     add_square(within, about * np.sqrt(seen), -1.0)
     return Discriminant.by_features(within, whole, about + class_means, windows, ridges)
 
