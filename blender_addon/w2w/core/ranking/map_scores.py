@@ -55,7 +55,7 @@ def ranks_of(scores: np.ndarray) -> np.ndarray:
     n_activities = len(scores)
     rows = np.asarray(scores, dtype=np.float32).reshape(n_activities, -1)
     ranks = np.empty(rows.shape, dtype=np.min_scalar_type(n_activities))
-    ranks[...] = np.arange(n_activities)[:, None]
+    ranks[...] = np.arange(n_activities, dtype=ranks.dtype)[:, None]
     for activity, others in enumerate(range(1, n_activities)):
         ahead = (rows[others:] > rows[activity]).view(np.uint8)
         ranks[activity] += ahead.sum(axis=0, dtype=ranks.dtype)
