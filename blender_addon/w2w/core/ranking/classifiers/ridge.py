@@ -317,7 +317,8 @@ class _Splits:
             about = _single(inputs[piece.windows] - class_means[self.labels[piece.windows]])
             for block, rows in piece.blocks:
                 add_square(grams[block], about[rows])
-            of_cell += self._summing_cells(piece.windows) @ about
+            cells, adding_up = self._cells(piece.windows)
+            of_cell[cells] += adding_up @ about
         for sums, out in zip(of_blocks, of_splits, strict=True):
             multiply(self.trained[chosen], sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
         return map(_Sums, *of_splits)
@@ -335,10 +336,15 @@ class _Splits:
         places = map(slice, starts, [*starts[1:], len(windows)])
         return _Piece(windows, list(zip(blocks.tolist(), places, strict=True)))
 
-    def _summing_cells(self, windows: np.ndarray) -> csr_array:
-        """What adds up windows by block and class; made anew each time, as all of them would take memory."""
-        cell = self._blocks[windows] * self.n_classes + self.labels[windows]
-        return summing(cell, self._n_blocks * self.n_classes)
+    def _cells(self, windows: np.ndarray) -> tuple[np.ndarray, csr_array]:
+        """The cells of block and class that windows are in, and what adds these up by cell.
+
+        Made anew each time, as all of them would take memory.
+        """
+        cells, place = np.unique(
+            self._blocks[windows] * self.n_classes + self.labels[windows], return_inverse=True
+        )
+        return cells, summing(place, len(cells))
 
 
 def _by_features(
