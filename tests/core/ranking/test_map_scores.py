@@ -67,6 +67,13 @@ def test_sums_are_those_of_ranks_by_stable_sorting(n_activities):
             np.testing.assert_allclose(found[:, activity], expected, rtol=1e-12)
 
 
+@pytest.mark.parametrize("n_activities", [1, 5, 300])
+def test_ranks_are_those_of_stable_sorting_however_many_activities(n_activities):
+    scores = np.random.default_rng(4).normal(size=(n_activities, 2, 30)).round(1)
+    wanted = np.argsort(np.argsort(-scores, axis=0, kind="stable"), axis=0)
+    np.testing.assert_array_equal(ranks_of(scores), wanted)
+
+
 def test_f1_by_window_equals_scikit_learns():
     rng = np.random.default_rng(1)
     true, named = rng.integers(0, 5, 200), rng.integers(0, 5, 200)
