@@ -191,12 +191,6 @@ def _about_their_means(scores: np.ndarray) -> np.ndarray:
     return scores - (sums / counts).astype(np.float32)
 
 
-def _sortable(values: np.ndarray) -> np.ndarray:
-    """Integers, int32, in the order of values in single precision."""
-    bits = values.view(np.int32)
-    return bits ^ ((bits >> 31) & np.int32(0x7FFFFFFF))
-
-
 def window_f1(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
     """F1 of each activity from the names given to windows, shape (A,); NaN for those without windows."""
     return f1_of(window_counts(named, labels, n_activities))
