@@ -21,7 +21,9 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.study import copies_of, describe, record
 from w2w.core.threads import unthreaded_products
+from w2w.scene.output import quiet_output
 
+from ..blender import forget_scripts_path
 from ..needs_blender import NoBlenderError
 from .clip_records import finished, mark_source, marked_source, write_record
 from .clip_task import ClipTask, unfinished
@@ -34,6 +36,19 @@ SAMPLE_BYTES = 24
 
 SIGNALS_SHARE = 4
 """Signals may take this part of a worker's memory; their windows and features want as much again."""
+
+
+def get_ready(blender: bool) -> None:
+    """Import in a worker, before there is work, what a clip takes: with Blender it takes seconds.
+
+    What fails here fails again, and is said, at the first clip that needs it.
+    """
+    forget_scripts_path()
+    with guarded(), quiet_output():
+        import w2w.scene.load
+
+        if blender:
+            import w2w.scene.takes  # noqa: F401
 
 
 def work_in_worker(task: ClipTask) -> ClipResult:

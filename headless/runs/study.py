@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -31,7 +31,7 @@ from .garments import fit_garments
 from .monitor import RunMonitor
 from .rank_in_workers import spread_here
 from .rank_on_cluster import spread_over
-from .workers import Engine, run_tasks
+from .workers import Engine, clip_workers, run_tasks
 
 
 class StudyError(Exception):
@@ -93,11 +93,12 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         If the disk is full or the folder cannot be written.
     """
     config = plan.config
-    with monitor.step("placing patches", "Placing patches on the body"):
-        patches = _prepare(body, config, out)
-    with ThreadPoolExecutor(1) as aside:  # takes seconds, while workers leave this process idle
-        pooled = aside.submit(Pooling.on, body, patches)
-        clips = tuple(_bake(plan, out, monitor))
+    with clip_workers(plan.engine, plan.library.clips) as workers:
+        with monitor.step("placing patches", "Placing patches on the body"):
+            patches = _prepare(body, config, out)
+        with ThreadPoolExecutor(1) as aside:  # takes seconds, while workers leave this process idle
+            pooled = aside.submit(Pooling.on, body, patches)
+            clips = tuple(_bake(plan, out, monitor, workers))
     used = [result.clip for result in clips if result.used]
     if not used:
         raise StudyError("no clip can be used; why each cannot stands in the table", clips)
@@ -145,7 +146,7 @@ def _prepare(body: Body, config: StudyConfig, out: Path) -> PatchSet:
     return patches
 
 
-def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
+def _bake(plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None) -> list[ClipResult]:
     config, engine = plan.config, plan.engine
     files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
     inputs = hashlib.sha256(
@@ -173,7 +174,7 @@ def _bake(plan: RunPlan, out: Path, monitor: RunMonitor) -> list[ClipResult]:
             monitor.clip_done(result)
             advance(1)
 
-        return run_tasks(tasks, engine.workers, engine.scheduler, told)
+        return run_tasks(tasks, engine.workers, engine.scheduler, told, workers)
 
 
 def _rank(

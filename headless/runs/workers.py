@@ -13,7 +13,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import wait
@@ -26,7 +26,7 @@ from w2w.core.findings.finished_study import ClipResult
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import Clip
+from w2w.core.motion.library import BLENDER_SUFFIXES, Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.motion_file import unreadable
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of
@@ -35,7 +35,7 @@ from ..blender import inside_blender
 from ..needs_blender import NoBlenderError
 from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor
-from .clip import record_death, work_in_worker
+from .clip import get_ready, record_death, work_in_worker
 from .clip_task import ClipTask
 from .guard import LIMIT_S, MEMORY, end_with, guarded, timed_out
 from .load_clip import load_clip
@@ -88,8 +88,27 @@ class Engine:
     pose: PoseFacts = NO_FACTS
 
 
+@contextmanager
+def clip_workers(engine: Engine, clips: Sequence[Clip]) -> Iterator[Executor | None]:
+    """Workers for clips that get ready while this process is still at other things; None on a cluster."""
+    if engine.scheduler:
+        yield None
+        return
+    workers = min(engine.workers, len(clips))
+    blender = any(clip.path.suffix.lower() in BLENDER_SUFFIXES for clip in clips)
+    with local_executor(workers) as executor:
+        with deaf_children():
+            for _ in range(workers):
+                executor.submit(get_ready, blender)
+        yield executor
+
+
 def run_tasks(
-    tasks: Sequence[ClipTask], workers: int, scheduler: str, told: Callable[[ClipResult], None]
+    tasks: Sequence[ClipTask],
+    workers: int,
+    scheduler: str,
+    told: Callable[[ClipResult], None],
+    ready: Executor | None = None,
 ) -> list[ClipResult]:
     """Do all tasks.
 
@@ -104,6 +123,9 @@ def run_tasks(
         paths.
     told : callable
         Given each result as it comes.
+    ready : Executor, optional
+        Workers on this machine that wait for tasks, as from `clip_workers`; others are started where
+        they die.
 
     Returns
     -------
@@ -115,19 +137,24 @@ def run_tasks(
     EngineError
         If the scheduler cannot be reached or workers die again and again.
     """
-    results = _on_cluster(tasks, scheduler, told) if scheduler else _on_this_machine(tasks, workers, told)
+    if scheduler:
+        results = _on_cluster(tasks, scheduler, told)
+    else:
+        results = _on_this_machine(tasks, workers, told, ready)
     return [results[task.clip.name] for task in tasks]
 
 
 def _on_this_machine(
-    tasks: Sequence[ClipTask], workers: int, told: Callable[[ClipResult], None]
+    tasks: Sequence[ClipTask], workers: int, told: Callable[[ClipResult], None], ready: Executor | None
 ) -> dict[str, ClipResult]:
     results: dict[str, ClipResult] = {}
     waiting = list(tasks)
     breaks = 0
     while waiting:
-        with local_executor(min(workers, len(waiting))) as executor:
+        fresh = local_executor(min(workers, len(waiting))) if ready is None else nullcontext(ready)
+        with fresh as executor:
             broken = _collect(executor, waiting, results, told)
+        ready = None
         if not broken:
             break
         suspects = [task for task in waiting if task.clip.name not in results and task.marker.exists()]
@@ -187,6 +214,7 @@ def _collect(
             results[result.clip.name] = result
             told(result)
     except BrokenExecutor:
+        executor.shutdown(wait=True, kill_workers=True)  # those that live would go on with what is waiting
         return True
     return False
 

@@ -58,7 +58,7 @@ class _Pool:
             self._pools[-1].submit(os.chdir, Path.cwd())
         return self._pools[-1].submit(work, *args)
 
-    def shutdown(self) -> None:
+    def shutdown(self, **_) -> None:
         for pool in self._pools:
             pool.shutdown(kill_workers=True)
 

@@ -100,6 +100,46 @@ def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(tasks
 
 
 @pytest.mark.slow
+def test_workers_that_were_ready_and_died_are_replaced(tasks):
+    bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
+    clips = [task.clip for task in tasks]
+    with workers.clip_workers(workers.Engine(workers=2), clips) as ready:
+        results = run_tasks([tasks[0], bad, *tasks[2:]], 2, "", told, ready)
+    assert [result.used for result in results] == [True, False, True, True]
+
+
+def test_workers_get_ready_before_there_is_work_and_end_with_the_block(tasks):
+    clips = [task.clip for task in tasks]
+    with workers.clip_workers(workers.Engine(workers=1), clips) as ready:
+        process = ready.submit(os.getpid).result()
+        assert "bpy" in ready.submit(loaded).result()
+        results = run_tasks(tasks[:2], 1, "", told, ready)
+        assert ready.submit(os.getpid).result() == process
+    assert [result.used for result in results] == [True, True]
+    assert not Path(f"/proc/{process}").exists()
+
+
+def test_a_failure_while_workers_get_ready_ends_them_at_once(tasks):
+    start = time.monotonic()
+    with (
+        pytest.raises(ZeroDivisionError),
+        workers.clip_workers(workers.Engine(workers=2), [tasks[0].clip]),
+    ):
+        raise ZeroDivisionError
+    assert time.monotonic() - start < 10
+
+
+def test_a_cluster_brings_its_own_workers(tasks):
+    engine = workers.Engine(scheduler="tcp://127.0.0.1:9")
+    with workers.clip_workers(engine, [tasks[0].clip]) as ready:
+        assert ready is None
+
+
+def loaded():
+    return list(sys.modules)
+
+
+@pytest.mark.slow
 def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
     bad = HangingTask(tasks[0].clip, tasks[0].out, tasks[0].config, "inputs", 8.0, safe_process=os.getpid())
     start = time.monotonic()

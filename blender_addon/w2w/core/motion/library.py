@@ -22,6 +22,9 @@ from .vrm import VRM_SUFFIXES
 
 GLTF_SUFFIXES = (".glb", ".gltf", *VRM_SUFFIXES)
 
+BLENDER_SUFFIXES = (".fbx", *GLTF_SUFFIXES, *USD_SUFFIXES)
+"""Kinds of motion files that Blender's importers read."""
+
 MOTION_SUFFIXES = (
     ".fbx", ".bvh", *GLTF_SUFFIXES, *USD_SUFFIXES, ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES,
 )  # fmt: skip
