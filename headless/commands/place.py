@@ -13,7 +13,13 @@ from rich.console import Console
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.ranking.weights import check_counting, read_weights
-from w2w.core.results_folder import StudyResults, choose_to_wear, ranked_again, sensors_together
+from w2w.core.results_folder import (
+    StudyResults,
+    choose_to_wear,
+    prepared_tests,
+    ranked_again,
+    sensors_together,
+)
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig
 
@@ -103,7 +109,8 @@ def place(
     worn, tested = None, ()
     if together:
         with console.status("Choosing sensors to wear together"):
-            worn, advice = choose_to_wear(study, config, advice, every_pair=every_pair)
+            tests = prepared_tests(study, config)
+            worn, advice = choose_to_wear(study, config, advice, tests, every_pair)
             tested = sensors_together(study, advice.subset.order)
     show_best_spot(advice, study.utility, study.patches, console)
     if worn is not None:

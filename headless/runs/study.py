@@ -21,9 +21,10 @@ from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults, choose_to_wear
+from w2w.core.results_folder import StudyResults, choose_to_wear, prepared_tests
 from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig, place_patches
+from w2w.core.threads import unthreaded_products
 
 from .clip_task import ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers, versions
@@ -110,11 +111,13 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         raise StudyError(f"{error}. Clips used by activity: {found}", clips) from error
-    with monitor.step("choosing patches"):
-        advice = _choose(utility, patches, config)
     results = StudyResults(out, utility, patches, ranked, config.as_dict())
+    with monitor.step("choosing patches"), unthreaded_products(), ThreadPoolExecutor(1) as aside:
+        prepared = aside.submit(prepared_tests, results, config, pooling)  # while one core is left idle
+        advice = _choose(utility, patches, config)
+        tests = prepared.result()
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
-        worn, advice = choose_to_wear(results, config, advice, pooling)
+        worn, advice = choose_to_wear(results, config, advice, tests)
     return Study(plan.library, config, body, clips, results, advice, worn)
 
 

@@ -25,6 +25,7 @@ from .ranking.windows import WindowSpec
 from .selection.advice import Advice
 from .selection.joint import JointSet, choose_together
 from .selection.proxy_promise import advice_promised
+from .selection.set_tests import SetTests
 from .selection.terms import Terms
 from .study import StudyConfig, plain
 
@@ -173,11 +174,33 @@ AT_MOST = 6
 """Sensors that are tested together: the classifier's width grows with each."""
 
 
+def prepared_tests(
+    study: StudyResults, config: StudyConfig, pooling: Pooling | None = None
+) -> SetTests | None:
+    """What sets of a study's patches are chosen and judged by.
+
+    Parameters
+    ----------
+    study : StudyResults
+    config : StudyConfig
+        As for `choose_to_wear`.
+    pooling : Pooling, optional
+        Over the skin of the study's body, which takes seconds to make.
+
+    Returns
+    -------
+    SetTests or None
+        None for other classifiers than the ridge, which would take too long.
+    """
+    pooling = pooling or Pooling.on(study.body(), study.patches)
+    return set_tests(study.inputs(config.classifier), study.labels(), config, pooling, utility=study.utility)
+
+
 def choose_to_wear(
     study: StudyResults,
     config: StudyConfig,
     advice: Advice,
-    pooling: Pooling | None = None,
+    tests: SetTests | None,
     every_pair: bool = False,
 ) -> tuple[JointSet | None, Advice]:
     """Choose the patches to wear together, and tell what the advice's sets would reach on other clips.
@@ -189,15 +212,15 @@ def choose_to_wear(
         The run's own, or with another target and other constraints.
     advice : Advice
         Chosen under the same.
-    pooling : Pooling, optional
-        Over the skin of the study's body, which takes seconds to make.
+    tests : SetTests or None
+        From `prepared_tests`.
     every_pair : bool
         Whether sets grow from the best of all pairs, which takes minutes.
 
     Returns
     -------
     worn : JointSet or None
-        None for other classifiers than the ridge, which would take too long.
+        None where there are no tests.
     advice : Advice
         Its sets with what they would reach, by the same tests; as it was where there are none.
 
@@ -208,8 +231,6 @@ def choose_to_wear(
     """
     utility = study.utility
     terms = Terms.checked(utility.counted_f1, config.max_places, **config.constraints.terms(study.patches))
-    pooling = pooling or Pooling.on(study.body(), study.patches)
-    tests = set_tests(study.inputs(config.classifier), study.labels(), config, pooling, utility=utility)
     if tests is None:
         return None, advice
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)

@@ -18,7 +18,7 @@ from ..core.findings.advice_content import advice_content
 from ..core.ranking.inputs import PatchBlocks
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap
-from ..core.results_folder import StudyResults, choose_to_wear, sensors_together
+from ..core.results_folder import StudyResults, choose_to_wear, prepared_tests, sensors_together
 from ..core.selection.advice import Advice, advise
 from ..core.selection.joint import JointSet
 from ..core.study import StudyConfig
@@ -156,7 +156,8 @@ def _together(
     """Work for a thread: choose a set to be worn, and test the proxy's."""
 
     def work(told: Callable[[float], None]) -> tuple[JointSet | None, Advice, tuple[UtilityMap, ...]]:
-        worn, promised = choose_to_wear(finished, config, advice, pooling)
+        tests = prepared_tests(finished, config, pooling)
+        worn, promised = choose_to_wear(finished, config, advice, tests)
         told(0.9)
         return worn, promised, sensors_together(finished, promised.subset.order)
 

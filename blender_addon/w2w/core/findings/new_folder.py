@@ -33,7 +33,7 @@ from ..patches.garment_cover import Cover, save_covers
 from ..patches.patches import PatchSet
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
-from ..results_folder import StudyResults, choose_to_wear, sensors_together
+from ..results_folder import StudyResults, choose_to_wear, prepared_tests, sensors_together
 from ..selection.advice import advise
 from ..study import StudyConfig
 from .finished_study import ClipResult, Study
@@ -144,7 +144,7 @@ def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
     advice = advise(utility, parts.patches, config.target, config.max_places, config.constraints)
     study = StudyResults(out, utility, parts.patches, ranked, config.as_dict())
     told(0.85)
-    worn, advice = choose_to_wear(study, config, advice, pooling)
+    worn, advice = choose_to_wear(study, config, advice, prepared_tests(study, config, pooling))
     together = sensors_together(study, advice.subset.order)
     finished = Study(parts.library, config, parts.body, tuple(results), study, advice, worn, together)
     write_json(out / "config.json", config_content(finished, parts.versions))
