@@ -141,17 +141,18 @@ def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray
     Returns
     -------
     ndarray, shape (..., 4, 4)
+        Entry by entry in memory, as by `posed_patches`.
     """
-    matrices = np.empty((*origin.shape[:-1], 4, 4))
-    entries = np.moveaxis(matrices, (-2, -1), (0, 1))
+    entries = np.empty((4, 4, *origin.shape[:-1]))
     _write_frames(entries, *(np.moveaxis(vector, -1, 0) for vector in (origin, edge_x, edge_b)))
-    return matrices
+    return np.moveaxis(entries, (0, 1), (-2, -1))
 
 
 def triangle_frames(corners: np.ndarray) -> np.ndarray:
     """Frames at the centres of triangles, shape (..., 4, 4), from their corners (..., 3, 3)."""
     first, second, third = (corners[..., corner, :] for corner in range(3))
-    return frames_from_edges(corners.mean(axis=-2), second - first, third - first)
+    frames = frames_from_edges(corners.mean(axis=-2), second - first, third - first)
+    return np.ascontiguousarray(frames)  # one by one, as they are multiplied
 
 
 def _write_frames(entries: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
