@@ -53,7 +53,7 @@ def ranks_of(scores: np.ndarray) -> np.ndarray:
     ndarray of unsigned int, shape (A, ..., V)
     """
     n_activities = len(scores)
-    rows = np.asarray(scores, dtype=np.float32).reshape(n_activities, -1)
+    rows = np.ascontiguousarray(scores, dtype=np.float32).reshape(n_activities, -1)
     ranks = np.empty(rows.shape, dtype=np.min_scalar_type(n_activities))
     ranks[...] = np.arange(n_activities, dtype=ranks.dtype)[:, None]
     for activity, others in enumerate(range(1, n_activities)):
