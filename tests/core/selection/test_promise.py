@@ -25,6 +25,7 @@ class Measured:
     def __init__(self, truth, noise, rng):
         self.single = truth + noise * rng.normal(size=N)
         self.level = (None, np.empty((0, 1)))
+        self.delivered = {}
 
     def f1_of_first(self, order):
         return reached(self.single, order)[:, None]

@@ -155,7 +155,7 @@ def test_less_is_gained_where_less_is_left(whole, half, promised_f1):
         single = np.arange(9.0)  # what is chosen by repeats
 
         def __init__(self, level, f1):
-            self.level, self.f1 = (free, np.full((2, 4), level)), f1
+            self.level, self.f1, self.delivered = (free, np.full((2, 4), level)), f1, {}
 
         def f1_of_first(self, _):
             return np.full((2, 4), self.f1)

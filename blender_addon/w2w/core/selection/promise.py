@@ -139,8 +139,11 @@ def rising(by_size: np.ndarray) -> np.ndarray:
 
 def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
     """What a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
-    sizes = _sizes_tried(len(order))
-    delivered = _between(there.f1_of_firsts([order], sizes)[0], sizes)
+    chosen = tuple(order)
+    if chosen not in there.delivered:  # two ways of choosing may come to the same
+        sizes = _sizes_tried(len(order))
+        there.delivered[chosen] = _between(there.f1_of_firsts([order], sizes)[0], sizes)
+    delivered = there.delivered[chosen]
     more = len(level) - len(delivered)
     return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
 

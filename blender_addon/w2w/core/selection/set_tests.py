@@ -65,6 +65,7 @@ class Tests:
         self.weights = weights
         self.grown: tuple[Terms | None, tuple[bool, bool], Growth | None] = (None, (False, False), None)
         self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, len(weights))))
+        self.delivered: dict[tuple[int, ...], np.ndarray] = {}
         if alone is not None:
             self.alone = alone
 
