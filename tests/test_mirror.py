@@ -23,7 +23,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/ranking/classifiers": "estimator",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
-    "tests/core/selection": "set_tests terms",
+    "tests/core/selection": "terms",
     "tests/core/validation": "correlation dsads mhad",
     "tests/headless": "blender console options run start study_options temporary w2w window_options",
     "tests/headless/commands": (
