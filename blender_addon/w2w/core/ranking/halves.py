@@ -133,15 +133,17 @@ class Plan:
             places = place[windows]
             return places[places >= 0]
 
+        splits = tuple(Split(split.train, kept(split.tested)) for split in self.splits)
+
         def of(trial: Trial) -> Trial:
-            some = [number for number in trial.splits if len(kept(self.splits[number].tested))]
+            some = [number for number in trial.splits if len(splits[number].tested)]
             windows = kept(trial.windows)
             testable = trial.testable & np.isin(np.arange(len(trial.testable)), labels[windows])
             return Trial(tuple(some), windows, testable, _votes(labels, vote, windows))
 
-        splits = tuple(Split(split.train, kept(split.tested)) for split in self.splits)
-        trials = {trial: of(trial) for trial in self.trials}
-        pairs = tuple((trials[one], trials[other]) for one, other in self.pairs_to_choose_by())
+        few = replace(self, pairs=self.pairs_to_choose_by())
+        trials = {trial: of(trial) for trial in few.trials}
+        pairs = tuple((trials[one], trials[other]) for one, other in few.pairs)
         return replace(self, block=block, splits=splits, whole=trials[self.whole], pairs=pairs, vote=vote)
 
 

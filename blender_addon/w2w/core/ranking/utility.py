@@ -312,8 +312,8 @@ def utility_map(
         protocol=trial.protocol,
         left_out=trial.left_out,
         weights=weights,
-        half_scores=_of_halves(maps.score, trial.plan) if scored else None,
-        half_f1=_of_halves(maps.raw, trial.plan) if scored else None,
+        half_scores=_of_halves(maps.score, trial.plan),
+        half_f1=_of_halves(maps.raw, trial.plan),
     )
 
 

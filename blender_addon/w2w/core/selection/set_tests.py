@@ -183,13 +183,13 @@ class SetTests:
         model = Ridge(workers=workers)
         ridge = float(np.median(model.choose_alphas(source, work.labels, work.fold, work.is_test)))
         features = _held(source)
+        alone = _alone(utility, work.plan)
 
         def tests(trial: Trial) -> Tests:
             scores = JointScores(features, work.labels, _trainings(work, trial), ridge, workers)
             labels = work.labels[scores.windows]
             return Tests(scores, labels, trial, weights, pooling, alone.get(trial))
 
-        alone = _alone(utility, work.plan)
         halves = [(a, b) for a, b in work.plan.pairs if (a.testable & b.testable & (weights > 0)).any()]
         whole = work.plan.whole
         trials = dict.fromkeys([whole, *(one for pair in halves for one in pair)])
