@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -124,11 +126,35 @@ def _listed(names: tuple[str, ...]) -> str:
 
 
 def _refuse_foreign(target: Path) -> None:
-    """Refuse a folder that holds anything but an earlier export."""
-    if target.is_dir() and (not any(target.iterdir()) or (target / MARKER).is_file()):
-        return
+    """Refuse a folder that holds anything but an earlier export as it was written."""
+    if target.is_dir() and not target.is_symlink():
+        foreign = [name for name in _files_in(target) if name not in _written_before(target)]
+        if not foreign:
+            return
+        raise ValueError(
+            f"{shown(target)} holds {shown(foreign[0])}, which W2W did not write: move it, or give "
+            "another --out"
+        )
     if target.exists() or target.is_symlink():
         raise ValueError(f"{shown(target)} is there and no export of W2W's: give another --out")
+
+
+def _files_in(folder: Path) -> list[str]:
+    """Whatever a folder holds but folders, by its path inside, links not followed."""
+    return sorted(
+        (Path(place) / name).relative_to(folder).as_posix()
+        for place, folders, files in os.walk(folder)
+        for name in [*files, *(one for one in folders if (Path(place) / one).is_symlink())]
+    )
+
+
+def _written_before(target: Path) -> set[str]:
+    """The files that an earlier export says it wrote there."""
+    try:
+        files = json.loads((target / MARKER).read_text(encoding="utf-8"))["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+    return {MARKER, *map(str, files)}
 
 
 def _replace(target: Path, tool: str, write: Callable[[Path], str]) -> str:
@@ -137,8 +163,9 @@ def _replace(target: Path, tool: str, write: Callable[[Path], str]) -> str:
     folder = Path(mkdtemp(dir=target.parent, prefix=f".{target.name[:40]}.", suffix=UNFINISHED))
     try:
         said = write(folder)
-        write_json(folder / MARKER, {"for": tool, "wrote": said})
+        write_json(folder / MARKER, {"for": tool, "wrote": said, "files": _files_in(folder)})
         folder.chmod(0o755)
+        _refuse_foreign(target)  # the writing took a while
         if target.is_dir():
             shutil.rmtree(target)
         folder.rename(target)

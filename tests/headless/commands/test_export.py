@@ -245,8 +245,15 @@ def test_an_export_is_replaced_and_nothing_else_is(results, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
     code, output = w2w("export", results, "--for", "bids", "--out", tmp_path / "mine")
-    assert (code, "is there and no export of W2W's" in output) == (2, True)
+    assert (code, "holds notes.txt, which W2W did not write" in " ".join(output.split())) == (2, True)
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+    (results / "export" / "bids" / "sub-1").mkdir(exist_ok=True)
+    added = results / "export" / "bids" / "sub-1" / "notes.txt"  # what somebody puts into an export stays
+    added.write_text("mine")
+    code, output = w2w("export", results, "--for", "bids")
+    assert (code, "holds sub-1/notes.txt, which W2W did not write" in " ".join(output.split())) == (2, True)
+    assert added.read_text() == "mine"
+    added.unlink()
 
 
 @pytest.mark.slow
