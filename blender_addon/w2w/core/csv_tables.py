@@ -62,7 +62,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     Raises
     ------
     CsvError
-        If the file cannot be read as such a table.
+        If the file cannot be read as such a table, or has one of the columns twice.
     """
     text, note = decoded(Path(path))
     lines = io.StringIO(text, newline="")
@@ -81,6 +81,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             f"{', '.join(filter(None, columns)) or 'nothing'} "
             f"(columns may be separated by {_listed(SEPARATORS.values())})"
         )
+    twice = [name for name in (*required, *optional) if columns.count(name) > 1]
+    if twice:
+        raise CsvError(f"{shown(path)} has the column '{twice[0]}' {columns.count(twice[0])} times: keep one")
     lines.seek(start)
     reader = csv.reader(lines, delimiter=separator, strict=True)
     rows = []

@@ -5,6 +5,7 @@ import csv
 
 import pytest
 
+from w2w.core.motion.import_plan import BY_CSV, plan_files
 from w2w.core.motion.labels import LibraryError, by_label, same_label
 from w2w.core.motion.library import read_library
 
@@ -57,6 +58,7 @@ def test_excels_own_line_on_the_separator_is_no_header(labelled):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
+        (b"file,activity,Activity\na.fbx,walk,run\n", "has the column 'activity' 2 times: keep one"),
         (b"PK\x03\x04 and so on", "workbook, not a csv file: save it as CSV"),
         (b"\xd0\xcf\x11\xe0", "workbook"),
         (b"\xff\xfea", "no text"),
@@ -142,3 +144,52 @@ def test_a_column_may_name_the_source(labelled):
     library = labelled("file,activity,source\na.fbx,walk,studio\nb.fbx,walk,\n")
     assert [clip.source for clip in library.clips] == ["studio", ""]
     assert [clip.source for clip in labelled("file,activity\na.fbx,walk\n").clips] == [""]
+
+
+@pytest.fixture
+def people(tmp_path):
+    """A library of two people, each with a file of the same name, and one with a file more."""
+    for file in ("subject01/001.bvh", "subject02/001.bvh", "subject02/002.bvh", "003.bvh"):
+        (tmp_path / "people" / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "people" / file).touch()
+    return tmp_path / "people"
+
+
+@pytest.mark.parametrize(
+    ("folder", "row", "file"),
+    [
+        ("people", "subject01/002.bvh", None),
+        ("people", "subject01/003.bvh", None),
+        ("people/subject02", "subject01/001.bvh", None),
+        ("people/subject02", "other/people/001.bvh", None),
+        ("people", "002.bvh", "subject02/002.bvh"),
+        ("people", "./subject02\\001.bvh", "subject02/001.bvh"),
+        ("people", "/home/ann/people/subject02/001.bvh", "subject02/001.bvh"),
+        ("people", "../people/003.bvh", "003.bvh"),
+        ("people/subject02", "people/subject02/001.bvh", "001.bvh"),
+        (".", "subject02/001.bvh", "people/subject02/001.bvh"),
+    ],
+)
+def test_a_folder_in_a_row_is_the_files_own(people, folder, row, file):
+    labels = people.parent / "labels.csv"
+    labels.write_text(f"file,activity\n{row},walk\n")
+    inside = people.parent / folder
+    if file is None:
+        with pytest.raises(LibraryError, match="lists none of"):
+            read_library(inside, labels)
+    else:
+        assert [clip.file for clip in read_library(inside, labels).clips] == [file]
+
+
+def test_an_end_of_several_paths_is_refused(people):
+    labels = people.parent / "labels.csv"
+    labels.write_text("file,activity\n001.bvh,walk\n")
+    with pytest.raises(LibraryError, match="could be any of subject01/001.bvh, subject02/001.bvh"):
+        read_library(people, labels)
+
+
+def test_files_chosen_by_hand_are_labelled_by_their_own_rows(people):
+    labels = people / "labels.csv"
+    labels.write_text("file,activity\nsubject01/001.bvh,walk\nsubject02/001.bvh,run\n")
+    (clip,) = plan_files([people / "subject02" / "001.bvh"], BY_CSV, labels).clips
+    assert clip.activity == "run"

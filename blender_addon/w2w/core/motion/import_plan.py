@@ -109,7 +109,7 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
     files, names = [shown(path.name) for path in motions], unique_names([path.name for path in motions])
     if by == BY_CSV:
         labels = csv or motions[0].parent / LABELS
-        found = read_labels(labels, files)
+        found = read_labels(labels, motions[0].parent, files)
         rows, check, labelled_by = found.rows, found.check, f"the file {shown(labels.name)}"
         missing = f"{shown(labels.name)} gives it no activity"
         left_out += [(file, missing) for file in files if file not in rows]

@@ -59,7 +59,7 @@ class Labels:
     check: LabelCheck
 
 
-def read_labels(path: Path, inside: Sequence[str], exact: bool = False) -> Labels:
+def read_labels(path: Path, folder: Path, inside: Sequence[str], exact: bool = False) -> Labels:
     """Read the labels of a library's files.
 
     Parameters
@@ -67,6 +67,8 @@ def read_labels(path: Path, inside: Sequence[str], exact: bool = False) -> Label
     path : Path
         A csv file with columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key`` and
         ``source``.
+    folder : Path
+        The library.
     inside : sequence of str
         The library's files, by their paths inside it.
     exact : bool
@@ -81,7 +83,7 @@ def read_labels(path: Path, inside: Sequence[str], exact: bool = False) -> Label
         table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source"))
     except CsvError as error:
         raise LibraryError(str(error)) from error
-    find = _Finder(path, inside)
+    find = _Finder(path, folder, inside)
     rows: dict[str, dict[str, str]] = {}
     strangers, empty, named = [], [], set()
     for number, row in table.rows:
@@ -139,21 +141,33 @@ def _one_spelling(
 
 
 class _Finder:
-    """Finds the file of the library that a row means."""
+    """Finds the file of the library that a row means.
 
-    def __init__(self, labels: Path, inside: Sequence[str]) -> None:
+    A row may give the end of a file's path, down to its bare name, or its whole path and the library's
+    folder before it: any other folder in a row is one that the file does not lie in.
+    """
+
+    def __init__(self, labels: Path, folder: Path, inside: Sequence[str]) -> None:
         self.labels, self.known = labels, set(inside)
+        self.folders = {shown(folder.absolute().name), shown(folder.resolve().name)}
         self.by_name: dict[str, list[str]] = {}
         for file in inside:
             self.by_name.setdefault(PurePosixPath(file).name, []).append(file)
 
     def candidates(self, text: str) -> list[str]:
         """Files that may be meant."""
-        file = PurePosixPath(text.replace("\\", "/")).as_posix()
-        if file in self.known:
-            return [file]
-        same_name = self.by_name.get(PurePosixPath(file).name, [])
-        return [found for found in same_name if file.endswith(f"/{found}")] or same_name
+        file = PurePosixPath(text.replace("\\", "/"))
+        if file.as_posix() in self.known:
+            return [file.as_posix()]
+        same_name = self.by_name.get(file.name, [])
+        return [found for found in same_name if self._above(file, found)] or [
+            found for found in same_name if f"/{found}".endswith(f"/{file}")
+        ]
+
+    def _above(self, file: PurePosixPath, found: str) -> bool:
+        """Whether a row's path is that of a file of the library, the library's folder before it."""
+        before = str(file).removesuffix(f"/{found}")
+        return before != str(file) and PurePosixPath(before).name in self.folders
 
     def file_of(self, text: str, number: int) -> str | None:
         """The file that is meant; None where the library does not hold it."""

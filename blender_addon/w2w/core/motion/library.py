@@ -107,8 +107,8 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
         Searched with all folders below it.
     labels : str or Path, optional
         A csv file with columns ``file`` and ``activity``, and if wanted ``subject``, ``source`` and
-        ``motion_key``; ``file`` is the path inside the library, or a file name that
-        only one clip has.
+        ``motion_key``; ``file`` is the path inside the library, or an end of it, such as
+        the bare name, that only one clip has.
     exact_labels : bool
         Keep activities of the csv apart that differ only in case, spaces or underscores.
 
@@ -204,7 +204,7 @@ def _labelled(
     folder: Path, labels: Path, files: list[Path], inside: list[str], names: list[str], exact: bool
 ) -> Library:
     """The library as a csv labels it."""
-    found, named = read_labels(labels, inside, exact), shown(labels.name)
+    found, named = read_labels(labels, folder, inside, exact), shown(labels.name)
     not_listed = set(found.check.not_listed)
     clips, skipped = [], []
     for path, file, name in zip(files, inside, names, strict=True):
