@@ -184,7 +184,7 @@ def test_a_folder_in_a_row_is_the_files_own(people, folder, row, file):
 def test_an_end_of_several_paths_is_refused(people):
     labels = people.parent / "labels.csv"
     labels.write_text("file,activity\n001.bvh,walk\n")
-    with pytest.raises(LibraryError, match="could be any of subject01/001.bvh, subject02/001.bvh"):
+    with pytest.raises(LibraryError, match=r"could be any of subject01/001.bvh, subject02/001.bvh"):
         read_library(people, labels)
 
 

@@ -108,6 +108,19 @@ def test_names_are_safe_and_distinct_even_without_case(stems):
     )
 
 
+def test_no_file_is_called_what_another_is_hashed_to(tmp_path):
+    files = ["walk/a b.bvh", "walk/a_b.bvh"]
+    for _ in range(4):  # each round a file more, which bears a name of those before it
+        files += [f"{name}.bvh" for name in unique_names(files) if f"{name}.bvh" not in files]
+        names = unique_names(files)
+        assert len({name.lower() for name in names}) == len(files)
+    for file in files[:6]:
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).touch()
+    clips = read_library(tmp_path).clips
+    assert len({clip.name for clip in clips}) == len(clips) == 6
+
+
 @pytest.mark.parametrize("name", ["CON", "nul", "aux", "Prn", "COM1", "lpt9"])
 def test_no_name_is_one_that_windows_keeps_for_devices(name):
     (safe,) = unique_names([f"{name}.fbx"])

@@ -191,13 +191,16 @@ def unique_names(files: Iterable[str]) -> list[str]:
         re.sub(r"[^0-9A-Za-z]+", "_", str(PurePosixPath(file).with_suffix(""))).strip("_")[:80]
         for file in files
     ]
-    uses = Counter(name.lower() for name in plain)
-    return [
-        name
-        if name and uses[name.lower()] == 1 and not reserved(name)
-        else f"{name}_{hashlib.sha256(name_bytes(file)).hexdigest()[:8]}".strip("_")
-        for name, file in zip(plain, files, strict=True)
-    ]
+    names = plain
+    for digits in (8, 16, 32, 64):  # another file may be called what a first hash makes of this one
+        uses = Counter(name.lower() for name in names)
+        names = [
+            name
+            if name and uses[name.lower()] == 1 and not reserved(name)
+            else f"{stem}_{hashlib.sha256(name_bytes(file)).hexdigest()[:digits]}".strip("_")
+            for name, stem, file in zip(names, plain, files, strict=True)
+        ]
+    return names
 
 
 def _labelled(
