@@ -39,7 +39,7 @@ def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, conso
         console.print(f"The highest of them: {patches.names[advice.best]}.")
     if explained := headline.mean_sentence(utility):
         console.print(f"{explained}.", markup=False)
-    console.print(f"{headline.reliability_sentence(utility)}.")
+    console.print(f"{headline.confidence_sentence(utility)}.")
     if warning := interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
 

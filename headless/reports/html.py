@@ -116,7 +116,7 @@ def page(
         cannot_rank="" if utility.can_rank else headline.CANNOT_RANK,
         where=spot["where"] if "where" in spot else headline.where_to_wear(best, utility, study.patches),
         score=headline.score_text(best, utility),
-        repeats=headline.reliability_sentence(utility),
+        repeats=headline.confidence_sentence(utility),
         notes=_notes(summary, len(study.patches)),
         left_out=left_out_sentences(utility.left_out),
         worn=worn,

@@ -123,10 +123,10 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     activity = np.repeat([clip.activity for clip in clips], WINDOWS)
     clip = np.repeat([clip.name for clip in clips], WINDOWS)
     is_test = np.ones(len(activity), bool)
-    strength = 0.4 + 0.6 * np.exp(-((body.vertices[patches.vertices, 0] - 0.5) ** 2) / 0.05)
+    strength = 0.1 + 0.9 * np.exp(-((body.vertices[patches.vertices, 0] - 0.5) ** 2) / 0.1)
     features = np.random.default_rng(5).normal(size=(len(activity), PLACES, 6)).astype(np.float32)
     for number, name in enumerate(clips_of):
-        features[activity == name, :, number] += 3 * (strength if name == "arm_raise" else 0.5)
+        features[activity == name, :, number] += 3 * strength
     pooling = Pooling.on(body, patches)
     utility = utility_map(features, activity, clip, None, is_test, sorted(clips_of), seed=3, pooling=pooling)
     advice = advise(utility, patches, config.target, 5)

@@ -15,7 +15,7 @@ import pytest
 
 from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
-from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, mean_caution, reliability_sentence
+from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, confidence_sentence, mean_caution
 from w2w.core.selection.subsets import best_single, greedy_subset
 from w2w.scene.patches import carrier_triangles, patch_empties
 from w2w.ui import jobs, menus, properties, results, step3_patches
@@ -139,7 +139,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     caution, sentences = results.findings(study, utility, patches)
     assert bool(caution) == (not utility.can_rank)
     assert sentences[0] == f"{best_spot_sentence(best, utility, patches)}."
-    assert sentences[-1] == f"{reliability_sentence(utility)}."
+    assert sentences[-1] == f"{confidence_sentence(utility)}."
     weak = replace(utility, can_rank=False)
     assert results.findings(study, weak, patches)[0] == f"{CANNOT_RANK}."
     first, second = results.patch_lines(study, utility, best)

@@ -17,9 +17,9 @@ from ..core.selection.headline import (
     CANNOT_RANK,
     as_good_as,
     best_spot_sentence,
+    confidence_sentence,
     mean_caution,
     mean_sentence,
-    reliability_sentence,
 )
 from ..core.selection.subsets import best_single, greedy_subset
 from ..core.wording import capital
@@ -113,7 +113,7 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: Patch
     sentences = [f"{best_spot_sentence(best, utility, patches)}."]
     if len(as_good_as(best, utility)) > 1:
         sentences.append(f"The highest of them: {patches.names[best]}.")
-    sentences += [f"{text}." for text in (mean_sentence(utility), reliability_sentence(utility)) if text]
+    sentences += [f"{text}." for text in (mean_sentence(utility), confidence_sentence(utility)) if text]
     return caution, sentences
 
 

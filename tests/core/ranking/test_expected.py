@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.expected import TrialMaps, expect
+from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
 
@@ -30,7 +30,7 @@ def world(truth, level_noise, noise, seed):
     whole = (raw[0] + raw[1]) / 2
     other = truth + level_noise * rng.normal() + noise * rng.normal(size=(A, N))
     maps = np.stack([whole, *raw])
-    return expect(TrialMaps(maps / 4, maps), work, Pooling.none(N), 0.95, seed), other
+    return expect(maps, work, Pooling.none(N), 0.95, seed), other
 
 
 def test_patches_that_are_all_equal_are_kept_as_good_and_said_not_to_be_ranked():
@@ -81,7 +81,7 @@ def test_intervals_narrow_where_all_clips_bring_f1_nearer_to_one_than_halves_do(
     widths = []
     for whole, halves in ((0.5, 0.5), (0.9, 0.8), (0.9, 0.9)):
         maps = np.concatenate([whole + noise[:1] / 2, halves + noise])
-        found = expect(TrialMaps(maps / 4, maps), work, Pooling.none(N), 0.95, 0)
+        found = expect(maps, work, Pooling.none(N), 0.95, 0)
         widths.append(np.median(found.high - found.low))
     alike, nearer, still = widths
     assert nearer == pytest.approx(alike * np.sqrt(0.9 * 0.1 / (0.8 * 0.2)), rel=0.06)
@@ -102,7 +102,7 @@ def test_f1_of_one_everywhere_leaves_an_interval():
     work = plan(*clips(), seed=2)
     halves = 0.9 + 0.05 * np.random.default_rng(2).normal(size=(2 * len(work.pairs), A, N))
     maps = np.concatenate([np.ones((1, A, N)), halves])
-    found = expect(TrialMaps(maps / 4, maps), work, Pooling.none(N), 0.95, 0)
+    found = expect(maps, work, Pooling.none(N), 0.95, 0)
     assert (found.high > found.low).all()
 
 
@@ -110,7 +110,7 @@ def test_clips_that_cannot_be_halved_rank_nothing():
     clip = np.repeat(np.arange(3 * A), 2)
     work = plan(clip % A, clip, clip // A, np.ones(len(clip), bool))
     raw = np.random.default_rng(0).uniform(size=(1, A, N))
-    found = expect(TrialMaps(raw, raw), work, Pooling.none(N), 0.95, 0)
+    found = expect(raw, work, Pooling.none(N), 0.95, 0)
     assert not found.can_rank
     assert found.as_good.all()
     assert (found.low == 0).all()

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.expected import TrialMaps, expect
+from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.reliability import agreement, clips_needed, of_all, of_halves
@@ -29,7 +29,7 @@ def mean_reliability(signal, noise, clips_of_an_activity=20, seeds=4, n_patches=
         halves = [truth + of_a_half * rng.normal(size=(A, n_patches)) for _ in range(2 * len(work.pairs))]
         maps = np.stack([(halves[0] + halves[1]) / 2, *halves])
         pooling = Pooling.none(n_patches)
-        found.append(expect(TrialMaps(maps / 4, maps), work, pooling, 0.95, seed).reliability)
+        found.append(expect(maps, work, pooling, 0.95, seed).reliability)
     return np.mean(found)
 
 

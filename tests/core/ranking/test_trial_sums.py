@@ -7,11 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from w2w.core.ranking import trial_sums
 from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import Scored, plan
-from w2w.core.ranking.map_scores import rank_score, window_f1
+from w2w.core.ranking.map_scores import window_f1
 from w2w.core.ranking.trial_sums import TrialSums
 from w2w.core.ranking.utility import utility_map
 
@@ -27,14 +26,12 @@ def windows(clips=12, of_clip=6, seed=0):
 
 
 @pytest.mark.parametrize("by_subject", [False, True])
-@pytest.mark.parametrize("at_once", [1, 50, trial_sums.RANKED_AT_ONCE])
-def test_sums_over_some_windows_at_a_time_give_what_all_at_once_would(by_subject, at_once, monkeypatch):
-    monkeypatch.setattr(trial_sums, "RANKED_AT_ONCE", at_once)
+def test_sums_over_some_windows_at_a_time_give_what_all_at_once_would(by_subject):
     labels, clip, fold, is_test = windows()
     work = plan(labels, clip, fold, is_test, by_subject)
     rng = np.random.default_rng(1)
-    given = [rng.normal(size=(2, len(split.tested), A)).round(1) for split in work.splits]
-    sums = TrialSums(labels, is_test, work, 2, 3)
+    given = [rng.normal(size=(1, len(split.tested), A)) for split in work.splits]
+    sums = TrialSums(labels, is_test, work, 3)
     parts = []
     for split in rng.permutation(len(given)).tolist():
         ends = [0, *np.sort(rng.integers(len(given[split][0]), size=2)), len(given[split][0])]
@@ -43,14 +40,12 @@ def test_sums_over_some_windows_at_a_time_give_what_all_at_once_would(by_subject
             for first, last in pairwise(ends)
         ]
     sums.add(1, parts)
-    maps = sums.maps()
-    assert maps.score.shape == maps.raw.shape == (len(work.trials), A, 3)
+    f1 = sums.f1()
+    assert f1.shape == (len(work.trials), A, 3)
     for number, trial in enumerate(work.trials):
         scores = np.concatenate([given[split] for split in trial.splits], axis=1)
         true = labels[trial.windows]
-        expected = np.mean([rank_score(one, true, trial.weight) for one in scores], axis=0)
-        np.testing.assert_allclose(maps.score[number, :, 1], expected, rtol=1e-12)
-        np.testing.assert_array_equal(maps.raw[number, :, 1], window_f1(scores[0].argmax(axis=1), true, A))
+        np.testing.assert_array_equal(f1[number, :, 1], window_f1(scores[0].argmax(axis=1), true, A))
     whole = np.concatenate([given[split][0] for split in work.whole.splits]).argmax(axis=1)
     position = np.cumsum(is_test) - 1
     np.testing.assert_array_equal(sums.predictions[position[work.whole.windows], 1], whole)
@@ -78,13 +73,12 @@ def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatc
 
 def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
     monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", 256)
-    monkeypatch.setattr(trial_sums, "RANKED_AT_ONCE", 256)
     peaks = []
     for clips in (100, 800):
         labels, clip, fold, is_test = windows(clips)
         inputs = features(labels, 2, 40)
         work = plan(labels, clip, fold, is_test)
-        sums = TrialSums(labels, is_test, work, 2, 2)
+        sums = TrialSums(labels, is_test, work, 2)
         model = Ridge(alphas=(0.1,), workers=1)
         settings = model.settings(inputs, labels, fold, is_test, work)
         tracemalloc.start()

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Activities of too few clips to be halved: believed as far as their maps are not noise."""
+"""Activities of too few clips to be halved: they count, and their noise widens the interval."""
 
 import numpy as np
 import pytest
 
-from w2w.core.ranking.expected import TrialMaps, expect
+from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.unhalved import Unhalved
@@ -20,28 +20,25 @@ def few_and_many(few=8, clips_of_many=40):
     return activity, clip, clip % 5, np.ones(len(clip), bool)
 
 
-@pytest.mark.parametrize("lead", [0.0, 0.1])
-def test_activities_of_too_few_clips_to_be_halved_are_believed_as_far_as_they_are_not_noise(lead):
-    """Two of ten activities rank the patches firmly; three clips of each other are mostly noise, or not."""
+def test_their_signal_counts_and_their_noise_is_in_the_interval():
+    """Two of ten activities rank the patches firmly; three clips of each other do, too, with more noise."""
     rng = np.random.default_rng(7)
     promised, given, held = [], [], []
     noise = 0.04 * np.sqrt(40 / np.array([40] * 2 + [3] * 8))[:, None]
     for seed in range(30):
         work = plan(*few_and_many(), seed=seed)
-        truth = 0.5 + np.concatenate(
-            [np.repeat(0.1 * rng.normal(size=(1, N)), 2, axis=0), lead * rng.normal(size=(8, N))]
-        )
+        truth = 0.5 + 0.1 * np.repeat(rng.normal(size=(1, N)), 10, axis=0)
         halves = [truth + noise * np.sqrt(2) * rng.normal(size=(10, N)) for _ in range(2 * len(work.pairs))]
         maps = np.stack([truth + noise * rng.normal(size=(10, N)), *halves])
-        found = expect(TrialMaps(maps / 4, maps), work, Pooling.none(N), 0.95, seed)
+        found = expect(maps, work, Pooling.none(N), 0.95, seed)
         other = (truth + noise * rng.normal(size=(10, N))).mean(axis=0)
         best = found.mean.argmax()
         promised.append(found.mean[best] - found.mean.mean())
         given.append(truth.mean(axis=0)[best] - truth.mean())
         held.append(((found.low <= other) & (other <= found.high)).mean())
-    assert np.mean(given) > 0.04
-    assert np.mean(promised) == pytest.approx(np.mean(given), abs=0.02)
-    assert 0.8 < np.mean(held) < 0.98
+    assert np.mean(given) > 0.15
+    assert np.mean(promised) == pytest.approx(np.mean(given), abs=0.03)
+    assert 0.8 < np.mean(held) <= 1
 
 
 def halves_of_noise(rng, clips, noise, pairs=6):
@@ -57,17 +54,13 @@ def test_noise_falls_with_the_clips():
     pooled = halves_of_noise(rng, clips[:2], 0.3, pairs=60)
     assert rest.halved == 0.5
     expected = 0.3**2 * (1 / 2 + 1 / 3) / 4**2
-    assert rest.noise_maps(pooled, 1.0, 0).var() == pytest.approx(expected, rel=0.2)
+    assert rest.noise_maps(pooled, 0).var() == pytest.approx(expected, rel=0.2)
     assert rest.variance_with(0.0, pooled) == pytest.approx(expected, rel=0.2)
-    noise = 0.3 * rng.normal(size=(2, N)) / np.sqrt(clips[2:])[:, None]
-    assert rest.believed(noise, pooled) < 0.25
-    assert rest.believed(noise + rng.normal(size=(2, N)), pooled) > 0.9
 
 
 def test_where_all_can_be_halved_nothing_is_added():
     rest = Unhalved.of(np.ones(2), np.ones(2, dtype=bool), np.array([4, 4]))
     pooled = halves_of_noise(np.random.default_rng(0), [4, 4], 0.1)
     assert rest.halved == 1.0
-    assert rest.believed(np.empty((0, N)), pooled) == 1.0
-    assert not rest.noise_maps(pooled, 1.0, 0).any()
+    assert not rest.noise_maps(pooled, 0).any()
     assert rest.variance_with(0.25, pooled) == 0.25

@@ -43,5 +43,5 @@ def terms(size=None, **wishes):
 
 def alone(found):
     """About what the F1 of each patch on other clips would be: less than on the clips that chose it."""
-    mean = 0.8 * mean_over(found.whole.alone[1], found.weights, 0)
+    mean = 0.8 * mean_over(found.whole.alone, found.weights, 0)
     return mean, mean - 0.1, mean + 0.1

@@ -9,14 +9,13 @@ import pytest
 from w2w.core.patches.naming import ALL
 from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.segments import great_part, segment
-from w2w.core.ranking.reliability import of_all
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import (
     as_good_as,
     best_spot_sentence,
+    confidence_sentence,
     mean_caution,
     more_clips,
-    reliability_sentence,
 )
 
 
@@ -35,6 +34,7 @@ def ranked(expected, as_good, reliability=0.8, clips=12, protocol="5-fold cross-
         "expected_high": expected + 0.0625,
         "as_good": np.asarray(as_good, dtype=bool),
         "reliability": reliability,
+        "beats_average": 0.93,
         "can_rank": True,
         "activities": ("sit", "walk"),
         "truth": np.repeat([0, 1], clips),
@@ -126,35 +126,37 @@ def test_subjects_foretell_people_and_too_few_clips_no_interval(patches):
 @pytest.mark.parametrize(
     ("reliability", "clips", "sentence", "more"),
     [
-        (of_all(0.71), 36, "Halves of these clips agree about the patches at .71 (all of them at .83); "
-         "about 6 more clips an activity would make it .85", 6),
-        (0.85 * 9 / (0.85 * 9 + 0.15 * 10), 9, "about 1 more clip an activity would make it .85", 1),
-        (0.9, 12, "(all of them at .90), enough to read the map by", 0),
-        (0.3, 12, "more than 10 times as many would be needed to make it .85", None),
-        (-0.1, 12, "agree about the patches at -.10 (all of them at -.10); more than 10 times", None),
-        (np.nan, 2, "How far the map would repeat with other clips is not known", None),
+        (0.75, 36, "F1 repeats at .75 (good from .85); about 32 more clips for each activity would", 32),
+        (0.85 * 9 / (0.85 * 9 + 0.15 * 10), 9, "about 1 more clip for each activity would make it good", 1),
+        (0.9, 12, "F1 repeats at .90 (good from .85)", 0),
+        (0.3, 12, "more than 10 times as many clips would make it good", None),
+        (-0.1, 12, "F1 repeats at -.10 (good from .85); more than 10 times", None),
     ],
 )  # fmt: skip
 def test_how_many_more_clips_would_do(reliability, clips, sentence, more):
     utility = ranked([0.5], [True], reliability, clips)
-    assert sentence in reliability_sentence(utility)
+    assert sentence in confidence_sentence(utility)
     assert more_clips(utility) == more
+
+
+def test_what_the_best_spot_gains_and_how_sure_that_is():
+    utility = ranked([0.5, 0.7], [False, True], 0.9)
+    said = confidence_sentence(utility)
+    assert said.startswith(
+        "The best spot beats an average one on other clips by about .10 (93 % sure). Patch"
+    )
+    certain = replace(utility, beats_average=1.0)
+    assert "(99 % sure)" in confidence_sentence(certain)
+
+
+def test_clips_that_cannot_be_halved_are_said_not_to_tell():
+    utility = replace(ranked([0.5], [True], np.nan, 2), half_f1=None)
+    assert confidence_sentence(utility).startswith("How sure this is cannot be told")
 
 
 def test_of_subjects_it_says_how_many_times_as_many():
     utility = ranked([0.5], [True], 0.6, protocol="leave one of 5 subjects out")
-    assert reliability_sentence(utility) == (
-        "Halves of these subjects agree about the patches at .43 (all of them at .60); "
-        "about 3.8 times as many would make it .85"
-    )
-
-
-def test_what_noise_may_show_is_not_sold_as_agreement():
-    utility = replace(ranked([0.5], [True], of_all(0.61), 14), can_rank=False)
-    assert reliability_sentence(utility) == (
-        "Halves of these clips agree about the patches at .61 (all of them at .76), as smooth maps of noise "
-        "may; if there is more to it, about 12 more clips an activity would make it .85"
-    )
+    assert "about 3.8 times as many subjects would make it good" in confidence_sentence(utility)
 
 
 def test_every_region_belongs_to_a_part():

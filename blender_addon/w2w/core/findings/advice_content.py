@@ -15,9 +15,9 @@ from ..selection.advice import Advice
 from ..selection.headline import (
     as_good_as,
     best_spot_sentence,
+    confidence_sentence,
     mean_sentence,
     more_clips,
-    reliability_sentence,
     where_to_wear,
 )
 from ..selection.joint import JointSet
@@ -42,6 +42,7 @@ def advice_content(
             "sentence": best_spot_sentence(advice.best, utility, patches, advice.allowed),
             "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
             "clips_rank_placements": utility.can_rank,
+            "chance_of_gain": round(utility.beats_average, 3),
         },
         "mean": {
             "weights": dict(zip(utility.activities, utility.weights.tolist(), strict=True)),
@@ -49,7 +50,7 @@ def advice_content(
         },
         "map_reliability": None if np.isnan(utility.reliability) else _f1(utility.reliability),
         "more_clips_per_activity": more_clips(utility),
-        "map_sentence": reliability_sentence(utility),
+        "map_sentence": confidence_sentence(utility),
         "interval_caution": interval_caution(utility),
         "worn_together": None if worn is None else worn_content(worn, utility, patches),
         "joint": joint_of(advice, together),

@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scores of a patch from how a classifier orders the activities: steadier than F1 from the first alone.
-
-Counting first names only, a window that is nearly right counts as one that is far off, so that few windows
-decide a map.
-"""
+"""Scores of a patch from what a classifier says of windows: F1, and the area under the ROC curve."""
 
 from __future__ import annotations
 
@@ -13,101 +9,18 @@ COMPARED_AT_ONCE = 256
 """Windows that are compared with all others at once, so that memory does not grow with their square."""
 
 
-def rank_score(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Mean of an F1 that takes in the whole order and of the share of other activities outscored.
-
-    In the F1 each window names every activity, in shares by the reciprocal of its rank (Voorhees
-    1999, TREC-8): it tells patches apart where most windows are right, the share where most are wrong.
-
-    Parameters
-    ----------
-    scores : ndarray, shape (V, A)
-        Of each activity by window; of higher ones more.
-    labels : ndarray of int, shape (V,)
-        True activity.
-    weight : ndarray, shape (V,)
-        What each window counts.
-
-    Returns
-    -------
-    ndarray, shape (A,)
-        NaN for activities without windows. 1 is out of reach: a perfect order gives the true one
-        its share of first place.
-    """
-    return rank_score_of(rank_sums(ranks_of(scores.T), labels, weight))
-
-
-def ranks_of(scores: np.ndarray) -> np.ndarray:
-    """Rank of each activity among those of its window: 0 of the highest score, of equal ones the first.
-
-    Every two activities are compared, for all windows at once: for thousands of windows a third of the time
-    of sorting each one's activities.
-
-    Parameters
-    ----------
-    scores : ndarray, shape (A, ..., V)
-        Of each activity by window, of any number of classifiers; compared in single precision.
-
-    Returns
-    -------
-    ndarray of unsigned int, shape (A, ..., V)
-    """
-    n_activities = len(scores)
-    rows = np.ascontiguousarray(scores, dtype=np.float32).reshape(n_activities, -1)
-    ranks = np.empty(rows.shape, dtype=np.min_scalar_type(n_activities))
-    ranks[...] = np.arange(n_activities, dtype=ranks.dtype)[:, None]
-    for activity, others in enumerate(range(1, n_activities)):
-        ahead = (rows[others:] > rows[activity]).view(np.uint8)
-        ranks[activity] += ahead.sum(axis=0, dtype=ranks.dtype)
-        ranks[others:] -= ahead
-    return ranks.reshape(scores.shape)
-
-
-def rank_sums(ranks: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """What `rank_score` needs to know of windows, added up: sums over more windows add to it.
-
-    Parameters
-    ----------
-    ranks : ndarray, shape (A, ..., V)
-        As `ranks_of` gives them.
-    labels, weight
-        As for `rank_score`.
-
-    Returns
-    -------
-    ndarray, shape (..., 4, A)
-        Weighted hits, names, truths and shares of others outscored.
-    """
-    n_activities, n_windows = len(ranks), len(labels)
-    windows = np.arange(n_windows)
-    of_true = ranks[labels, ..., windows]
-    member = np.zeros((n_activities, n_windows))
-    member[labels, windows] = weight
-    everyone = (1.0 / np.arange(1, n_activities + 1)).sum()
-    hit = member @ (1.0 / (1.0 + of_true)) / everyone
-    named = (1.0 / (1.0 + ranks)) @ (weight / everyone)
-    true = np.broadcast_to(member.sum(axis=1), hit.T.shape).T
-    beaten = member @ (1.0 - of_true / max(n_activities - 1, 1))
-    return np.stack([hit, named, true, beaten]).T.swapaxes(-2, -1)
-
-
-def rank_score_of(sums: np.ndarray) -> np.ndarray:
-    """`rank_score` from its sums (..., 4, A), shape (..., A)."""
-    true, beaten = sums[..., 2, :], sums[..., 3, :]
-    with np.errstate(invalid="ignore"):
-        return (f1_of(sums[..., :3, :]) + beaten / true) / 2
-
-
 def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Area under the ROC curve of each activity against all others.
 
     Parameters
     ----------
     scores : ndarray, shape (..., V, A)
-        As for `rank_score`, of any number of classifiers; compared between windows, about their means
-        over activities, in single precision.
-    labels, weight
-        As for `rank_score`.
+        Of each activity by window, of any number of classifiers; compared between windows, about their
+        means over activities, in single precision.
+    labels : ndarray of int, shape (V,)
+        True activity.
+    weight : ndarray, shape (V,)
+        What each window counts.
 
     Returns
     -------

@@ -7,22 +7,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
 
 from ..body.body import Body
 from ..patches.patches import PatchSet
 from ..patches.skin import SkinDistances
 
-WIDTH_M = 0.25
-"""Standard deviation of the kernel over the skin. A width learned from halves of as few clips as a
-library has comes out at 5 to 12 cm, and maps pooled by it repeat less."""
+WIDTH_M = 0.05
+"""Standard deviation of the kernel over the skin. Widths from 0 to 25 cm, and widths that halves of the clips
+choose, deliver the same within noise on five libraries (docs/utility.md)."""
 
 MIRROR_M = 0.04
 """Width of the kernel that reads a map at mirror images, which lie between patches."""
 
-UNLEARNED = (0.8, 0.05)
-"""Shares of the symmetric and the one-sided part where a library cannot be halved: about what those give
-that can."""
+UNLEARNED = 0.2
+"""Share of the difference between sides that is kept where a library cannot be halved."""
+
+LEAST = 0.05
+"""Least share of it, so that of two sides alike the better one is named, not one that rounding picks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,61 +56,40 @@ class Pooling:
         """No pooling, for patches of which nothing is known."""
         return cls(np.eye(n_patches), np.eye(n_patches))
 
-    def parts(self, maps: np.ndarray) -> np.ndarray:
-        """Smoothed parts of maps (A, N) about their means: the symmetric one, then the one-sided one.
-
-        Returns
-        -------
-        ndarray, shape (2, A, N)
-        """
+    def sides(self, maps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Smoothed maps (A, N) about their means: the mean of both sides, and how a side differs from it."""
         about = centred(maps)
         reflected = about @ self.mirror.T
-        return np.stack([(about + reflected) / 2, (about - reflected) / 2]) @ self.kernel.T
+        return (about + reflected) / 2 @ self.kernel.T, (about - reflected) / 2 @ self.kernel.T
 
-    def learn(self, pairs: Sequence[tuple[np.ndarray, np.ndarray]], n_activities: int) -> np.ndarray:
-        """How much of each part of a map other clips show again.
+    def side_share(self, pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> float:
+        """How much of the difference between sides other clips show again.
 
-        Least squares from the map of one half of the clips to that of the other, both ways and over
-        all activities, by shares that are not negative: a stacked regression (Breiman 1996,
-        doi:10.1007/BF00117832), which shrinks what does not repeat, as empirical Bayes would.
-        How one-sided an activity is it says for itself, half and half with what all say.
+        Least squares through the origin from each half's one-sided part to the other half's map, over all
+        activities, kept between `LEAST` and 1 (stacked regression, Breiman 1996, doi:10.1007/BF00117832).
 
         Parameters
         ----------
         pairs : sequence of two ndarrays, shape (A, N)
             Maps from disjoint halves of the clips; none where they cannot be halved.
-        n_activities : int
-
-        Returns
-        -------
-        ndarray, shape (2, A)
         """
-        if not pairs:
-            return np.tile(np.array(UNLEARNED)[:, None], (1, n_activities))
-        ways = [(self.parts(a), centred(b)) for a, b in _both_ways(pairs)]
-        seen = np.concatenate([parts.reshape(len(parts), -1) for parts, _ in ways], axis=1)
-        wanted = np.concatenate([other.ravel() for _, other in ways])
-        shares = np.tile(nnls(seen.T, wanted)[0][:, None], (1, n_activities))
-        for activity in range(n_activities):
-            seen = np.concatenate([parts[1:, activity] for parts, _ in ways], axis=1)
-            wanted = np.concatenate([other[activity] for _, other in ways])
-            shares[1, activity] = (shares[1, activity] + nnls(seen.T, wanted)[0][0]) / 2
-        return shares
+        together = square = 0.0
+        for a, b in pairs:
+            for one, other in ((a, b), (b, a)):
+                one_sided = self.sides(one)[1]
+                together += float((one_sided * centred(other)).sum())
+                square += float((one_sided**2).sum())
+        return min(max(together / square, LEAST), 1.0) if square > 0 else UNLEARNED
 
-    def apply(self, maps: np.ndarray, shares: np.ndarray) -> np.ndarray:
-        """Maps (A, N) as other clips would show them, by the shares `learn` gave."""
-        return maps.mean(axis=1, keepdims=True) + np.einsum("pan,pa->an", self.parts(maps), shares)
+    def apply(self, maps: np.ndarray, side_share: float = UNLEARNED) -> np.ndarray:
+        """Maps (A, N) averaged over the skin, and over both sides but for a share of their difference."""
+        both, one_sided = self.sides(maps)
+        return maps.mean(axis=1, keepdims=True) + both + side_share * one_sided
 
 
 def centred(values: np.ndarray) -> np.ndarray:
     """Values (..., N) about their mean over patches."""
     return values - values.mean(axis=-1, keepdims=True)
-
-
-def _both_ways(
-    pairs: Sequence[tuple[np.ndarray, np.ndarray]],
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    return [way for a, b in pairs for way in ((a, b), (b, a))]
 
 
 def _kernel(distance: np.ndarray, width: float) -> np.ndarray:

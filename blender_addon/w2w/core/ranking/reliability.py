@@ -25,13 +25,6 @@ def of_all(of_halves: float) -> float:
     return 2 * of_halves / (1 + of_halves) if of_halves > 0 else of_halves
 
 
-def with_noise(reliability: float, signal: float, noise: float) -> float:
-    """Reliability of a map that carries more noise than its halves told, both as variance over patches."""
-    if not (reliability > 0 and signal > 0 and noise > 0):
-        return reliability
-    return 1 / (1 / reliability + noise / signal)
-
-
 def of_halves(reliability: float) -> float:
     """How far halves agree where all clips have this reliability: `of_all` the other way."""
     return reliability / (2 - reliability) if reliability > 0 else reliability

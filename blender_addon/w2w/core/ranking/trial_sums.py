@@ -8,16 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .expected import TrialMaps
 from .halves import Plan, Scored
 from .inputs import PatchBlocks, SomePatches
-from .map_scores import f1_of, rank_score_of, rank_sums, ranks_of, window_counts
+from .map_scores import f1_of, window_counts
 from .planned import Planned
 
 TASK_PATCHES = 16
 """Patches that are tried in one piece elsewhere."""
-RANKED_AT_ONCE = 4096
-"""Windows from which on those of a patch are ranked: a few at a time take thrice as long."""
 
 
 class Tried(NamedTuple):
@@ -27,20 +24,21 @@ class Tried(NamedTuple):
     ----------
     predictions : ndarray, shape (W_test, N), int16
         Activity that the whole named.
-    maps : TrialMaps
+    f1 : ndarray, shape (trials, A, N)
+        F1 by window of each trial; NaN where an activity was not tested.
     """
 
     predictions: np.ndarray
-    maps: TrialMaps
+    f1: np.ndarray
 
     @classmethod
     def joined(cls, parts: Sequence[Tried]) -> Tried:
         """Of all patches, from some after others."""
-        score, raw = (
-            np.concatenate([getattr(part.maps, name) for part in parts], axis=2) for name in ("score", "raw")
-        )
-        return cls(np.concatenate([part.predictions for part in parts], axis=1), TrialMaps(score, raw))
+        return cls(*(np.concatenate(of_parts, axis=-1) for of_parts in zip(*parts, strict=True)))
 
+
+WHOLE = 0
+"""Number of the trial on all clips, the first of a plan."""
 
 Spread = Callable[[Callable[[tuple[int, int]], Tried], Sequence[tuple[int, int]]], Iterable[Tried]]
 """Calls something with each of some items, wherever, and gives the results in their order: as `map` does."""
@@ -70,9 +68,9 @@ def try_patches(
         Told the fraction done.
     """
     plan, some = trial.plan, SomePatches(source, *span)
-    sums = TrialSums(trial.labels, trial.is_test, plan, settings.shape[1], some.shape[1])
+    sums = TrialSums(trial.labels, trial.is_test, plan, some.shape[1])
     model.score_splits(some, trial.labels, plan.block, plan.splits, settings, sums.add, progress)
-    return Tried(sums.predictions, sums.maps())
+    return Tried(sums.predictions, sums.f1())
 
 
 class TrialSums:
@@ -84,63 +82,35 @@ class TrialSums:
         Activity of each window.
     is_test : ndarray of bool, shape (W,)
     plan : Plan
-    n_models : int
-        Models of each patch whose scores are averaged; the first one names windows.
     n_patches : int
 
     Attributes
     ----------
     predictions : ndarray, shape (W_test, N), int16
-        Activity that the whole's first model named.
+        Activity that the whole named.
     """
 
-    def __init__(
-        self, labels: np.ndarray, is_test: np.ndarray, plan: Plan, n_models: int, n_patches: int
-    ) -> None:
+    def __init__(self, labels: np.ndarray, is_test: np.ndarray, plan: Plan, n_patches: int) -> None:
         self._labels, self._plan = labels, plan
         self._position = np.cumsum(is_test) - 1
-        self._of_split: dict[int, list[tuple[int, int]]] = {}
+        self._of_split: dict[int, list[int]] = {}
         for number, trial in enumerate(plan.trials):
-            first = 0
             for split in trial.splits:
-                self._of_split.setdefault(split, []).append((number, first))
-                first += len(plan.splits[split].tested)
+                self._of_split.setdefault(split, []).append(number)
         n_trials, n_activities = len(plan.trials), len(plan.whole.testable)
         self.predictions = np.empty((int(is_test.sum()), n_patches), dtype=np.int16)
-        self._sums = np.zeros((n_patches, n_trials, n_models, 4, n_activities))
         self._counts = np.zeros((n_patches, n_trials, 3, n_activities), dtype=np.int64)
 
     def add(self, patch: int, scored: Iterable[Scored]) -> None:
         """Take in scores of a patch, some after the other."""
-        held: list[Scored] = []
         for some in scored:
-            held.append(some)
-            if sum(one.scores.shape[2] for one in held) >= RANKED_AT_ONCE:
-                self._take_in(patch, held)
-                held.clear()
-        if held:
-            self._take_in(patch, held)
+            windows = self._plan.splits[some.split].tested[some.place]
+            true, named = self._labels[windows], some.scores[:, 0].argmax(axis=0)
+            trials = self._of_split[some.split]
+            self._counts[patch, trials] += window_counts(named, true, len(some.scores))
+            if trials[0] == WHOLE:
+                self.predictions[self._position[windows], patch] = named
 
-    def _take_in(self, patch: int, together: Sequence[Scored]) -> None:
-        scores = np.concatenate([some.scores for some in together], axis=2)
-        windows = np.concatenate([self._plan.splits[some.split].tested[some.place] for some in together])
-        weights = np.concatenate([self._weights(some) for some in together], axis=1)
-        true, named, ranks = self._labels[windows], scores[:, 0].argmax(axis=0), ranks_of(scores)
-        for number, weight in enumerate(weights):
-            of = np.flatnonzero(weight)
-            self._sums[patch, number] += rank_sums(ranks.take(of, axis=2), true[of], weight[of])
-            self._counts[patch, number] += window_counts(named[of], true[of], len(scores))
-        of_whole = weights[0] > 0
-        self.predictions[self._position[windows[of_whole]], patch] = named[of_whole]
-
-    def _weights(self, some: Scored) -> np.ndarray:
-        """What windows count in each trial, shape (trials, v): nothing where it does not test them."""
-        weights = np.zeros((len(self._plan.trials), some.scores.shape[2]))
-        for number, start in self._of_split[some.split]:
-            weights[number] = self._plan.trials[number].weight[start:][some.place]
-        return weights
-
-    def maps(self) -> TrialMaps:
-        """Maps of each trial."""
-        score = rank_score_of(self._sums).mean(axis=2)
-        return TrialMaps(*(np.moveaxis(values, 0, 2) for values in (score, f1_of(self._counts))))
+    def f1(self) -> np.ndarray:
+        """F1 by window of each trial, shape (trials, A, N)."""
+        return np.moveaxis(f1_of(self._counts), 0, 2)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Activities of too few clips to be halved: how far their maps are believed, and what noise they add.
+"""Activities of too few clips to be halved: what noise they add.
 
 Two or three clips of an activity count in the mean as forty of another do, but no halves tell how far their
-map repeats. Halves of the others tell what noise a clip has; what these maps vary by beyond that is signal.
+map repeats. Halves of the others tell what noise a clip has.
 """
 
 from __future__ import annotations
@@ -49,22 +49,14 @@ class Unhalved:
         shares = weights / weights.sum()
         return cls(float(shares[both].sum()), rows, shares[rows], clips[rows], clips[both])
 
-    def believed(self, whole: np.ndarray, pooled: Pairs) -> float:
-        """Share of the contrast of their maps (R, N) that is not noise, were a clip as noisy as others'."""
-        if not len(self.shares):
-            return 1.0
-        of_a_clip = np.mean(np.var(self._noise_of_a_clip(pooled), axis=2))
-        seen = np.var(whole, axis=1).sum()
-        return float(max(1 - (of_a_clip / self.clips).sum() / seen, 0.0)) if seen > 0 else 0.0
-
-    def noise_maps(self, pooled: Pairs, believed: float, seed: int) -> np.ndarray:
+    def noise_maps(self, pooled: Pairs, seed: int) -> np.ndarray:
         """A map of their noise for each pair, shape (pairs, N): that of others, drawn at random."""
         of_a_clip = self._noise_of_a_clip(pooled)
         rng = np.random.default_rng([seed, 4])
         drawn = rng.integers(of_a_clip.shape[1], size=(len(of_a_clip), len(self.shares)))
         sign = rng.choice([-1.0, 1.0], size=drawn.shape)
         chosen = of_a_clip[np.arange(len(of_a_clip))[:, None], drawn]
-        return believed * np.einsum("r,pr,prn->pn", self.shares / np.sqrt(self.clips), sign, chosen)
+        return np.einsum("r,pr,prn->pn", self.shares / np.sqrt(self.clips), sign, chosen)
 
     def variance_with(self, variance: float, raw: Pairs) -> float:
         """The variance of a patch's macro F1, theirs taken in."""

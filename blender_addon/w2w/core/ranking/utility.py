@@ -17,7 +17,7 @@ from ..files import load_arrays, write_npz
 from .classifiers.extra_trees import ExtraTrees
 from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
-from .expected import TrialMaps, expect
+from .expected import expect
 from .f1 import score_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, Plan, maps_of
@@ -32,14 +32,12 @@ CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTree
 
 LATER = (
     "expected_f1", "expected_mean", "expected_low", "expected_high", "as_good", "can_rank", "reliability",
+    "beats_average",
 )  # fmt: skip
 """What rankings by earlier versions lack."""
 
-HALVES = ("half_scores", "half_f1")
-"""What classifiers that cannot be tried on halves have none of."""
-
-OPTIONAL = (*LATER, *HALVES, "weights")
-"""What may be missing on file; `weights` where all activities count alike."""
+OPTIONAL = (*LATER, "half_f1", "weights")
+"""What may be missing on file: `half_f1` where nothing was halved, `weights` where all count alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +65,10 @@ class UtilityMap:
     can_rank : bool
         Whether disjoint halves of the clips agree about the patches more than by chance.
     reliability : float
-        Correlation over patches that the expected macro F1 would have with that from as many other
-        clips (`reliability.clips_needed` says how many would do); NaN where it is not known.
+        Correlation over patches of the macro F1 itself with that on as many other clips
+        (`reliability.clips_needed` says how many would do); NaN where it is not known.
+    beats_average : float
+        Chance that the patch of highest `expected_mean` scores above an average patch on other clips.
     confusion : ndarray, shape (N, A, A), int32
         Windows by true activity (rows) and named activity (columns).
     predictions : ndarray, shape (W_test, N), int16
@@ -83,9 +83,9 @@ class UtilityMap:
         Activities not tested, each with the reason.
     weights : ndarray, shape (A,), optional
         What each activity counts in every mean over activities, 0 for background; all alike by default.
-    half_scores, half_f1 : ndarray, shape (P, 2, A, N), float32, or None
-        What patches are compared by and their F1 by window, on the halves (single subjects of two or three)
-        that choose sets for each other; None where nothing was halved.
+    half_f1 : ndarray, shape (P, 2, A, N), float32, or None
+        F1 by window on the halves (single subjects of two or three) that choose sets for each other; None
+        where nothing was halved.
     """
 
     activities: tuple[str, ...]
@@ -105,6 +105,7 @@ class UtilityMap:
     as_good: np.ndarray
     can_rank: bool
     reliability: float
+    beats_average: float
     confusion: np.ndarray
     predictions: np.ndarray
     truth: np.ndarray
@@ -114,7 +115,6 @@ class UtilityMap:
     protocol: str
     left_out: dict[str, str]
     weights: np.ndarray | None = None
-    half_scores: np.ndarray | None = None
     half_f1: np.ndarray | None = None
 
     def __post_init__(self) -> None:
@@ -190,7 +190,7 @@ class UtilityMap:
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"].item())
         content["level"], content["can_rank"] = float(content["level"]), bool(content["can_rank"])
-        content["reliability"] = float(content["reliability"])
+        content |= {name: float(content[name]) for name in ("reliability", "beats_average")}
         content |= {name: content[name].item() for name in ("classifier", "protocol")}
         return cls(**content)
 
@@ -272,7 +272,7 @@ def utility_map(
     weights = weights_of(trial.activities, counts)
     source = SomeWindows(as_blocks(inputs), trial.used)
     if scored:
-        predictions, maps = _try_all(model, source, trial, progress, spread)
+        predictions, trials_f1 = _try_all(model, source, trial, progress, spread)
     else:
         predictions = model.predict_folds(source, trial.labels, trial.fold, trial.is_test, progress)
 
@@ -283,8 +283,8 @@ def utility_map(
         truth, predictions, clip[tested], n_activities, resamples, level, seed, activity_weights=weights
     )
     if not scored:
-        maps = TrialMaps(f1.T[None], f1.T[None])
-    expected = expect(maps, trial.plan, pooling or Pooling.none(len(f1)), level, seed, weights)
+        trials_f1 = f1.T[None]
+    expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), level, seed, weights)
     return UtilityMap(
         activities=trial.activities,
         f1=f1,
@@ -303,6 +303,7 @@ def utility_map(
         as_good=expected.as_good,
         can_rank=expected.can_rank,
         reliability=expected.reliability,
+        beats_average=expected.beats_average,
         confusion=confusion,
         predictions=predictions,
         truth=truth,
@@ -312,8 +313,7 @@ def utility_map(
         protocol=trial.protocol,
         left_out=trial.left_out,
         weights=weights,
-        half_scores=_of_halves(maps.score, trial.plan),
-        half_f1=_of_halves(maps.raw, trial.plan),
+        half_f1=_of_halves(trials_f1, trial.plan),
     )
 
 

@@ -10,14 +10,14 @@ import numpy as np
 from ..patches.patches import PatchSet
 from ..patches.segments import great_part, segment
 from ..ranking.f1 import FEWEST_CLIPS
-from ..ranking.reliability import WANTED, clips_needed, of_halves
+from ..ranking.reliability import WANTED, clips_needed
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import alike
 from ..wording import capital
 
 CANNOT_RANK = (
-    "These clips cannot rank placements: disjoint halves of them do not agree more than by chance, "
-    "or could not be compared"
+    "These clips cannot rank placements: the best spot may be no better than an average one, or halves of "
+    "the clips could not be compared"
 )
 
 NAMED = 3
@@ -104,31 +104,32 @@ def mean_sentence(utility: UtilityMap) -> str:
     return f"{text}; background, trained against and not counted: {', '.join(background)}"
 
 
-def reliability_sentence(utility: UtilityMap) -> str:
-    """How far the map repeats with other clips, and how many more would make it reliable."""
-    if np.isnan(utility.reliability):
+def confidence_sentence(utility: UtilityMap) -> str:
+    """How likely the best spot beats an average one and by how much, and how far F1 itself repeats."""
+    if np.isnan(utility.reliability) and not len(utility.half_f1 if utility.half_f1 is not None else ()):
         return (
-            "How far the map would repeat with other clips is not known: halves of these could not be "
-            "compared. That takes four clips an activity, four subjects where these are left out, and the "
-            "classifier ridge"
+            "How sure this is cannot be told: halves of these clips could not be compared. That takes four "
+            "clips an activity, two subjects where subjects are left out, and the classifier ridge"
         )
-    halves, everything = of_halves(utility.reliability), utility.reliability
-    units = "subjects" if utility.by_subject else "clips"
-    whole = f"all of them at {short(everything)}"
-    chance, then = "", ";"
-    if not utility.can_rank:
-        chance, then = ", as smooth maps of noise may", "; if there is more to it,"
-    text = f"Halves of these {units} agree about the patches at {short(halves)} ({whole}){chance}"
-    factor = clips_needed(everything)
+    gain = float(utility.expected_mean.max() - utility.expected_mean.mean())
+    chance = min(round(100 * utility.beats_average), 99)
+    text = f"The best spot beats an average one on other clips by about {short(gain)} ({chance} % sure)"
+    if np.isnan(utility.reliability):
+        return text
+    text += f". Patch by patch, F1 repeats at {short(utility.reliability)} (good from {short(WANTED)})"
+    factor = clips_needed(utility.reliability)
     if factor <= 1:
-        return f"{text}, enough to read the map by" if utility.can_rank else text
+        return text
     if factor > FAR:
-        return f"{text}; more than {FAR:g} times as many would be needed to make it {short(WANTED)}"
+        return f"{text}; more than {FAR:g} times as many {_units(utility)} would make it good"
     if utility.by_subject:
-        return f"{text}{then} about {factor:.1f} times as many would make it {short(WANTED)}"
+        return f"{text}; about {factor:.1f} times as many subjects would make it good"
     count = more_clips(utility)
-    more = f"about {count} more clip{'' if count == 1 else 's'} an activity"
-    return f"{text}{then} {more} would make it {short(WANTED)}"
+    return f"{text}; about {count} more clip{'' if count == 1 else 's'} for each activity would make it good"
+
+
+def _units(utility: UtilityMap) -> str:
+    return "subjects" if utility.by_subject else "clips"
 
 
 def more_clips(utility: UtilityMap) -> int | None:

@@ -15,7 +15,7 @@ from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_fit import Training
 from ..ranking.joint_scores import JointScores
-from ..ranking.map_scores import class_auc, class_auc_at_most, rank_score, window_f1
+from ..ranking.map_scores import class_auc, class_auc_at_most, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
@@ -47,8 +47,8 @@ class Tests:
     weights : ndarray, shape (A,)
         What each activity counts.
     pooling : Pooling
-    alone : two ndarrays, shape (A, N) each, optional
-        Rank score and F1 of each patch alone, where they are known; made when first wanted by default.
+    alone : ndarray, shape (A, N), optional
+        F1 of each patch alone, where it is known; made when first wanted by default.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Tests:
         trial: Trial,
         weights: np.ndarray,
         pooling: Pooling,
-        alone: tuple[np.ndarray, np.ndarray] | None = None,
+        alone: np.ndarray | None = None,
     ) -> None:
         self._scores, self._labels, self._trial = scores, labels, trial
         self._n_activities, self._pooling = len(weights), pooling
@@ -70,27 +70,23 @@ class Tests:
             self.alone = alone
 
     @cached_property
-    def alone(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rank score and F1 of each patch alone, shape (A, N) each."""
+    def alone(self) -> np.ndarray:
+        """F1 of each patch alone, shape (A, N)."""
 
-        def judge(scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            named = window_f1(scores.argmax(axis=1), self._labels, self._n_activities)
-            return rank_score(scores, self._labels, self._trial.weight), named
+        def judge(scores: np.ndarray) -> np.ndarray:
+            return window_f1(scores.argmax(axis=1), self._labels, self._n_activities)
 
-        maps = self._scores.of_added((), range(self._scores.n_patches), judge)
-        compared, f1 = np.array(maps).transpose(1, 2, 0)
-        return compared, f1
+        return np.stack(self._scores.of_added((), range(self._scores.n_patches), judge), axis=1)
 
     @property
     def map(self) -> np.ndarray:
         """F1 of each patch alone to choose sets by, of the activities that count and can be tested."""
-        return counted_columns(self.alone[1][self._trial.testable].T, self._shown_weights)
+        return counted_columns(self.alone[self._trial.testable].T, self._shown_weights)
 
     @cached_property
     def single(self) -> np.ndarray:
-        """What each patch alone is compared by, pooled over the skin, shape (N,)."""
-        shown = self.alone[0][self._trial.testable]
-        pooled = self._pooling.apply(shown, self._pooling.learn([], len(shown)))
+        """Mean F1 of each patch alone, pooled over the skin, shape (N,)."""
+        pooled = self._pooling.apply(self.alone[self._trial.testable])
         return mean_over(pooled, self._shown_weights, 0)
 
     @property
@@ -198,15 +194,14 @@ class SetTests:
         return cls(made[whole], pairs, work.plan, work.activities, seed, weights)
 
 
-def _alone(utility: UtilityMap | None, plan: Plan) -> dict[Trial, tuple[np.ndarray, np.ndarray]]:
-    """Rank score and F1 of each patch alone, by trial, where a ranking has them."""
-    if utility is None or utility.half_scores is None:
+def _alone(utility: UtilityMap | None, plan: Plan) -> dict[Trial, np.ndarray]:
+    """F1 of each patch alone, by trial, where a ranking has it."""
+    if utility is None or utility.half_f1 is None:
         return {}
-    maps = zip(utility.half_scores, utility.half_f1, strict=True)
     return {
-        trial: (score, f1)
-        for pair, of_pair in zip(plan.pairs, maps, strict=True)
-        for trial, score, f1 in zip(pair, *of_pair, strict=True)
+        trial: f1
+        for pair, of_pair in zip(plan.pairs, utility.half_f1, strict=True)
+        for trial, f1 in zip(pair, of_pair, strict=True)
     }
 
 

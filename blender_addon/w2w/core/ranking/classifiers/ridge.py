@@ -21,9 +21,6 @@ from .discriminant import Discriminant, few
 
 ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
-STEADY = (0.05,)
-"""Ridges that the map by which patches are chosen is averaged over beside the chosen one: which of several
-that do equally well is chosen moves a map as much as other clips do."""
 INNER_FOLDS = 4
 """Parts that a fold's training windows are dealt to, to choose its ridge."""
 WINDOWS_AT_ONCE = 4096
@@ -117,11 +114,11 @@ class Ridge:
         is_test: np.ndarray,
         trials: Plan,
     ) -> np.ndarray:
-        """Ridges of each split of a plan, shape (splits, ridges): the one chosen, then `STEADY`."""
+        """The ridge of each split of a plan, shape (splits, 1)."""
         by_fold = self.choose_alphas(features, labels, fold, is_test)
         chosen = np.full(len(trials.splits), np.median(by_fold))
         chosen[list(trials.whole.splits)] = by_fold
-        return np.column_stack([chosen, *(np.full(len(chosen), ridge) for ridge in STEADY)])
+        return chosen[:, None]
 
     def score_splits(
         self,
