@@ -30,7 +30,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
     ),
     "tests/headless/reports": (
-        "advice_text comparison console_tables own_table page pictures redraw report_data signal_figure "
+        "advice_text comparison console_tables own_table pictures redraw report_data signal_figure "
         "trend_table"
     ),
     "tests/headless/runs": (

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
@@ -25,6 +26,7 @@ SHADE = 0.45
 """How much darker than its colour skin is that turns its edge to the viewer."""
 
 
+@rc_context({"text.parse_math": False})  # a name with two dollar signs is no formula
 def draw_heatmap(
     path: str | Path,
     body: Body,

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
@@ -18,6 +19,8 @@ from matplotlib.text import Text
 from PIL import Image
 
 from w2w.core.files import atomic_write
+
+rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
 
 DPI = 200
 PACKED = {"compress_level": 1, "compress_type": zlib.Z_RLE, "dpi": (DPI, DPI)}
@@ -98,7 +101,7 @@ def write(
     page = figure.get_size_inches()
     return figure.text(
         x / page[0], y / page[1], text, fontsize=size, color=color, fontweight=weight, va=va, ha=ha,
-        fontfamily=FONT, parse_math=False,
+        fontfamily=FONT,
     )  # fmt: skip
 
 

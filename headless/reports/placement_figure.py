@@ -94,7 +94,7 @@ def _block(
         name = _words(row.activity) + ("*" if row.clips < FEWEST_CLIPS else "")
         label = axes.text(
             -0.12, line + 0.5, name, fontsize=9, color=INK, ha="right", va="center_baseline",
-            fontfamily=FONT, clip_on=False, parse_math=False,
+            fontfamily=FONT, clip_on=False,
         )  # fmt: skip
         fit(figure, label, LABELS - 0.15)
         for column, score in enumerate(row.f1):

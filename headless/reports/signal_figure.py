@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 from w2w.core.files import atomic_write
 from w2w.core.imu.recording import ImuRecording
 
+from .page import FAINT, HAIRLINE, INK
+
 COLOURS = {"w": "#7a8391", "x": "#d1495b", "y": "#2e8b57", "z": "#30638e"}
 """Told apart by lightness too, for colour-blind eyes."""
 
 UNITS = {"m/s2": "m/s²", "uT": "µT"}
-
-INK, FAINT, HAIRLINE = "#1d2530", "#7a8391", "#d9dde3"
 
 
 def signal_figure(

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A user's words on every kind of figure: what looks like a formula is written as it stands."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from headless.reports import heatmap_figure, panel_figure, placement_figure, signal_figure
+from headless.sweep.cases import Case
+from headless.sweep.figure import sweep_figure
+from headless.sweep.report import SweptCase
+from headless.validation import figures
+from w2w.core.body.body import Body
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking.agreement import compare_maps
+from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.score_table import ScoreRow
+from w2w.core.ranking.utility import utility_map
+from w2w.core.study import StudyConfig
+from w2w.drawing import draw_heatmap
+
+HOSTILE = [r"$\frac{$", r"a $5 and b $\unknown{x}$", "$$", "^_{}\\ % & # ~", "<b>{0}%s"]
+VIEW = np.full((60, 40, 4), 255, dtype=np.uint8)
+SIX = np.linspace(0.2, 0.9, 6)
+
+
+def _heatmap(path, name):
+    heatmap_figure.heatmap_figure(path, [VIEW, VIEW], name, 0.2, 0.9, name, name, (name, name), note=name)
+
+
+def _subset(path, name):
+    markers = [(0, 20, 30), (1, 20, 30)]
+    heatmap_figure.subset_figure(
+        path, [VIEW, VIEW], name, markers, [name, name], [0.5, 0.6], name, 0.9, name, (name, name)
+    )
+
+
+def _panel(path, name):
+    one = panel_figure.Map([VIEW, VIEW], name, name)
+    panel_figure.panel_figure(path, [one], one, one, [(0, 20, 30)], [name], [0.6], (0.2, 0.9), 0.9)
+
+
+def _placement(path, name):
+    row = ScoreRow(name, name, SIX[:2], SIX[:2], SIX[:2], SIX[:2] > 1, 6, 12)
+    placement_figure.placement_figure(path, [row], [name, "b"], [name, "b"], name)
+
+
+def _signal(path, name):
+    recording = ImuRecording(np.ones((9, 1, 3)), np.ones((9, 1, 3)), 30.0, (name,), name, name, name)
+    signal_figure.signal_figure(path, recording, name, name)
+
+
+def _sweep(path, name):
+    clip = np.arange(72) // 3
+    features = np.random.default_rng(0).normal(size=(72, 6, 4)).astype(np.float32)
+    activity = np.repeat(["bow", "jump"], 36)
+    utility = utility_map(
+        features, activity, clip, None, np.ones(72, bool), ("bow", "jump"), Ridge(alphas=(0.1,)), resamples=9
+    )
+    one = SweptCase(Case("usual", name, StudyConfig()), utility, compare_maps(utility, utility))
+    sweep_figure(path, [one], sample_patches(Body.bundled(), 6, mode="fast"))
+
+
+def _confusions(path, name):
+    figures.confusions_figure(path, {name: np.eye(2)}, [name, "b"], name)
+
+
+def _score_maps(path, name):
+    side = SimpleNamespace(activities=[name, "b"], f1=np.full((2, 2), 0.5), mean=np.full(2, 0.5))
+    figures.score_maps_figure(path, SimpleNamespace(real=side, simulated=side, sites=(name, "wrist")), name)
+
+
+def _drawing(path, name):
+    patches = sample_patches(Body.bundled(), 6, mode="fast")
+    draw_heatmap(path, Body.bundled(), patches, SIX, name, name, name)
+
+
+KINDS = [_heatmap, _subset, _panel, _placement, _signal, _sweep, _confusions, _score_maps, _drawing]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_name_that_looks_like_a_formula_is_drawn_as_it_stands(kind, tmp_path):
+    for number, name in enumerate(HOSTILE):
+        kind(tmp_path / f"{number}.png", name)
+        assert (tmp_path / f"{number}.png").stat().st_size > 0
