@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain, count
 from pathlib import Path, PurePosixPath
 
 from ..file_names import name_bytes, shown
@@ -191,16 +192,21 @@ def unique_names(files: Iterable[str]) -> list[str]:
         re.sub(r"[^0-9A-Za-z]+", "_", str(PurePosixPath(file).with_suffix(""))).strip("_")[:80]
         for file in files
     ]
-    names = plain
-    for digits in (8, 16, 32, 64):  # another file may be called what a first hash makes of this one
-        uses = Counter(name.lower() for name in names)
-        names = [
-            name
-            if name and uses[name.lower()] == 1 and not reserved(name)
-            else f"{stem}_{hashlib.sha256(name_bytes(file)).hexdigest()[:digits]}".strip("_")
-            for name, stem, file in zip(names, plain, files, strict=True)
-        ]
+    uses = Counter(name.lower() for name in plain)
+    as_they_are = [name and uses[name.lower()] == 1 and not reserved(name) for name in plain]
+    taken = {name.lower() for name, kept in zip(plain, as_they_are, strict=True) if kept}
+    names = []
+    for name, kept, file in zip(plain, as_they_are, files, strict=True):
+        names.append(name if kept else _hashed(name, file, taken))
+        taken.add(names[-1].lower())
     return names
+
+
+def _hashed(stem: str, file: str, taken: set[str]) -> str:
+    """A name with a hash of the file's path, longer as long as another file is called so."""
+    digest = hashlib.sha256(name_bytes(file)).hexdigest()
+    ends = chain((digest[:length] for length in range(8, 65, 8)), (f"{digest}_{n}" for n in count(2)))
+    return next(name for end in ends if (name := f"{stem}_{end}".strip("_")).lower() not in taken)
 
 
 def _labelled(
