@@ -19,7 +19,7 @@ from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.garments import caught_sentences, garment_content, garment_sentence
-from w2w.core.findings.label_notes import label_notes
+from w2w.core.findings.label_notes import copies_sentence, label_notes
 from w2w.core.findings.own_placements import own_content
 from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import study_counts, window_content
@@ -60,6 +60,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     skipped = skipped_files(study.clips, study.library)
     show_skipped(skipped, console)
     show_left_out(utility.left_out, console)
+    show_copies(study.copies, console)
     show_window_warning(study.clips, study.config.windows, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
@@ -82,6 +83,12 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
         console.print(f"\nNo {name}: {why}.", style="red", markup=False)
     if failed:
         console.print("Everything else is there; the same command goes on from here.")
+
+
+def show_copies(copies: Sequence[tuple[str, str]], console: Console) -> None:
+    """Say which clips count as copies of another."""
+    if sentence := copies_sentence(copies):
+        console.print(f"{sentence}.", style="yellow", markup=False)
 
 
 def _show_garments(study: Study, console: Console) -> None:

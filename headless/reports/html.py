@@ -18,6 +18,7 @@ from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import clip_counts, counts_sentence, few_clips, interval_caution
 from w2w.core.findings.garments import caught_sentences, garment_sentence
 from w2w.core.findings.joint import joint_content
+from w2w.core.findings.label_notes import copies_sentence
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
@@ -170,7 +171,10 @@ def _notes(summary: dict[str, Any], n_patches: int) -> list[str]:
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
     worn = garment_sentence(summary.get("garments", {}), n_patches)
     caught = caught_sentences([(entry["clip"], entry) for entry in summary.get("used", [])])
-    return notes + [f"{sentence}." for sentence in (windows, worn, *caught) if sentence]
+    used = summary.get("used", [])
+    copies = [(entry["file"], entry["same_motion_as"]) for entry in used if "same_motion_as" in entry]
+    sentences = (copies_sentence(copies), windows, worn, *caught)
+    return notes + [f"{sentence}." for sentence in sentences if sentence]
 
 
 def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:

@@ -13,9 +13,10 @@ from pathlib import Path
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import FITTED, WORK, ClipWindows, ranking_inputs
-from w2w.core.clip_ranking import LabelledClip, rank_clips
+from w2w.core.clip_ranking import LabelledClip, copies_among, rank_clips, same_motions
 from w2w.core.files import write_json
 from w2w.core.findings.finished_study import ClipResult, Study
+from w2w.core.findings.label_notes import copies_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
@@ -110,7 +111,11 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
-        raise StudyError(f"{error}. Clips used by activity: {found}", clips) from error
+        windows = [ClipWindows.read(out, clip.name) for clip in used]
+        copies = copies_sentence(copies_among(used, same_motions(used, windows)))
+        raise StudyError(
+            f"{error}. Clips used by activity: {found}{'. ' * bool(copies)}{copies}", clips
+        ) from error
     results = StudyResults(out, utility, patches, ranked, config.as_dict())
     with monitor.step("choosing patches"), unthreaded_products(), ThreadPoolExecutor(1) as aside:
         prepared = aside.submit(prepared_tests, results, config, pooling)  # while one core is left idle

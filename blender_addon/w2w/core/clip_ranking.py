@@ -154,6 +154,14 @@ def same_motions(
     )
 
 
+def copies_among(
+    clips: Sequence[Clip | LabelledClip], ranked: Sequence[LabelledClip]
+) -> list[tuple[str, str]]:
+    """Clips that show the motion of an earlier one, each with that one: by file where they have one."""
+    called = {clip.name: getattr(clip, "file", clip.name) for clip in clips}
+    return [(called[clip.name], called[clip.motion_key]) for clip in ranked if clip.motion_key != clip.name]
+
+
 def rank_windows(
     inputs: np.ndarray | PatchBlocks,
     labels: WindowLabels,

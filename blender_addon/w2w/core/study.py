@@ -20,7 +20,7 @@ from .imu.sensor_file import sensor_of_plain
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
 from .imu.worn import Worn
-from .motion.duplicates import mirrored_signatures
+from .motion.duplicates import POSES, SIZE, mirrored_signatures, move_alike
 from .motion.motion import Motion
 from .motion.variants import low_passed, smoothed_root
 from .patches.own_placements import with_placements
@@ -33,8 +33,7 @@ from .ranking.windows import WindowSpec, cut_windows
 from .selection.constraints import Constraints
 
 SAME_MOTION = 0.1
-"""Signatures nearer than this show one motion: on real Mixamo downloads it joins the same clip
-at 30 and 60 frames a second and in place or travelling, and no two different motions."""
+"""Signatures nearer than this may show one motion: real downloads at other rates, or in place, are."""
 
 
 @dataclass(frozen=True)
@@ -343,7 +342,9 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
 
 
 def same_clips(names: Sequence[str], keys: Sequence[str], signatures: Sequence[np.ndarray]) -> np.ndarray:
-    """Which clips show one motion, by their keys or moving alike, mirrored or not; shape (C,), int."""
-    return same_motion_groups(
-        names, keys=keys, signatures=signatures, tolerance=SAME_MOTION, mirrored=mirrored_signatures
-    )
+    """Which clips show one motion, by their keys or moving alike, mirrored or not; shape (C,), int.
+
+    A signature of another size than today's, as earlier versions left them, says nothing.
+    """
+    told = [row if len(row) == SIZE else row[:0] for row in signatures]
+    return same_motion_groups(names, keys, told, SAME_MOTION, mirrored_signatures, move_alike, POSES)

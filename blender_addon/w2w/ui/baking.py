@@ -13,9 +13,10 @@ import numpy as np
 
 from ..core.body.body import Body
 from ..core.clip_files import WORK, ClipWindows
-from ..core.clip_ranking import LabelledClip, rank_clips
+from ..core.clip_ranking import LabelledClip, copies_among, rank_clips
+from ..core.findings.label_notes import copies_sentence
 from ..core.imu.recording import ImuRecording
-from ..core.motion.duplicates import SIZE, motion_signature
+from ..core.motion.duplicates import motion_signature
 from ..core.patches.caught import HAS_CAUGHT
 from ..core.patches.patches import PatchSet
 from ..core.ranking.inputs import PatchBlocks, clip_inputs
@@ -137,7 +138,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     used = [as_labelled(clip) for clip in ranked_clips(study)]
     keys = [clip.signals for clip in ranked_clips(study)]
     body, patches = body_as_run(mesh), patches_of(mesh)
-    utility = yield from in_thread(
+    utility, ranked = yield from in_thread(
         lambda told: _rank(used, keys, Pooling.on(body, patches), config, told),
         "training at every patch",
         0.4 if lost else 0.0,
@@ -146,9 +147,10 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, utility, ranked_as)
     results.show_colours(bpy.context)
-    left_out = utility.left_out
-    text = f"Ranked {len(utility.mean)} patches, {utility.protocol}"
-    return f"{text}. Left out: {_some(list(left_out.values()))}" if left_out else text
+    parts = [f"Ranked {len(utility.mean)} patches, {utility.protocol}"]
+    if utility.left_out:
+        parts.append(f"Left out: {_some(list(utility.left_out.values()))}")
+    return ". ".join(filter(None, [*parts, copies_sentence(copies_among(used, ranked))]))
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
@@ -248,18 +250,15 @@ def _rank(
     pooling: Pooling,
     config: StudyConfig,
     told: Callable[[float], None],
-) -> UtilityMap:
-    """Rank clips by their signals under keys."""
+) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+    """Rank clips by their signals under keys; see `rank_clips`."""
     windows, inputs = ranking_source(keys, config)
-    return rank_clips(clips, windows, inputs, config, told, pooling=pooling)[0]
+    return rank_clips(clips, windows, inputs, config, told, pooling=pooling)
 
 
 def _signature(bake: Bake) -> np.ndarray:
-    """By which equal motions are known; an action that no `Motion` tells gets one that equals no other."""
-    if bake.motion is not None:
-        return motion_signature(bake.motion)
-    seed = int.from_bytes(hashlib.sha256(bake.matrices.tobytes()).digest()[:8], "little")
-    return np.random.default_rng(seed).normal(scale=1e3, size=SIZE)
+    """By which equal motions are known; empty for an action that no `Motion` tells."""
+    return np.empty(0) if bake.motion is None else motion_signature(bake.motion)
 
 
 def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:

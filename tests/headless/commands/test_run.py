@@ -19,6 +19,7 @@ from headless.__main__ import APP
 ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
+    "kirbycope__godot-4.3-sandbox-3d/Walking_InPlace.fbx": "walking",
     "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
     "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Unarmed Walk Forward.fbx": "walking",
     "guysitstom__Second-Animation/Running.fbx": "running",
@@ -81,14 +82,27 @@ def hashes(out):
 def test_the_summary_explains_every_clip(finished):
     out, output = finished
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["clips"] == {"found": 12, "used": 9, "ranked": 8, "skipped": 3}
+    assert summary["clips"] == {"found": 13, "used": 10, "ranked": 9, "skipped": 3}
     reasons = {entry["file"]: entry["reason"] for entry in summary["skipped"]}
     assert "empty" in reasons["_broken/zero_bytes.fbx"]
     assert "cut short" in reasons["_broken/truncated_50pct_Walking.fbx"]
     assert "labels.csv" in reasons["not listed.fbx"]
-    assert summary["activities"]["walking"]["clips"] == 3
+    assert summary["activities"]["walking"]["clips"] == 4
     assert "only one" in summary["left_out"]["burpee"]
     assert "zero_bytes.fbx" in output
+
+
+def test_copies_are_named(finished):
+    out, output = finished
+    copy, first = "kirbycope__godot-4.3-sandbox-3d/Walking_InPlace.fbx", "Conqster__TheBarMan/Walking.fbx"
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["activities"]["walking"]["distinct_motions"] == 3
+    same = {entry["file"]: entry["same_motion_as"] for entry in summary["used"] if "same_motion_as" in entry}
+    assert same == {copy: first}
+    report = (out / "report.html").read_text(encoding="utf-8")
+    for text in (" ".join(output.split()), report):
+        assert "1 clip counts as a copy of another" in text
+        assert f"{copy} (of {first})" in text
 
 
 def test_the_table_has_a_row_a_patch_and_a_column_an_activity(finished):
@@ -157,7 +171,7 @@ def test_another_seed_gives_other_noise(finished, library, tmp_path):
     assert study(library, tmp_path / "other", "--seed", 1, "--no-pictures", "--no-report").exit_code == 0
     first, other = hashes(finished[0]), hashes(tmp_path / "other")
     signals = [name for name in first if name.startswith("signals/")]
-    assert len(signals) == 9
+    assert len(signals) == 10
     assert all(first[name] != other[name] for name in signals)
 
 
@@ -168,7 +182,7 @@ def test_a_second_run_takes_up_what_is_finished_and_repairs_what_is_damaged(
     before = hashes(out)
     signals = sorted((out / "signals").glob("*.npz"))
     times = {path: path.stat().st_mtime_ns for path in signals}
-    assert len(times) == 9
+    assert len(times) == 10
     signals[0].write_bytes(b"damaged")
     signals[1].unlink()
     (out / "summary.json").unlink()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..body.body import Body
+from ..clip_ranking import copies_among
 from ..motion.library import Clip, Library
 from ..ranking.utility import UtilityMap
 from ..results_folder import StudyResults
@@ -75,3 +76,8 @@ class Study:
     def used(self) -> list[ClipResult]:
         """Clips that take part."""
         return [result for result in self.clips if result.used]
+
+    @property
+    def copies(self) -> list[tuple[str, str]]:
+        """Files that show the motion of another, each with the first that shows it."""
+        return copies_among([result.clip for result in self.used], self.results.clips)

@@ -44,6 +44,25 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
     }
 
 
+def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
+    """Which clips show the motion of another, and that it is not tested on them; empty where none does.
+
+    Parameters
+    ----------
+    copies : sequence of (str, str)
+        Each clip and the first that shows its motion.
+    """
+    if not copies:
+        return ""
+    many = len(copies) > 1
+    named = listed([f"{name} (of {first})" for name, first in copies])
+    count = f"{len(copies)} clips count as copies" if many else "1 clip counts as a copy"
+    return (
+        f"{count} of another, by motion_key or by how the body moves, and no clip is tested on its copies: "
+        f"{named}"
+    )
+
+
 def listed(words: Sequence[str], most: int = NAMED) -> str:
     """Words as a sentence lists them, the first few by name."""
     if len(words) > most:

@@ -200,13 +200,13 @@ def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]
 
 def _used(study: Study) -> list[dict[str, Any]]:
     """Each clip that takes part, and which earlier one shows the same motion."""
-    file_of = {result.clip.name: result.clip.file for result in study.used}
+    copies = dict(study.copies)
     entries = []
-    for result, ranked in zip(study.used, study.results.clips, strict=True):
+    for result in study.used:
         clip = result.clip
         entry = {"file": clip.file, "clip": clip.name, "activity": clip.activity, "subject": clip.subject}
         source = {"source": clip.source} if clip.source else {}
-        same = {} if ranked.motion_key == clip.name else {"same_motion_as": file_of[ranked.motion_key]}
+        same = {"same_motion_as": copies[clip.file]} if clip.file in copies else {}
         entries.append({**entry, **source, **result.details, **same})
     return entries
 

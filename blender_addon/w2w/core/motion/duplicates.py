@@ -16,16 +16,38 @@ JOINTS = tuple(
     for name in (
         "left_hip", "right_hip", "left_knee", "right_knee", "spine2",
         "left_shoulder", "right_shoulder", "left_elbow", "right_elbow",
+        "neck", "head", "left_wrist", "right_wrist", "left_ankle", "right_ankle",
     )
 )  # fmt: skip
+"""All that a clip may move; a nod moves the head alone."""
 
+POSED = np.arange(len(JOINTS)) < 9
+"""Joints whose poses are alike on other rigs; of head, hands and feet only the movement is."""
 
 SIZE = PHASES * len(JOINTS) * 6 + 1
 """Numbers of a signature, K."""
 
+POSES = np.append(np.broadcast_to(POSED[:, None], (PHASES, len(JOINTS), 6)).ravel(), True)
+"""Numbers of a signature by which copies are sought: poses of `POSED`, and the length."""
+
 
 SIGNS = np.array([-1.0, 1.0, 1.0])[:, None] * np.array([-1.0, 1.0])
 """Of A R A with A = diag(-1, 1, 1), on the first two columns of R."""
+
+
+MOVED_ALIKE = 0.4
+"""Copies differ in their movement by at most this share of it: real ones, on other rigs and at other rates,
+by up to 0.31."""
+
+STILL = 0.002
+"""Root mean square below which poses differ by the noise of reading them, about a tenth of a degree."""
+
+QUIET = 0.03
+"""Root mean square of movement below which only clips of one length are copies: a nod has 0.012, the
+quietest step 0.06. So little movement looks alike at another pace."""
+
+ONE_LENGTH = 0.03
+"""Greatest difference of one length, in its logarithm; copies at other frame rates differ by up to 0.016."""
 
 
 def motion_signature(motion: Motion) -> np.ndarray:
@@ -41,9 +63,39 @@ def motion_signature(motion: Motion) -> np.ndarray:
         Two columns of the rotation of each of `JOINTS` at `PHASES` moments, then the
         logarithm of the duration.
     """
-    frames = np.linspace(0, motion.n_frames - 1, PHASES).round().astype(int)
-    turns = motion.rotations[np.ix_(frames, JOINTS)][..., :2]
+    moments = np.linspace(0, motion.n_frames - 1, PHASES)
+    before = moments.astype(int)
+    after, share = np.minimum(before + 1, motion.n_frames - 1), (moments - before)[:, None, None, None]
+    first, second = (motion.rotations[np.ix_(frames, JOINTS)][..., :2] for frames in (before, after))
+    turns = first + share * (second - first)
     return np.append(turns.ravel(), np.log(max(motion.duration, 1e-3))).astype(np.float32)
+
+
+def move_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Which pairs of motions move alike for what they move, and last alike where that is little.
+
+    Poses alone do not tell: whoever stands and nods stands like whoever shakes the head.
+
+    Parameters
+    ----------
+    first, second : ndarray, shape (L, K)
+        From `motion_signature`.
+
+    Returns
+    -------
+    ndarray of bool, shape (L,)
+    """
+    one, other = _movement(first), _movement(second)
+    moved = np.maximum(*(np.sqrt((part**2).mean(axis=1)) for part in (one, other)))
+    apart = np.sqrt(((one - other) ** 2).mean(axis=1))
+    last_alike = np.abs(first[:, -1] - second[:, -1]) <= ONE_LENGTH
+    return (apart <= np.maximum(MOVED_ALIKE * moved, STILL)) & (last_alike | (moved >= QUIET))
+
+
+def _movement(signatures: np.ndarray) -> np.ndarray:
+    """How poses differ from their mean over a clip, shape (L, K - 1)."""
+    turns = signatures[:, :-1].reshape(len(signatures), PHASES, -1)
+    return (turns - turns.mean(axis=1, keepdims=True)).reshape(len(signatures), -1)
 
 
 def mirrored_signatures(signatures: np.ndarray) -> np.ndarray:

@@ -33,6 +33,8 @@ def same_motion_groups(
     signatures: Sequence[np.ndarray] | None = None,
     tolerance: float = 0.05,
     mirrored: Callable[[np.ndarray], np.ndarray] | None = None,
+    alike: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+    columns: np.ndarray | None = None,
 ) -> np.ndarray:
     """Number the distinct motions among clips: downloads of one motion get one number.
 
@@ -46,13 +48,17 @@ def same_motion_groups(
     keys : sequence of str, optional
         Known identity of each clip's motion; an empty key says nothing.
     signatures : sequence of ndarrays (K,), length C, optional
-        Description of each clip's motion, such as `motion_signature` gives.
+        Description of each clip's motion, such as `motion_signature` gives; an empty one says nothing.
     tolerance : float
         Greatest root mean square difference of two signatures of one motion, in units
         of each column's standard deviation over the clips.
     mirrored : callable, optional
         Exchanges left and right of signatures (M, K): libraries hold the same motion mirrored,
         and a mirrored copy made to train on would be the very clip tested.
+    alike : callable, optional
+        Tells of signatures (M, K) and (M, K) within the tolerance which are of one motion after all.
+    columns : ndarray of bool, shape (K,), optional
+        Those that the tolerance is about; all by default.
 
     Returns
     -------
@@ -63,8 +69,8 @@ def same_motion_groups(
     if keys is not None:
         edges.append(_equal_pairs([key or None for key in keys]))
     if signatures is not None:
-        alike = _equal_pairs([hashlib.blake2b(row.tobytes(), digest_size=16).digest() for row in signatures])
-        edges += [alike, _near_pairs(signatures, mirrored, np.unique(alike[0]), tolerance)]
+        equal = _equal_pairs([_digest(row) if len(row) else None for row in signatures])
+        edges += [equal, _near_pairs(signatures, np.unique(equal[0]), tolerance, mirrored, alike, columns)]
     first, second = np.concatenate(edges, axis=1)
     graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(clips), len(clips)))
     _, component = connected_components(graph, directed=False)
@@ -77,6 +83,10 @@ def _equal_pairs(values: list) -> np.ndarray:
     first: dict = {}
     links = [(first.setdefault(value, i), i) for i, value in enumerate(values) if value is not None]
     return np.array(links, dtype=np.int64).reshape(-1, 2).T
+
+
+def _digest(row: np.ndarray) -> bytes:
+    return hashlib.blake2b(row.tobytes(), digest_size=16).digest()
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,43 +139,62 @@ class _Projected:
         return cls(rows, order, lines[order])
 
 
+@dataclass(frozen=True, eq=False)
+class _Nearness:
+    """When two rows are one motion: columns times `scale` no further apart than `reach`, and `alike`."""
+
+    scale: np.ndarray
+    reach: float
+    alike: Callable[[np.ndarray, np.ndarray], np.ndarray] | None
+
+    def of(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Which of the pairs are, shape (L,)."""
+        near = np.linalg.norm((first - second) * self.scale, axis=1) <= self.reach
+        if self.alike is not None:
+            near[near] = self.alike(first[near], second[near])
+        return near
+
+
 def _near_pairs(
     signatures: Sequence[np.ndarray],
-    mirrored: Callable[[np.ndarray], np.ndarray] | None,
     distinct: np.ndarray,
     tolerance: float,
+    mirrored: Callable[[np.ndarray], np.ndarray] | None,
+    alike: Callable[[np.ndarray, np.ndarray], np.ndarray] | None,
+    columns: np.ndarray | None,
 ) -> np.ndarray:
-    """Index pairs (2, M) of distinct rows that differ by at most `tolerance`, columns standardised; of rows
-    and mirrored rows too, where they can be mirrored."""
-    deviation = _Rows(signatures, np.arange(len(signatures))).deviation()
-    used = deviation > 0
+    """Index pairs (2, M) of distinct rows that differ by at most `tolerance`, columns standardised, and are
+    `alike`; of rows and mirrored rows too, where they can be mirrored."""
+    if not len(distinct):
+        return np.empty((2, 0), dtype=np.int64)
+    told = np.array([number for number, row in enumerate(signatures) if len(row)])
+    deviation = _Rows(signatures, told).deviation()
+    used = deviation > 0 if columns is None else columns & (deviation > 0)
     scale = np.divide(1.0, deviation, where=used, out=np.zeros_like(deviation))
-    reach = tolerance * np.sqrt(used.sum())
+    nearness = _Nearness(scale, tolerance * np.sqrt(used.sum()), alike)
     rows = _Rows(signatures, distinct)
     axes = scale[:, None] * _principal_axes(
         rows.some(slice(None, None, -(-len(distinct) // FOR_AXES))) * scale
     )
     own = _Projected.of(rows, axes)
-    pairs = [*_pairs_within(own, own, scale, reach)]
+    pairs = [*_pairs_within(own, own, nearness)]
     if mirrored is not None:
-        pairs += _pairs_within(_Projected.of(_Rows(signatures, distinct, mirrored), axes), own, scale, reach)
+        pairs += _pairs_within(_Projected.of(_Rows(signatures, distinct, mirrored), axes), own, nearness)
     return distinct[np.concatenate(pairs, axis=1)] if pairs else np.empty((2, 0), dtype=np.int64)
 
 
-def _pairs_within(
-    one: _Projected, other: _Projected, scale: np.ndarray, reach: float
-) -> Iterator[np.ndarray]:
-    """Index pairs (2, M) of rows of two kinds no further apart than `reach`, some at a time."""
+def _pairs_within(one: _Projected, other: _Projected, nearness: _Nearness) -> Iterator[np.ndarray]:
+    """Index pairs (2, M) of near rows of two kinds, some at a time."""
     a, b = one.lines, other.lines
     half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
-    far = reach * (1 + 1e-6) + 1e-9  # of projections, which are no longer than what they are of
+    far = nearness.reach * (1 + 1e-6) + 1e-9  # of projections, which are no longer than what they are of
     step = max(1, PRODUCTS // len(b))
     for start in range(0, len(a), step):
         block = slice(start, start + step)
         low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - far, a[block][-1, 0] + far])
         near = a[block] @ b[low:high].T - half_b[low:high] >= half_a[block, None] - far**2 / 2
         i, j = np.nonzero(near)
-        yield _within(one.rows, other.rows, one.order[start + i], other.order[low + j], scale, reach)
+        yield _within(one.rows, other.rows, one.order[start + i], other.order[low + j], nearness)
 
 
 def _principal_axes(rows: np.ndarray) -> np.ndarray:
@@ -174,13 +203,10 @@ def _principal_axes(rows: np.ndarray) -> np.ndarray:
     return np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, :AXES]
 
 
-def _within(
-    one: _Rows, other: _Rows, i: np.ndarray, j: np.ndarray, scale: np.ndarray, reach: float
-) -> np.ndarray:
-    """Those of the pairs that are no further apart than `reach`, shape (2, L)."""
+def _within(one: _Rows, other: _Rows, i: np.ndarray, j: np.ndarray, nearness: _Nearness) -> np.ndarray:
+    """Those of the pairs that are near, shape (2, L)."""
     near = np.empty(len(i), dtype=bool)
     for start in range(0, len(i), PAIRS_AT_ONCE):
         block = slice(start, start + PAIRS_AT_ONCE)
-        apart = (one.some(i[block]) - other.some(j[block])) * scale
-        near[block] = np.linalg.norm(apart, axis=1) <= reach
+        near[block] = nearness.of(one.some(i[block]), other.some(j[block]))
     return np.stack([i[near], j[near]])
