@@ -7,6 +7,8 @@ from collections.abc import Mapping
 
 from rich.console import Console
 
+from w2w.core.findings.counts import left_out_sentences
+
 NOTHING_TO_DO = 1
 """There is no result; a sentence on the screen says why."""
 
@@ -21,21 +23,6 @@ BUSY = 4
 
 INTERRUPTED = 130
 """Stopped by Ctrl-C, as shells count it: 128 and the signal's number; so SIGTERM is 143, SIGHUP 129."""
-
-
-def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
-    """Which activities were left out and why, one sentence for each reason.
-
-    Examples
-    --------
-    >>> left_out_sentences({"bow": "bow has no clip", "jump": "jump has no clip"})
-    ['bow, jump: each has no clip']
-    """
-    names: dict[str, list[str]] = {}
-    for name, reason in left_out.items():
-        shared = reason.removeprefix(f"{name} ")
-        names.setdefault(shared, []).append(name if shared != reason else "")
-    return [_sentence(reason, group) for reason, group in names.items()]
 
 
 def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
@@ -55,9 +42,3 @@ def why_not(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename} cannot be opened: {error.strerror}"
     return str(error)
-
-
-def _sentence(reason: str, group: list[str]) -> str:
-    if not group[0]:
-        return reason
-    return f"{group[0]} {reason}" if len(group) == 1 else f"{', '.join(group)}: each {reason}"

@@ -171,6 +171,31 @@ def test_constraints_hold(ranking):
     assert region not in {ranking.patches.regions[patch] for patch in other.order}
 
 
+def test_activities_that_are_not_ranked_are_named(library, few, ranking):
+    assert ranking.left_out == {}
+    motions = w2w.load(library)
+    short = moving(LEG, 1.0, 0)
+    short = replace(short, rotations=short.rotations[:8], pelvis=short.pelvis[:8])
+    more = (
+        moving(ARM, 0.9, 3).labelled("bowing", "", "bow"),
+        *(moving(LEG, 0.7, 9).labelled("stepping", "", f"step {copy}") for copy in "ab"),
+        short.labelled("twitching", "", "twitch"),
+    )
+    every = replace(
+        motions, motions=(*motions, *more), motion_keys=(*motions.motion_keys, "", "one", "one", "")
+    )
+    with pytest.warns(UserWarning, match="3 of 6 activities are not ranked") as told:
+        found = w2w.rank(w2w.synthesize(every, few))
+    assert set(found.left_out) == {"bowing", "stepping", "twitching"}
+    assert "only one clip" in found.left_out["bowing"]
+    assert "too short" in found.left_out["twitching"]
+    assert found.skipped[0][0] == "twitch"
+    (warning,) = told
+    assert warning.filename == __file__
+    assert "bowing, stepping: each has only one clip" in str(warning.message)
+    assert "step b (of step a)" in str(warning.message)
+
+
 def test_subjects_are_left_out_one_at_a_time(signals):
     assert w2w.rank(signals, by_subject=True).utility.protocol == "leave one of 2 subjects out"
 

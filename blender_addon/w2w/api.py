@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,9 @@ import numpy as np
 
 from .core.body.body import Body
 from .core.clip_files import ClipWindows
-from .core.clip_ranking import LabelledClip, WindowLabels, rank_clips
+from .core.clip_ranking import LabelledClip, WindowLabels, copies_among, rank_clips
+from .core.findings.counts import left_out_sentences
+from .core.findings.label_notes import copies_sentence
 from .core.imu.presets import DEFAULT_SENSOR
 from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
@@ -23,7 +26,7 @@ from .core.motion.motion import Motion
 from .core.patches.patches import PatchSet
 from .core.ranking.feature_kinds import SUMMARY, features_of
 from .core.ranking.pooling import Pooling
-from .core.ranking.utility import inputs_of
+from .core.ranking.utility import UtilityMap, inputs_of
 from .core.ranking.weights import check_counting
 from .core.ranking.windows import TooShortError, WindowSpec, cut_windows
 from .core.results_folder import StudyResults
@@ -125,6 +128,8 @@ def rank(
 ) -> Ranking:
     """Train and test a classifier on every patch alone, never on the same clip.
 
+    Activities that cannot be tested are left out: a warning and the ranking's `left_out` say which and why.
+
     Parameters
     ----------
     signals : Signals
@@ -189,9 +194,24 @@ def rank(
     pooling = Pooling.on(signals.motions.body, signals.patches)
     utility, ranked = rank_clips(used, found, whole, config, progress, None, classifier, pooling)
     labels = WindowLabels.of(ranked, found)
-    return Ranking(
-        utility, signals.patches, signals.motions.body, whole, labels, config, classifier, tuple(skipped)
-    )
+    left_out = _left_out(signals, utility, copies_among(used, ranked))
+    parts = signals.patches, signals.motions.body, whole, labels, config, classifier
+    return Ranking(utility, *parts, tuple(skipped), left_out)
+
+
+def _left_out(signals: Signals, utility: UtilityMap, copies: Sequence[tuple[str, str]]) -> dict[str, str]:
+    """Activities of the clips that are not ranked and why; a warning says so."""
+    activities = {recording.activity for recording in signals}
+    too_short = {
+        name: f"{name} has only clips that are too short for a window"
+        for name in sorted(activities - {*utility.activities, *utility.left_out})
+    }
+    left_out = {**utility.left_out, **too_short}
+    if left_out:
+        text = f"{len(left_out)} of {len(activities)} activities are not ranked (see left_out): "
+        sentences = [*left_out_sentences(left_out), copies_sentence(copies)]
+        warnings.warn(text + "; ".join(filter(None, sentences)), stacklevel=3)
+    return left_out
 
 
 def open_results(folder: str | Path) -> Ranking:
@@ -212,4 +232,5 @@ def open_results(folder: str | Path) -> Ranking:
         study.labels(),
         config,
         config.classifier,
+        left_out=study.utility.left_out,
     )

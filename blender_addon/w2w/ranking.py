@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -53,6 +53,8 @@ class Ranking:
     classifier : str or object
     skipped : tuple of (str, str)
         Clips that took no part, each with the reason.
+    left_out : dict of str to str
+        Activities of the clips that are not ranked, each with the reason.
     """
 
     utility: UtilityMap
@@ -63,6 +65,7 @@ class Ranking:
     config: StudyConfig
     classifier: Any = "ridge"
     skipped: tuple[tuple[str, str], ...] = ()
+    left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def activities(self) -> tuple[str, ...]:

@@ -15,7 +15,13 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.files import write_text
 from w2w.core.findings.best_regions import best_regions
-from w2w.core.findings.counts import clip_counts, counts_sentence, few_clips, interval_caution
+from w2w.core.findings.counts import (
+    clip_counts,
+    counts_sentence,
+    few_clips,
+    interval_caution,
+    left_out_sentences,
+)
 from w2w.core.findings.garments import caught_sentences, garment_sentence
 from w2w.core.findings.joint import joint_content
 from w2w.core.findings.label_notes import copies_sentence
@@ -25,7 +31,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection import headline
 from w2w.core.wording import capital
 
-from ..console import USAGE, left_out_sentences
+from ..console import USAGE
 from ..runs.own_files import ForeignFileError, claim, note
 from ..window_options import window_warning
 from .choice_data import choice_data

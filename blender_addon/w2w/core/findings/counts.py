@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
@@ -41,6 +41,21 @@ def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
     return f"{text}; {clips['skipped']} skipped"
 
 
+def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
+    """Which activities were left out and why, one sentence for each reason.
+
+    Examples
+    --------
+    >>> left_out_sentences({"bow": "bow has no clip", "jump": "jump has no clip"})
+    ['bow, jump: each has no clip']
+    """
+    names: dict[str, list[str]] = {}
+    for name, reason in left_out.items():
+        shared = reason.removeprefix(f"{name} ")
+        names.setdefault(shared, []).append(name if shared != reason else "")
+    return [_sentence(reason, group) for reason, group in names.items()]
+
+
 def few_clips(count: int) -> str:
     """A caution where an interval comes from too few clips; empty where it does not."""
     if count >= FEWEST_CLIPS:
@@ -64,3 +79,9 @@ def interval_caution(utility: UtilityMap) -> str:
 def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str:
     """An interval, or in its place that there are too few clips for one."""
     return TOO_FEW if caution else f"{low:.{digits}f} to {high:.{digits}f}"
+
+
+def _sentence(reason: str, group: list[str]) -> str:
+    if not group[0]:
+        return reason
+    return f"{group[0]} {reason}" if len(group) == 1 else f"{', '.join(group)}: each {reason}"

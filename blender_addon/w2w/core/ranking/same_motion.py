@@ -173,9 +173,10 @@ def _near_pairs(
     scale = np.divide(1.0, deviation, where=used, out=np.zeros_like(deviation))
     nearness = _Nearness(scale, tolerance * np.sqrt(used.sum()), alike)
     rows = _Rows(signatures, distinct)
-    axes = scale[:, None] * _principal_axes(
-        rows.some(slice(None, None, -(-len(distinct) // FOR_AXES))) * scale
-    )
+    for_axes = rows.some(slice(None, None, -(-len(distinct) // FOR_AXES)))[:, used] * scale[used]
+    main_axes = _principal_axes(for_axes)
+    axes = np.zeros((len(scale), main_axes.shape[1]))
+    axes[used] = scale[used, None] * main_axes
     own = _Projected.of(rows, axes)
     pairs = [*_pairs_within(own, own, nearness)]
     if mirrored is not None:
