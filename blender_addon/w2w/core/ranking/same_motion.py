@@ -174,9 +174,8 @@ def _near_pairs(
     nearness = _Nearness(scale, tolerance * np.sqrt(used.sum()), alike)
     rows = _Rows(signatures, distinct)
     for_axes = rows.some(slice(None, None, -(-len(distinct) // FOR_AXES)))[:, used] * scale[used]
-    main_axes = _principal_axes(for_axes)
-    axes = np.zeros((len(scale), main_axes.shape[1]))
-    axes[used] = scale[used, None] * main_axes
+    axes = np.zeros((len(scale), AXES))
+    axes[used, : min(AXES, used.sum())] = scale[used, None] * _principal_axes(for_axes)
     own = _Projected.of(rows, axes)
     pairs = [*_pairs_within(own, own, nearness)]
     if mirrored is not None:
