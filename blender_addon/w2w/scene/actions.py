@@ -13,7 +13,7 @@ from ..core.body.skeleton import JOINT_NAMES
 from ..core.motion.motion import Motion
 from ..core.rotations import continuous_quaternions, in_axes
 from .body import body_space, matrix
-from .fcurves import LINEAR, action_curves, basis_matrices
+from .fcurves import LINEAR, action_curves, basis_matrices, rescale
 
 FIRST_FRAME = 1.0
 LABELS = ("activity", "subject", "clip")
@@ -29,7 +29,10 @@ SPACING_TOLERANCE = 1e-3
 """How unevenly keys may be spaced, in frames, and still be the frames of a motion."""
 
 RATE = "rate"
-"""Custom property of the actions written here: each of their keys is a frame of a motion."""
+"""Custom property of the actions written here: the motion's frames per second, each of them a key."""
+
+KEYED_AT = "keyed at"
+"""Custom property of an action: frames per second of the time its keys lie in, whatever the scene's is."""
 
 BONE_PATH = 'pose.bones["'
 CHANNELS = (
@@ -70,7 +73,7 @@ def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> 
     action.use_fake_user = True
     for label in LABELS:
         action[label] = getattr(motion, label)
-    action[RATE] = motion.rate
+    action[RATE], action[KEYED_AT] = motion.rate, scene_rate()
     times = FIRST_FRAME + np.arange(motion.n_frames) * (scene_rate() / motion.rate)
     values = _values(armature, motion)
     still = np.ptp(values, axis=1) < CONSTANT
@@ -93,11 +96,33 @@ def show_action(armature: bpy.types.Object, action: bpy.types.Action) -> None:
         data.action_slot = action.slots[0]
 
 
+def note_rate(action: bpy.types.Action, scene: bpy.types.Scene | None = None) -> None:
+    """Note of an earlier version's action that its keys lie in a scene's time, by default the open one's."""
+    if KEYED_AT not in action and action.is_editable:
+        action[KEYED_AT] = scene_rate(scene)
+
+
+def key_rate(action: bpy.types.Action | None) -> float:
+    """Frames per second of the time that an action's keys lie in; the scene's where nothing says so."""
+    return scene_rate() if action is None else action.get(KEYED_AT, scene_rate())
+
+
+def keep_pace(action: bpy.types.Action) -> None:
+    """Move the keys of an action so that it plays at its speed in the scene as that is now."""
+    ratio = scene_rate() / key_rate(action)
+    if ratio == 1 or not action.is_editable:
+        return
+    for curves in action_curves(action):
+        for curve in curves:
+            rescale(curve, 0, ratio, FIRST_FRAME * (1 - ratio))
+    action[KEYED_AT] = scene_rate()
+
+
 def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     """Read an action of a body's armature back as a motion.
 
-    Where the keys are evenly spaced, as those of `write_action`, each is a frame; else every
-    whole frame of the scene is.
+    Where the keys are evenly spaced, as those of `write_action`, each is a frame. Of others each
+    frame of the motion that was written is, or every whole frame where none was.
 
     Parameters
     ----------
@@ -139,7 +164,7 @@ def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray,
     Returns
     -------
     frames : ndarray, shape (T,)
-        In the scene's time; not whole where the motion has another rate than the scene.
+        In the time of the keys (`key_rate`); not whole where the motion has another rate than that.
     rate : float
         Frames per second.
     """
@@ -149,13 +174,18 @@ def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray,
     densest.keyframe_points.foreach_get("co", keys)
     times = keys[::2].astype(np.float64)
     spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
-    even = len(times) > 1 and np.abs(np.diff(times) - spacing).max() < SPACING_TOLERANCE
+    tolerance = SPACING_TOLERANCE + 2 * float(np.spacing(keys[-2]))  # late keys are rounded more
+    even = len(times) > 1 and np.abs(np.diff(times) - spacing).max() < tolerance
     # wider keys that somebody set by hand are poses to go between, not the frames of a motion
     if even and (RATE in action or spacing < 1 - SPACING_TOLERANCE):
-        return times[0] + spacing * np.arange(len(times)), scene_rate() / spacing
+        unmoved = RATE in action and abs(key_rate(action) / action[RATE] - spacing) * len(times) < tolerance
+        return times, action[RATE] if unmoved else key_rate(action) / spacing
     start = min(curve.keyframe_points[0].co[0] for curve in channels)
     stop = max(curve.keyframe_points[-1].co[0] for curve in channels)
-    return np.arange(round(start), round(stop) + 1, dtype=np.float64), scene_rate()
+    if RATE not in action:
+        return np.arange(round(start), round(stop) + 1, dtype=np.float64), key_rate(action)
+    step = key_rate(action) / action[RATE]
+    return start + step * np.arange(int((stop - start) / step + SPACING_TOLERANCE) + 1), action[RATE]
 
 
 def bone_curves(
@@ -180,9 +210,9 @@ def object_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[
     return [curve for curve in slot_curves(armature, action) if curve.data_path in OBJECT_CHANNELS]
 
 
-def scene_rate() -> float:
-    """Frames per second of the open scene."""
-    render = bpy.context.scene.render
+def scene_rate(scene: bpy.types.Scene | None = None) -> float:
+    """Frames per second of a scene, the open one by default."""
+    render = (scene or bpy.context.scene).render
     return render.fps / render.fps_base
 
 

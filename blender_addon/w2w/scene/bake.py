@@ -21,7 +21,7 @@ from .body import armature_of, body_of, body_space, matrix
 from .evaluated import EvaluatedVertices
 from .fast_path import why_not_fast
 from .pauses import without_pauses
-from .playback import active_action, each_frame, playing, without_empties
+from .playback import active_action, at_rate, each_frame, playing, without_empties
 
 EVEN_SCALE = 1e-4
 """How far the three scales of an object may differ and still count as one."""
@@ -114,7 +114,7 @@ class PatchBaker:
         if motion is not None and not reason:
             return self._fast(motion)
         frames, rate = _frames_to_bake(self.armature, action)
-        with playing(self.armature, action), without_empties(self.mesh):
+        with at_rate(actions.key_rate(action)), playing(self.armature, action), without_empties(self.mesh):
             matrices = yield from _evaluated_matrices(self.mesh, self.patches.triangles, frames)
         return Bake(matrices, rate, "general", reason, motion)
 

@@ -76,6 +76,17 @@ def _is_straight(curve: bpy.types.FCurve, times: np.ndarray, frames: np.ndarray)
     return bool((kinds[:-1] == LINEAR).all())
 
 
+def rescale(curve: bpy.types.FCurve, axis: int, scale: float, shift: float) -> None:
+    """Scale and shift the keys of a curve, handles with them: their times (axis 0) or their values (1)."""
+    points = curve.keyframe_points
+    places = np.empty((len(points), 2), dtype=np.float32)
+    for field in ("co", "handle_left", "handle_right"):
+        points.foreach_get(field, places.ravel())
+        places[:, axis] = scale * places[:, axis].astype(np.float64) + shift
+        points.foreach_set(field, places.ravel())
+    curve.update()
+
+
 def basis_matrices(
     owners: Sequence[bpy.types.PoseBone] | Sequence[bpy.types.Object],
     curves: Sequence[OwnCurves],

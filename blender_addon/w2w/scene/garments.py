@@ -18,7 +18,7 @@ from ..core.patches.caught import caught_sentence
 from ..core.patches.garment_cover import Cover, cover, without_overlap
 from ..core.patches.patches import PatchSet
 from . import actions
-from .actions import scene_rate, set_scene_rate, write_action
+from .actions import key_rate, scene_rate, write_action
 from .bake import Bake, PatchBaker, placed
 from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
 from .clear_arms import with_clear_arms
@@ -28,7 +28,7 @@ from .cloth_time import real_time_speed
 from .collider import coarse_collider
 from .fast_path import moved_besides_bones
 from .followed import Followed, simulated
-from .playback import active_action, each_frame, playing, same_timing, without_empties
+from .playback import active_action, at_rate, each_frame, playing, without_empties
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
         "HOOK", "CAST", "MESH_CACHE", "MESH_SEQUENCE_CACHE")  # fmt: skip
@@ -192,8 +192,7 @@ def follow(
     reach = clear_reach(body, cleared)
     moved, before = with_run_up(cleared, reach)
     with ExitStack() as stack:
-        stack.enter_context(same_timing())
-        set_scene_rate(moved.rate)
+        stack.enter_context(at_rate(moved.rate))
         action = write_action(armature, moved, "W2W run-up")
         stack.callback(bpy.data.actions.remove, action)
         stack.enter_context(playing(armature, action))
@@ -228,13 +227,15 @@ def _follow_scene(
     first = scene.frame_start
     if action is not None and (curves := actions.bone_curves(armature, action)):
         first = int(np.floor(actions.frames_of(action, curves)[0][0]))
-    count = int(np.ceil(n_frames * scene_rate() / rate)) + 1
-    before = round((POSE_S + SETTLE_S) * scene_rate())
+    per_second = key_rate(action)
+    count = int(np.ceil(n_frames * per_second / rate)) + 1
+    before = round((POSE_S + SETTLE_S) * per_second)
     with ExitStack() as stack:
+        stack.enter_context(at_rate(per_second))
         stack.enter_context(playing(armature, action))
         frames = np.arange(first - before, first + count)
         followed = yield from _followed(stack, mesh, garments, covers, frames, before)
-    return _worn(covers, followed, scene_rate())
+    return _worn(covers, followed, per_second)
 
 
 def _followed(

@@ -43,6 +43,15 @@ def same_timing() -> Iterator[None]:
 
 
 @contextmanager
+def at_rate(rate: float) -> Iterator[None]:
+    """Let the scene run at so many frames per second, and as before at the end."""
+    with same_timing():
+        if rate != actions.scene_rate():
+            actions.set_scene_rate(rate)
+        yield
+
+
+@contextmanager
 def playing(armature: bpy.types.Object, action: bpy.types.Action | None) -> Iterator[None]:
     """Let the armature play an action, and the one it played before at the end."""
     before = active_action(armature)

@@ -12,6 +12,7 @@ from ..core.body.body import Body
 from ..core.body.skeleton import JOINT_NAMES
 from . import actions
 from .body import armature_of, matrix
+from .fcurves import rescale
 
 PELVIS = JOINT_NAMES[0]
 
@@ -101,14 +102,4 @@ def _fit_path(
     curves = actions.bone_curves(armature, action).get(PELVIS, {})
     for axis in range(3):
         if ("location", axis) in curves:
-            _rescale(curves["location", axis], scale, shift[axis])
-
-
-def _rescale(curve: bpy.types.FCurve, scale: float, shift: float) -> None:
-    points = curve.keyframe_points
-    values = np.empty((len(points), 2), dtype=np.float32)
-    for field in ("co", "handle_left", "handle_right"):
-        points.foreach_get(field, values.ravel())
-        values[:, 1] = scale * values[:, 1].astype(np.float64) + shift
-        points.foreach_set(field, values.ravel())
-    curve.update()
+            rescale(curves["location", axis], 1, scale, shift[axis])

@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 
 from ..core.motion.stillness import motion_amount
-from .actions import FIRST_FRAME, scene_rate
+from .actions import FIRST_FRAME, KEYED_AT, key_rate, scene_rate
 from .body import armature_of, matrix
 from .playback import same_timing
 from .takes import find_takes, import_file, read_take
@@ -61,12 +61,12 @@ def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float) -> 
     new = [item for item in bpy.data.objects if item not in objects]
     brought = set(bpy.data.actions) - actions
     for action in brought:
-        action[SOURCE] = name
+        action[SOURCE], action[KEYED_AT] = name, rate
     armature = next(item for item in new if item.type == "ARMATURE")
     armature.show_in_front = True
     take = max(find_takes(armature, brought), key=lambda take: motion_amount(read_take(take)))
     _stand_beside(mesh, new, name, scale)
-    _play_at_own_speed(armature, take.action, take.frame_range[0], rate)
+    _play_at_own_speed(armature, take.action, take.frame_range[0])
     for item in bpy.context.selected_objects:
         item.select_set(False)
     for item in chosen:
@@ -92,7 +92,16 @@ def _stand_beside(mesh: bpy.types.Object, new: list[bpy.types.Object], name: str
             item.parent = stand
 
 
-def _play_at_own_speed(armature: bpy.types.Object, action: bpy.types.Action, first: int, rate: float) -> None:
+def keep_pace_beside(name: str) -> None:
+    """Let a clip's own armature play at its speed in the scene as that is now."""
+    for collection in source_collections(name):
+        for item in collection.objects:
+            for track in item.animation_data.nla_tracks if item.animation_data else ():
+                for strip in track.strips:
+                    strip.scale = scene_rate() / key_rate(strip.action)
+
+
+def _play_at_own_speed(armature: bpy.types.Object, action: bpy.types.Action, first: int) -> None:
     """Start with the body's clip and keep its speed at the scene's frame rate, by an NLA strip."""
     data = armature.animation_data
     slot = getattr(data, "action_slot", None) if data.action == action else None
@@ -101,5 +110,5 @@ def _play_at_own_speed(armature: bpy.types.Object, action: bpy.types.Action, fir
     if hasattr(strip, "action_slot") and slot is not None:
         strip.action_slot = slot
     strip.action_frame_start = first
-    strip.scale = scene_rate() / rate
+    strip.scale = scene_rate() / key_rate(action)
     strip.frame_start = FIRST_FRAME

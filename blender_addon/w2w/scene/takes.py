@@ -27,7 +27,7 @@ from ..core.motion.source import (
 )
 from ..core.motion.stillness import is_pose, motion_amount, refuse_pose
 from ..core.motion.usd_check import USD_SUFFIXES
-from .actions import scene_rate
+from .actions import key_rate
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
 from .gltf import import_gltf
 from .importers import check_fbx, import_fault
@@ -223,7 +223,7 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
         parents=parents,
         rest=world[0] @ rest_local,
         matrices=matrices,
-        rate=scene_rate(),
+        rate=key_rate(take.action),
         take=take.action.name,
         first_bone=1,
     )

@@ -12,7 +12,7 @@ from mathutils import Vector
 
 from ..core.colours import colour_table
 from ..core.patches.patches import PatchSet
-from ..scene.actions import FIRST_FRAME, scene_rate
+from ..scene.actions import FIRST_FRAME, key_rate
 from ..scene.patches import PATCH
 from . import signal_cache
 from .advice import leading
@@ -249,7 +249,7 @@ def _card(
         recording=recording,
         patch=patch,
         clip=_clip_line(clip, recording is not None),
-        time=(context.scene.frame_current_final - FIRST_FRAME) / scene_rate(),
+        time=(context.scene.frame_current_final - FIRST_FRAME) / key_rate(clip and clip.action),
     )
 
 

@@ -11,11 +11,11 @@ from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringPrope
 from ..core.motion.import_plan import plan_files, plan_folder
 from ..core.motion.library import MOTION_SUFFIXES, LibraryError
 from ..core.motion.source import UnusableMotion
-from ..scene.actions import FIRST_FRAME, scene_rate, show_action
+from ..scene.actions import FIRST_FRAME, keep_pace, key_rate, show_action
 from ..scene.body import armature_of, body_of
 from ..scene.load import carry
 from ..scene.playback import active_action
-from ..scene.source_beside import remove_source
+from ..scene.source_beside import keep_pace_beside, remove_source
 from ..scene.takes import best_take
 from . import jobs
 from .listed_activities import list_labels
@@ -158,13 +158,15 @@ class W2W_OT_preview_clip(bpy.types.Operator):
         return current_body(context) is not None and len(current_body(context).w2w.clips) > 0
 
     def execute(self, context: Context) -> set[str]:
-        """Let the armature play it over the preview range, which leaves the scene's own alone."""
+        """Let the armature play it at its speed over the preview range; the scene's own is left alone."""
         mesh, scene = current_body(context), context.scene
         if self.index >= 0:
             mesh.w2w.clip_index = min(self.index, len(mesh.w2w.clips) - 1)
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         if clip.action is None:
             return jobs.show_error(self, f"{clip.name}: {clip.problem}")
+        keep_pace(clip.action)
+        keep_pace_beside(clip.name)
         show_action(armature_of(mesh), clip.action)
         scene.use_preview_range = True
         scene.frame_preview_start = int(FIRST_FRAME)
@@ -269,8 +271,8 @@ class W2W_OT_tick_clips(bpy.types.Operator):
 
 
 def last_frame(clip: bpy.types.PropertyGroup) -> int:
-    """Last frame of a clip on the scene's time line."""
-    return round(FIRST_FRAME + (clip.n_frames - 1) * scene_rate() / clip.rate)
+    """Last frame of a clip on the time line that its action is keyed on."""
+    return round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)
 
 
 CLASSES = (
