@@ -81,8 +81,8 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
             failed = draw.draw_study(study, monitor)
     except (StudyError, EngineError, NoBlenderError) as error:
         monitor.announce("failed", str(error))
+        write_failure(out, plan.library, str(error), error.clips if isinstance(error, StudyError) else ())
         if isinstance(error, StudyError):
-            write_failure(out, plan.library, str(error), error.clips)
             console_tables.show_skipped(
                 console_tables.skipped_files(error.clips, plan.library), monitor.console
             )

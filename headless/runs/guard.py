@@ -86,15 +86,20 @@ def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = 
     memory : int
         Bytes of data the process may hold.
     said : Path, optional
-        File in which `timed_out` finds that the time was used up.
+        File in which `timed_out` finds that the time was used up, and `crashed` a crash.
     """
     with Path(said or os.devnull).open("a") as file, _memory_limit(memory):
         _WATCHDOGS.append(_Watchdog(limit_s, file))
         _WATCHDOGS[-1].start()
+        before = faulthandler.is_enabled()
+        faulthandler.enable(file)
         try:
             yield
         finally:
             _WATCHDOGS.pop().pause()
+            faulthandler.disable()
+            if before:
+                faulthandler.enable(sys.__stderr__)
 
 
 @contextlib.contextmanager
@@ -113,8 +118,17 @@ def untimed() -> Iterator[None]:
 
 def timed_out(said: Path) -> bool:
     """Whether a process that `guarded` ended had used up its time."""
+    return _says(said, "Timeout (")
+
+
+def crashed(said: Path) -> bool:
+    """Whether a process died of a fault of its own within `guarded`, not by someone's SIGKILL or SIGTERM."""
+    return _says(said, "Fatal Python error")
+
+
+def _says(said: Path, words: str) -> bool:
     try:
-        return "Timeout (" in said.read_text(errors="replace")
+        return words in said.read_text(errors="replace")
     except OSError:
         return False
 

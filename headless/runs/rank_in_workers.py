@@ -10,7 +10,8 @@ from typing import Any
 from w2w.core.ranking.trial_sums import Spread
 
 from ..stopping import deaf_children
-from .workers import EngineError, local_executor
+from .cluster import EngineError
+from .workers import local_executor
 
 MANY_WINDOWS = 1000
 """Windows from which on workers save more time than they take to start."""

@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from w2w.core.ranking.trial_sums import Spread
 
-from .workers import EngineError, connected
+from .cluster import EngineError, connected, wait_for
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 
 def spread_over(scheduler: str) -> Spread | None:
@@ -32,7 +35,7 @@ def spread_over(scheduler: str) -> Spread | None:
             shared = client.submit(_hold, work, pure=False)  # made again where its worker dies
             futures = [client.submit(_do, shared, item, pure=False) for item in items]
             try:
-                yield from _results(futures)
+                yield from _results(client, futures)
             except KilledWorker as error:
                 raise EngineError(
                     "the cluster's workers keep dying while they rank patches (out of memory?)"
@@ -49,8 +52,8 @@ def _do(work: Callable[[Any], Any], item: Any) -> Any:
     return work(item)
 
 
-def _results(futures: list[Any]) -> Iterable[Any]:
+def _results(client: Client, futures: list[Any]) -> Iterable[Any]:
     """Results in order, none of which is held on to."""
     futures.reverse()
     while futures:
-        yield futures.pop().result()
+        yield wait_for(client, futures.pop()).result()

@@ -2,8 +2,8 @@
 """Run clip tasks in worker processes, so that a file that crashes or hangs Blender costs only itself.
 
 On one machine the workers are joblib's (loky), or background Blenders where this is the Blender program;
-on a cluster they are Dask's. Either way a task is handed out again when its worker died, and a task that dies
-alone is a skipped clip.
+on a cluster they are Dask's (see `cluster`). Either way a task is handed out again when its worker died, and
+a task that dies alone is a skipped clip.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import wait
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from joblib.externals.loky import ProcessPoolExecutor
 
@@ -37,11 +37,9 @@ from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor
 from .clip import get_ready, record_death, work_in_worker
 from .clip_task import ClipTask
+from .cluster import EngineError, run_on_cluster
 from .guard import LIMIT_S, MEMORY, end_with, guarded, timed_out
 from .load_clip import load_clip
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 Result = TypeVar("Result")
 
@@ -49,15 +47,8 @@ MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
 
 
-ANSWER_S = 20.0
-"""Seconds to wait for a scheduler to answer."""
-
 KILL_S = 5.0
 """Seconds that killed workers are waited for."""
-
-
-class EngineError(Exception):
-    """The workers cannot go on; the message says why and what to do."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +129,7 @@ def run_tasks(
         If the scheduler cannot be reached or workers die again and again.
     """
     if scheduler:
-        results = _on_cluster(tasks, scheduler, told)
+        results = run_on_cluster(tasks, scheduler, told)
     else:
         results = _on_this_machine(tasks, workers, told, ready)
     return [results[task.clip.name] for task in tasks]
@@ -245,49 +236,6 @@ def _kill(executor: Executor) -> None:
     until = time.monotonic() + KILL_S
     for worker in workers:
         wait([worker.sentinel], max(0.0, until - time.monotonic()))
-
-
-def _on_cluster(
-    tasks: Sequence[ClipTask], scheduler: str, told: Callable[[ClipResult], None]
-) -> dict[str, ClipResult]:
-    results: dict[str, ClipResult] = {}
-    with connected(scheduler) as client:
-        from distributed import KilledWorker
-        from distributed import as_completed as finished
-
-        futures = {client.submit(work_in_worker, task, pure=False, key=_key(task)): task for task in tasks}
-        for future in finished(futures):
-            task = futures[future]
-            try:
-                result = future.result()
-            except KilledWorker:
-                result = record_death(task)
-            results[result.clip.name] = result
-            told(result)
-    return results
-
-
-def connected(scheduler: str) -> Client:
-    """A Dask scheduler's client, to be used as a context.
-
-    Raises
-    ------
-    EngineError
-        If it cannot be reached.
-    """
-    try:
-        from distributed import Client
-    except ModuleNotFoundError as error:
-        raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
-    where = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
-    try:
-        return Client(**where, timeout=ANSWER_S)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-
-
-def _key(task: ClipTask) -> str:
-    return f"w2w-{task.inputs[:12]}-{task.clip.name}"
 
 
 Loaded = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Workers that die or hang cost at most the clip they were at; a cluster gives the same bytes."""
 
-import csv
 import hashlib
 import json
 import os
@@ -20,19 +19,9 @@ import pytest
 from headless.runs import workers
 from headless.runs.clip import WORK
 from headless.runs.clip_task import ClipTask
-from headless.runs.folder import make_folders
-from headless.runs.workers import EngineError, run_tasks
-from w2w.core.body.body import Body
-from w2w.core.motion.library import read_library
-from w2w.core.study import StudyConfig, place_patches
+from headless.runs.workers import run_tasks
 
 ROOT = Path(__file__).resolve().parents[3]
-CLIPS = {
-    "Conqster__TheBarMan/Walking.fbx": "walking",
-    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
-    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
-    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
-}
 
 
 @dataclass(frozen=True)
@@ -60,29 +49,6 @@ class HangingTask(ClipTask):
 
 
 cloudpickle.register_pickle_by_value(sys.modules[CrashingTask.__module__])
-
-
-@pytest.fixture(scope="module")
-def library(shared_data, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("library")
-    with (folder / "labels.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["file", "activity"])
-        for file, activity in CLIPS.items():
-            (folder / file).parent.mkdir(exist_ok=True)
-            shutil.copy(shared_data / "mixamo" / file, folder / file)
-            writer.writerow([file, activity])
-    return folder
-
-
-@pytest.fixture
-def tasks(library, bundled_body, tmp_path):
-    config = StudyConfig(patches=8, patch_mode="fast")
-    make_folders(tmp_path)
-    bundled_body.save(tmp_path / WORK / "body.npz")
-    place_patches(Body.bundled(), config).save(tmp_path / WORK / "patches.npz")
-    clips = read_library(library, library / "labels.csv").clips
-    return [ClipTask(clip, tmp_path, config, "inputs") for clip in clips]
 
 
 def told(_):
@@ -170,12 +136,6 @@ def test_works_side_by_side_are_done_at_once_and_one_that_dies_costs_itself_alon
     assert first
     assert last
     assert len({first, last, os.getpid()}) == 3
-
-
-def test_a_scheduler_that_is_not_there_is_said(tasks, monkeypatch):
-    monkeypatch.setattr(workers, "ANSWER_S", 1.0)
-    with pytest.raises(EngineError, match="no Dask scheduler answers"):
-        run_tasks(tasks, 1, "tcp://127.0.0.1:9", told)
 
 
 def command(library, out, *options):
@@ -276,45 +236,9 @@ def test_a_read_only_folder_is_said_and_nothing_in_it_changes(library, undisturb
     assert hashes(out) == hashes(undisturbed)
 
 
-@pytest.fixture
-def cluster(tmp_path):
-    """A real scheduler and two worker processes over loopback."""
-    pytest.importorskip("distributed")
-    address = tmp_path / "scheduler.json"
-    start = [sys.executable, "-m", "dask"]
-    quiet = {"cwd": ROOT, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    scheduler = subprocess.Popen(
-        [
-            *start,
-            "scheduler",
-            "--host",
-            "127.0.0.1",
-            "--port",
-            "0",
-            "--no-dashboard",
-            "--scheduler-file",
-            address,
-        ],
-        **quiet,
-    )
-    workers = [
-        subprocess.Popen(
-            [*start, "worker", "--scheduler-file", address, "--nthreads", "1", "--no-dashboard"],
-            start_new_session=True,
-            **quiet,
-        )
-        for _ in range(2)
-    ]
-    yield address, workers
-    for process in (*workers, scheduler):
-        process.terminate()
-    for process in (*workers, scheduler):
-        process.wait(timeout=30)
-
-
 @pytest.mark.slow
 def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed(library, undisturbed, cluster, tmp_path):
-    address, processes = cluster
+    address, processes = cluster.address, cluster.workers
     out = tmp_path / "out"
     process = subprocess.Popen(
         command(library, out, "--scheduler", address), cwd=ROOT, stdout=subprocess.PIPE

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Clip tasks on the workers of a Dask scheduler, which may be missing, differ from us or die at any moment.
+
+A worker of a cluster may be killed for reasons that no clip gives: its job ended, its machine was taken away.
+A clip is to blame only where it crashes a worker that has nothing else of ours to do, twice.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from asyncio import CancelledError
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from w2w.core.findings.finished_study import ClipResult
+
+from .clip import record_death, work_in_worker
+from .clip_task import ClipTask
+from .folder import code_sha256
+from .guard import crashed, timed_out
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+ANSWER_S = 20.0
+"""Seconds to wait for a scheduler to answer, and for it to have a worker."""
+
+LOOK_EVERY_S = 0.1
+
+CRASHES = 2
+"""Times that a clip must crash a worker of its own before it is given up."""
+
+TRIES = 6
+"""Times that a clip gets a worker of its own before it is left to the next run."""
+
+NAMED = 3
+"""Clips or workers that a sentence names."""
+
+
+class EngineError(Exception):
+    """The workers cannot go on; the message says why and what to do."""
+
+
+@contextmanager
+def connected(scheduler: str) -> Iterator[Client]:
+    """A Dask scheduler's client, whose workers run this very version of W2W.
+
+    Raises
+    ------
+    EngineError
+        If it cannot be reached, has no workers or others than ours, or goes away within the block.
+    """
+    try:
+        from distributed import Client
+        from distributed.comm import CommClosedError
+    except ModuleNotFoundError as error:
+        raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
+    logging.getLogger("distributed").handlers[:] = [logging.NullHandler()]  # tracebacks of what we say below
+    try:
+        client = Client(_address(scheduler), timeout=ANSWER_S)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    with client:
+        try:
+            _check_workers(client, scheduler)
+            yield client
+        except (CancelledError, CommClosedError) as error:
+            raise EngineError(
+                f"the Dask scheduler at {scheduler} went away: start it and its workers, and run again; "
+                "what is finished is kept"
+            ) from error
+
+
+def _address(scheduler: str) -> str:
+    """Of a scheduler or its file: Dask itself waits for ever for a file that is missing."""
+    if "://" in scheduler:
+        return scheduler
+    try:
+        return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
+    except OSError as error:
+        raise EngineError(f"--scheduler {scheduler} cannot be read: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise EngineError(
+            f"--scheduler {scheduler} is no scheduler file: give what dask scheduler --scheduler-file wrote, "
+            "or an address such as tcp://host:8786"
+        ) from error
+
+
+def _check_workers(client: Client, scheduler: str) -> None:
+    try:
+        client.wait_for_workers(1, timeout=ANSWER_S)
+    except TimeoutError as error:
+        raise EngineError(
+            f"the Dask scheduler at {scheduler} has no workers: start some with dask worker"
+        ) from error
+    found = client.run(code_sha256, on_error="return")
+    gone = [worker for worker, code in found.items() if isinstance(code, OSError)]  # killed just now
+    other = [worker for worker, code in found.items() if worker not in gone and code != code_sha256()]
+    if other:
+        why = next((f" ({found[worker]})" for worker in other if isinstance(found[worker], Exception)), "")
+        raise EngineError(
+            f"{len(other)} of {len(found)} Dask workers have another or a broken version of W2W: "
+            f"{_named(other)}{why}: install this one there, and start them again"
+        )
+
+
+def _named(names: Sequence[str]) -> str:
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return ", ".join(names[:NAMED]) + more
+
+
+def wait_for(client: Client, future: Future) -> Future:
+    """Wait until a future is done, while there are workers."""
+    return next(_finished(client, [future]))
+
+
+def _finished(client: Client, futures: Sequence[Future]) -> Iterator[Future]:
+    """Futures as they are done.
+
+    Raises
+    ------
+    EngineError
+        If there are no workers for long.
+    """
+    from distributed import as_completed
+
+    waiting, seen = as_completed(futures), time.monotonic()
+    while waiting.count():
+        batch = waiting.next_batch(block=False)
+        yield from batch
+        if batch or client.scheduler_info(n_workers=-1)["workers"]:
+            seen = time.monotonic()
+        if time.monotonic() - seen > ANSWER_S:
+            raise EngineError(
+                "the Dask scheduler has no workers any more: start some and run again; "
+                "what is finished is kept"
+            )
+        time.sleep(0 if batch else LOOK_EVERY_S)
+
+
+def run_on_cluster(
+    tasks: Sequence[ClipTask], scheduler: str, told: Callable[[ClipResult], None]
+) -> dict[str, ClipResult]:
+    """Do all tasks, those that workers died at one by one after the others; results by the clip's name.
+
+    Raises
+    ------
+    EngineError
+        As `connected`; if no workers are left.
+    """
+    results: dict[str, ClipResult] = {}
+
+    def keep(result: ClipResult) -> None:
+        results[result.clip.name] = result
+        told(result)
+
+    with connected(scheduler) as client:
+        from distributed import KilledWorker
+
+        suspects, futures = [], {_submit(client, task): task for task in tasks}
+        for future in _finished(client, list(futures)):
+            try:
+                keep(future.result())
+            except KilledWorker:
+                suspects.append(futures[future])
+        for task in suspects:
+            keep(_alone(client, task))
+    return results
+
+
+def _submit(client: Client, task: ClipTask) -> Any:
+    return client.submit(work_in_worker, task, pure=False)
+
+
+def _alone(client: Client, task: ClipTask) -> ClipResult:
+    """Give a task that may have killed workers a worker with nothing else of ours to do."""
+    from distributed import KilledWorker
+
+    crashes = 0
+    for _ in range(TRIES):
+        task.marker.unlink(missing_ok=True)  # it says how another try ended
+        with suppress(KilledWorker):
+            return wait_for(client, _submit(client, task)).result()
+        crashes += crashed(task.marker)
+        if timed_out(task.marker) or crashes == CRASHES:
+            return record_death(task)
+    reason = "not done yet: the cluster's workers were killed while at it; run again to take it up"
+    return ClipResult(task.clip, reason, {}, "")

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Workers of a cluster die of anything: no clip is blamed for it, and nothing is waited for without end."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cloudpickle
+import psutil
+import pytest
+
+from headless.runs import cluster as module
+from headless.runs.clip_task import ClipTask
+from headless.runs.cluster import EngineError, connected
+from headless.runs.workers import run_tasks
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@dataclass(frozen=True)
+class CrashingTask(ClipTask):
+    """A task whose file makes a worker segfault, wherever it is done but in the test itself."""
+
+    safe_process: int = 0
+
+    def key(self, source_sha256):
+        if os.getpid() != self.safe_process:
+            with (self.out / "crashes").open("a") as stream:
+                stream.write("x")
+            os.kill(os.getpid(), signal.SIGSEGV)
+        return super().key(source_sha256)
+
+
+cloudpickle.register_pickle_by_value(sys.modules[CrashingTask.__module__])
+
+
+def told(_):
+    pass
+
+
+def many(tasks, count):
+    """The tasks over and over, each clip under a name of its own."""
+    copies = [replace(task.clip, name=f"{task.clip.name}_{n}") for n in range(count) for task in tasks]
+    return [replace(tasks[0], clip=clip) for clip in copies]
+
+
+def kill_at_random(cluster, over):
+    """Kill one worker process after another, which its nanny replaces, until told to end."""
+    chance, kills = random.Random(3), 0
+    while not over.wait(chance.uniform(0.5, 3.0)):
+        nanny = psutil.Process(chance.choice(cluster.workers).pid)
+        for child in nanny.children(recursive=True):
+            if "spawn_main" in " ".join(child.cmdline()):
+                child.kill()
+                kills += 1
+    return kills
+
+
+@pytest.mark.slow
+def test_workers_killed_over_and_over_cost_no_clip(tasks, cluster):
+    wanted, over, kills = many(tasks, 6), threading.Event(), []
+    killer = threading.Thread(target=lambda: kills.append(kill_at_random(cluster, over)))
+    killer.start()
+    try:
+        results = run_tasks(wanted, 1, str(cluster.address), told)
+    finally:
+        over.set()
+        killer.join()
+    assert kills[0] >= 3
+    assert [result.reason for result in results] == [""] * len(wanted)
+
+
+@pytest.mark.slow
+def test_a_clip_that_crashes_its_worker_alone_and_twice_is_recorded_and_the_others_are_used(tasks, cluster):
+    bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
+    results = run_tasks([tasks[0], bad, *tasks[2:]], 1, str(cluster.address), told)
+    assert [result.used for result in results] == [True, False, True, True]
+    assert "Blender crashed on it" in results[1].reason
+    assert json.loads(bad.record_file.read_text())["reason"] == results[1].reason  # kept for later runs
+    assert len((tasks[0].out / "crashes").read_text()) >= 3  # beside others, and twice alone
+
+
+class _Killed:
+    """A future of a task at which workers were killed."""
+
+    def result(self):
+        from distributed import KilledWorker
+
+        raise KilledWorker("task", None, 3)
+
+
+def test_a_clip_whose_worker_was_killed_from_outside_is_left_to_the_next_run(tasks, monkeypatch):
+    monkeypatch.setattr(module, "_submit", lambda _client, _task: _Killed())
+    monkeypatch.setattr(module, "wait_for", lambda _client, future: future)
+    result = module._alone(None, tasks[0])
+    assert result.reason.startswith("not done yet")
+    assert not tasks[0].record_file.exists()
+
+
+def said_within(seconds, scheduler):
+    start = time.monotonic()
+    with pytest.raises(EngineError) as caught, connected(str(scheduler)):
+        pass
+    assert time.monotonic() - start < seconds
+    return str(caught.value)
+
+
+def test_a_scheduler_that_is_not_there_is_said(monkeypatch, tmp_path):
+    monkeypatch.setattr(module, "ANSWER_S", 1.0)
+    assert "no Dask scheduler answers" in said_within(5, "tcp://127.0.0.1:9")
+    assert "cannot be read" in said_within(1, tmp_path / "missing.json")
+    (tmp_path / "wrong.json").write_text('["no scheduler"]')
+    assert "is no scheduler file" in said_within(1, tmp_path / "wrong.json")
+    (tmp_path / "wrong.json").write_bytes(b"\xff\x00")
+    assert "is no scheduler file" in said_within(1, tmp_path / "wrong.json")
+    assert "no Dask scheduler answers" in said_within(5, "nonsense://127.0.0.1:9")
+
+
+def test_a_scheduler_without_workers_is_said(monkeypatch, scheduler):
+    monkeypatch.setattr(module, "ANSWER_S", 2.0)
+    assert "has no workers" in said_within(10, scheduler.address)
+
+
+def test_workers_with_a_broken_or_missing_version_are_said(scheduler, tmp_path):
+    (tmp_path / "headless").mkdir()
+    (tmp_path / "headless" / "__init__.py").write_text("raise ImportError('broken')")
+    scheduler.add_worker(cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)})
+    assert "1 of 1 Dask workers have another or a broken version of W2W" in said_within(20, scheduler.address)
+
+
+def test_workers_with_another_version_are_said(cluster, monkeypatch):
+    monkeypatch.setattr(module, "code_sha256", other_code)
+    assert "have another or a broken version" in said_within(20, cluster.address)
+
+
+def other_code():
+    """Another hash in each process."""
+    return str(os.getpid())
+
+
+def run_on(cluster, library, out):
+    return subprocess.Popen(
+        [
+            sys.executable, "-m", "headless", "run", library, "--out", out,
+            "--labels", library / "labels.csv", "--patches", "8", "--no-pictures", "--no-report",
+            "--scheduler", cluster.address,
+        ],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ended", ["scheduler", "workers"])
+def test_a_scheduler_or_workers_killed_during_the_run_end_it(ended, library, cluster, tmp_path):
+    out = tmp_path / "out"
+    process = run_on(cluster, library, out)
+    while process.poll() is None and not list((out / ".w2w" / "running").glob("*")):
+        time.sleep(0.05)
+    if ended == "scheduler":
+        cluster.scheduler.kill()
+    for worker in cluster.workers if ended == "workers" else ():
+        os.killpg(worker.pid, signal.SIGKILL)
+    start = time.monotonic()
+    output = process.communicate(timeout=60)[0]
+    assert time.monotonic() - start < 45
+    assert process.returncode == 1
+    assert "Traceback" not in output
+    problem = json.loads((out / "summary.json").read_text())["problem"]
+    assert "what is finished is kept" in problem
