@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, get_args
 
 import numpy as np
 import typer
@@ -142,6 +143,12 @@ EveryActivity = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+OnlyOrNone, ForbidOrNone, MustOrNone, EveryActivityOrNone = (
+    Annotated[get_args(option)[0] | None, *option.__metadata__]
+    for option in (Only, Forbid, Must, EveryActivity)
+)
+"""As they are, for where what is not given is the run's."""
+
 MaxPlaces = Annotated[
     int | None, typer.Option("--max", min=1, help="Maximum number of sensors.", rich_help_panel=PANEL)
 ]
@@ -185,6 +192,21 @@ def parse_wishes(only: str, forbid: str, must: str, costs: Path | None) -> Const
         If a cost is wrong or its table cannot be read.
     """
     return Constraints(words(only), words(forbid), words(must), read_costs(costs) if costs else ())
+
+
+def wishes_over(
+    run: Constraints, only: str | None, forbid: str | None, must: str | None, costs: Path | None
+) -> Constraints:
+    """A run's wishes, with those options in their place that are given.
+
+    Raises
+    ------
+    ValueError, OSError
+        As `parse_wishes`.
+    """
+    given = {"only": only, "forbid": forbid, "must": must}
+    changed = {name: words(text) for name, text in given.items() if text is not None}
+    return replace(run, **changed, **({"costs": read_costs(costs)} if costs else {}))
 
 
 def words(text: str) -> tuple[str, ...]:

@@ -43,10 +43,10 @@ def place(
             show_default=False,
         ),
     ] = None,
-    every_activity: options.EveryActivity = 0.0,
-    only: options.Only = "",
-    forbid: options.Forbid = "",
-    must: options.Must = "",
+    every_activity: options.EveryActivityOrNone = None,
+    only: options.OnlyOrNone = None,
+    forbid: options.ForbidOrNone = None,
+    must: options.MustOrNone = None,
     max_places: options.MaxPlaces = None,
     costs: options.Costs = None,
     background: Annotated[
@@ -85,6 +85,8 @@ def place(
 ) -> None:
     """Choose sensors from a finished ranking under constraints, without baking anything again.
 
+    What is not given is as in the run; '' takes back what the run wished for.
+
     RESULTS stays as it is unless --redraw is given.
 
     Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why), 4 a run is using RESULTS.
@@ -93,16 +95,18 @@ def place(
     folder = out if out is not None and out.suffix.lower() != ".json" else None
     try:
         study = StudyResults.load(results)
-        goal = target if target is not None else study.parameters["target"]
-        constraints = options.parse_wishes(only, forbid, must, costs)
-        wished = {"target": goal, "every_activity": every_activity, "max_places": max_places}
-        config = replace(study.config(), **wished, constraints=constraints)
-        config = _counting(config, background, weights)
+        wished = {"target": target, "every_activity": every_activity, "max_places": max_places}
+        if must and max_places and target is None:
+            wished["target"] = 1.0  # what goes best with it is asked, whatever it reaches alone
+        config = study.config()
+        constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
+        wished = {name: value for name, value in wished.items() if value is not None}
+        config = _counting(replace(config, **wished, constraints=constraints), background, weights)
         _check(folder, redrawn, together)
         check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
         with console.status("Ranking"):
             study = ranked_again(study, config)
-        advice = advise(study.utility, study.patches, goal, max_places, constraints)
+        advice = advise(study.utility, study.patches, config.target, config.max_places, constraints)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error

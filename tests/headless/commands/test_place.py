@@ -103,6 +103,28 @@ def test_the_ranking_on_file_is_whole(study):
     assert set(clusters) == set(range(max(clusters) + 1))
 
 
+def test_what_is_not_given_is_as_in_the_run_and_an_empty_word_takes_it_back(study):
+    out, _ = study
+    as_run, _ = chosen(out, "--no-together")
+    summary = json.loads((out / "summary.json").read_text())
+    assert [place["patch"] for place in as_run["subset"]["places"]] == [
+        place["patch"] for place in summary["subset"]["places"]
+    ]
+    assert as_run["exact"]["cost"] == summary["exact"]["cost"]
+    free, _ = chosen(out, "--no-together", "--forbid", "", "--max", 6)
+    assert free["subset"]["best_reachable"] >= as_run["subset"]["best_reachable"]
+
+
+def test_what_goes_best_with_a_watch_is_shown_where_the_watch_alone_would_do(study, tmp_path):
+    out = shutil.copytree(study[0], tmp_path / "out")
+    config = json.loads((out / "config.json").read_text())
+    config["parameters"]["target"] = 0.05
+    (out / "config.json").write_text(json.dumps(config))
+    found, _ = chosen(out, "--must", "watch", "--max", 2)
+    assert len(found["subset"]["places"]) == 2
+    assert len(found["worn_together"]["places"]) == 2
+
+
 def test_another_choice_from_the_same_ranking(study):
     out, _ = study
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
