@@ -96,8 +96,6 @@ def place(
     try:
         study = StudyResults.load(results)
         wished = {"target": target, "every_activity": every_activity, "max_places": max_places}
-        if must and max_places and target is None:
-            wished["target"] = 1.0  # what goes best with it is asked, whatever it reaches alone
         config = study.config()
         constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
         wished = {name: value for name, value in wished.items() if value is not None}

@@ -55,6 +55,7 @@ def connected(scheduler: str) -> Iterator[Client]:
         If it cannot be reached, has no workers or others than ours, or goes away within the block.
     """
     try:
+        from distributed import CancelledError as Lost
         from distributed import Client
         from distributed.comm import CommClosedError
     except ModuleNotFoundError as error:
@@ -69,7 +70,7 @@ def connected(scheduler: str) -> Iterator[Client]:
         try:
             _check_workers(client, scheduler)
             yield client
-        except (CancelledError, CommClosedError) as error:
+        except (CancelledError, Lost, CommClosedError) as error:
             raise EngineError(
                 f"the Dask scheduler at {scheduler} went away: start it and its workers, and run again; "
                 "what is finished is kept"

@@ -115,16 +115,6 @@ def test_what_is_not_given_is_as_in_the_run_and_an_empty_word_takes_it_back(stud
     assert free["subset"]["best_reachable"] >= as_run["subset"]["best_reachable"]
 
 
-def test_what_goes_best_with_a_watch_is_shown_where_the_watch_alone_would_do(study, tmp_path):
-    out = shutil.copytree(study[0], tmp_path / "out")
-    config = json.loads((out / "config.json").read_text())
-    config["parameters"]["target"] = 0.05
-    (out / "config.json").write_text(json.dumps(config))
-    found, _ = chosen(out, "--must", "watch", "--max", 2)
-    assert len(found["subset"]["places"]) == 2
-    assert len(found["worn_together"]["places"]) == 2
-
-
 def test_another_choice_from_the_same_ranking(study):
     out, _ = study
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
@@ -199,10 +189,12 @@ def test_another_choice_goes_into_a_folder_of_its_own(study, redrawn):
     first = json.loads((study[0] / "summary.json").read_text())
     assert summary == {**first, **choice}
     assert config["parameters"]["constraints"]["only"] == ["left"]
-    assert config["parameters"]["constraints"]["costs"] == []
+    assert config["parameters"]["constraints"]["costs"] == [["leg", 2.0]]  # as in the run
     assert (config["parameters"]["max_places"], config["parameters"]["target"]) == (2, 0.97)
     results = StudyResults.load(out)
-    assert results.config().constraints == Constraints(only=("left",), must=("left arm",))
+    assert results.config().constraints == Constraints(
+        ("left",), ("head", "hand"), ("left arm",), (("leg", 2.0),)
+    )
     for name in ("utility.csv", "utility.npz"):
         assert file_sha256(out / name) == file_sha256(study[0] / name)
     report = (out / "report.html").read_text(encoding="utf-8")
@@ -345,6 +337,7 @@ def test_another_mean_is_ranked_as_a_run_would(study, tmp_path):
     code, told = run(
         *("run", library, "--out", run_out, "--patches", 48, "--no-pictures", "--workers", 1, "--folds", 3),
         *("--labels", library / "labels.csv", "--leave-out", "stair_climbing", *asked),
+        *("--forbid", "head,hand", "--max", 2, "--target", 1, "--cost", study[0].parent / "costs.csv"),
     )
     assert code == 0, told
     before = hashes(study[0])
