@@ -60,7 +60,7 @@ def connected(scheduler: str) -> Iterator[Client]:
         from distributed.comm import CommClosedError
     except ModuleNotFoundError as error:
         raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
-    for name in ("distributed", "asyncio"):  # they print tracebacks of what we say in a sentence
+    for name in ("distributed", "distributed.client", "asyncio"):  # tracebacks of what we say in a sentence
         logging.getLogger(name).handlers[:] = [logging.NullHandler()]
     try:
         client = Client(_address(scheduler), timeout=ANSWER_S)
