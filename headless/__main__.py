@@ -11,8 +11,11 @@ if __name__ == "__main__":  # before the imports, which take seconds
 import io
 import os
 import sys
+from itertools import pairwise
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from .commands.calibrate import calibrate_sensor
 from .commands.demo import demo
@@ -35,8 +38,26 @@ from .reports.html import report
 from .stopping import ignore_signals, stop_on_signals
 from .temporary import use_own_temporary_folder
 
+PATHS = ("--out", "-o", "--plot")
+"""Options that name what is written."""
+
+
+class _Commands(TyperGroup):
+    """Refuses an empty path, which Python takes for the working directory."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        for before, text in pairwise(["", *args]):
+            if text in [f"{option}=" for option in PATHS] or (
+                not text and (before in PATHS or not before.startswith("-"))
+            ):
+                named = text.rstrip("=") or (before if before in PATHS else "An argument")
+                ctx.fail(f"{named} is empty: name a file or a folder.")
+        return super().parse_args(ctx, args)
+
+
 APP = typer.Typer(
     name="w2w",
+    cls=_Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 
 from .system_libraries import LIBRARIES, how_to_install, missing_libraries
 
@@ -19,6 +21,17 @@ MISSING_LIBRARY = re.compile(r"(\S+\.so[.\d]*): cannot open shared object file")
 
 class NoBlenderError(Exception):
     """Blender's module cannot be imported; the message says why and what to do."""
+
+
+def check_installed() -> None:
+    """Say it before any work where Blender's module is not even there.
+
+    Raises
+    ------
+    NoBlenderError
+    """
+    if "bpy" not in sys.modules and find_spec("bpy") is None:
+        raise NoBlenderError(NOT_INSTALLED)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from w2w.core.validation.calibration_gain import Alike, held_out
 from ..console import NOTHING_TO_DO, USAGE
 from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
 from ..runs.monitor import RunMonitor
+from ..runs.own_files import new_file
 from ..signal_options import AS_DEFAULT, Band, RootBand, Sensor, chosen_sensor
 from ..validation.own_sensor import Simulate, files_together, read_pairs
 
@@ -65,6 +66,7 @@ def calibrate_sensor(
         base = chosen_sensor(sensor)
         if out.suffix.lower() != ".json":
             raise ValueError(f"--out must end in .json, as --sensor expects it, not {shown(out.name)}")
+        new_file(out)
         files = files_together(real, motion)
         simulate = Simulate(patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints))
     except ValueError as error:

@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -16,18 +17,20 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.files import write_json
 from w2w.core.findings.finished_study import Study
-from w2w.core.motion.library import read_library
+from w2w.core.motion.library import Library, read_library
 from w2w.core.study import StudyConfig
 
-from ..console import USAGE
 from ..reports.console_tables import show_labels
 from ..runs.folder import code_sha256, versions
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import ForeignFileError
+from ..runs.own_files import check, claim, note
 from ..runs.study import RunPlan
 from ..runs.workers import Engine
 from .demo_library import LABELS, Take, demo_takes, write_takes
-from .execute import ended, execute
+from .execute import check_folder, execute, refused
+
+MADE_BY = "made_by.json"
+"""Beside a library that is whole: what made it."""
 
 TARGET = 0.99
 """The exercises are easy to tell apart: one sensor would do for the usual 0.90, and no set would be seen."""
@@ -58,11 +61,13 @@ def rehabilitation_study(
         With the exit code, when there is no result.
     """
     library, monitor = out / "library", RunMonitor(console)
+    plan = RunPlan(Library(library, (), ""), config, engine, pictures)
+    with refused(monitor):
+        check_folder(plan, out / "results")
     write_library_once(library, demo_takes, clips, config.seed, monitor)
     clips_found = read_library(library, library / LABELS)
     show_labels(clips_found, console)
-    plan = RunPlan(clips_found, config, engine, pictures)
-    return execute(plan, Body.bundled(), out / "results", monitor)
+    return execute(replace(plan, library=clips_found), Body.bundled(), out / "results", monitor)
 
 
 def write_library_once(
@@ -76,14 +81,16 @@ def write_library_once(
         With the exit code, where a file that W2W did not write stands in the way.
     """
     made_by = {"clips": clips, "seed": seed, "code_sha256": code_sha256(), "bpy": versions().get("bpy", "")}
-    stamp = library / "made_by.json"
+    stamp = library / MADE_BY
     with suppress(OSError, ValueError):
         if json.loads(stamp.read_text(encoding="utf-8")) == made_by:
             return
+    takes = takes_of(clips)
+    with refused(monitor):
+        check(library, [LABELS, *(take.file for take in takes)])
+        claim(library, [MADE_BY])
     stamp.unlink(missing_ok=True)
-    with monitor.bar("writing the library", len(takes_of(clips))) as advance:
-        try:
-            write_takes(library, takes_of, clips, seed, advance)
-        except ForeignFileError as error:
-            raise ended(str(error), USAGE, monitor) from error
+    with monitor.bar("writing the library", len(takes)) as advance:
+        write_takes(library, takes_of, clips, seed, advance)
     write_json(stamp, made_by)
+    note(library, [MADE_BY])

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -11,7 +10,6 @@ from typing import Annotated, NamedTuple
 import typer
 from rich.console import Console
 
-from w2w.core.clip_files import WORK
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
 from w2w.core.rehab.clips import EXERCISES, RATE, generate_clip
@@ -20,7 +18,7 @@ from w2w.core.rehab.executions import WELL
 from ..console import USAGE
 from ..needs_blender import needs_blender
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import ForeignFileError, claim
+from ..runs.own_files import ForeignFileError, claimed
 
 ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
 """Activities of the library, each a folder of it."""
@@ -109,18 +107,18 @@ def write_takes(
     with needs_blender():
         from w2w.scene.mixamo_export import write_mixamo_fbx
 
-    _claim(folder, takes_of, clips)
     rows, paths = [], []
-    for take in takes_of(clips):
-        clip = generate_clip(take.activity, take.number, seed, RATE, take.execution, take.ages)
-        path = folder / take.file
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_mixamo_fbx(clip, path)
-        rows.append((take.file, take.activity, clip.subject))
-        paths.append(path)
-        if progress is not None:
-            progress(1)
-    _write_labels(folder / LABELS, rows)
+    with claimed(folder, [LABELS, *(take.file for take in takes_of(clips))]):
+        for take in takes_of(clips):
+            clip = generate_clip(take.activity, take.number, seed, RATE, take.execution, take.ages)
+            path = folder / take.file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_mixamo_fbx(clip, path)
+            rows.append((take.file, take.activity, clip.subject))
+            paths.append(path)
+            if progress is not None:
+                progress(1)
+        write_text(folder / LABELS, csv_text([("file", "activity", "subject"), *rows]))
     return paths
 
 
@@ -145,20 +143,3 @@ def demo_library(
 
 def _file(activity: str, number: int) -> str:
     return f"{activity}/{activity.replace('_', ' ').title()} ({number + 1}).fbx"
-
-
-def _claim(folder: Path, takes_of: Callable[[int], list[Take]], clips: int) -> None:
-    """Take the library's names, all of which are ours where its labels list nothing but them."""
-    (folder / WORK).mkdir(parents=True, exist_ok=True)
-    names = [take.file for take in takes_of(clips)]
-    try:
-        with (folder / LABELS).open(newline="", encoding="utf-8") as stream:
-            listed = {row["file"] for row in csv.DictReader(stream)}
-    except (OSError, ValueError, KeyError, csv.Error):
-        listed = set()
-    ours = {take.file for take in takes_of(max(clips, len(listed)))}
-    claim(folder, () if listed and listed <= ours else (*names, LABELS))
-
-
-def _write_labels(path: Path, rows: list[tuple[str, str, str]]) -> None:
-    write_text(path, csv_text([("file", "activity", "subject"), *rows]))

@@ -18,6 +18,7 @@ from ..console import USAGE
 from ..options import Features
 from ..reports.console_tables import show_scores, wide_console, write_scores
 from ..runs.monitor import RunMonitor
+from ..runs.own_files import new_file
 
 
 def dsads(
@@ -36,6 +37,7 @@ def dsads(
     try:
         if classifier not in CLASSIFIERS:
             raise ValueError(f"'{classifier}' is no classifier; there are {', '.join(CLASSIFIERS)}")
+        new_file(out)
         with RunMonitor(console).step("reading DSADS"):
             recordings = read_dsads(data)
         with RunMonitor(console).step("ranking its sites"):

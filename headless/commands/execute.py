@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,15 +14,18 @@ from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
 from w2w.core.findings.finished_study import Study
 from w2w.core.findings.summary import study_counts, write_failure, write_results
+from w2w.core.motion.library import BLENDER_SUFFIXES, Library
+from w2w.core.ranking.folds import check_testable
 from w2w.core.results_folder import sensors_together
 
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
-from ..needs_blender import NoBlenderError
+from ..needs_blender import NoBlenderError, check_installed
 from ..reports import comparison, console_tables, draw, html, pictures
-from ..runs.folder import FolderBusyError, make_folders, only_run, own_results
+from ..runs.folder import SUMMARY, TABLES, FolderBusyError, check_results, make_folders, only_run
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import ForeignFileError
+from ..runs.own_files import ForeignFileError, check, claimed, remove_written
 from ..runs.patch_mode import placeable
+from ..runs.picture_names import HEATMAPS, picture_files
 from ..runs.study import RunPlan, StudyError, run_study, write_config
 from ..runs.workers import EngineError
 from ..stopping import STOPPED
@@ -35,6 +39,22 @@ def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
     return typer.Exit(code)
 
 
+@contextmanager
+def refused(monitor: RunMonitor) -> Iterator[None]:
+    """End with a sentence and an exit code what the block finds wrong before any work.
+
+    Raises
+    ------
+    typer.Exit
+    """
+    try:
+        yield
+    except NoBlenderError as error:
+        raise ended(f"No result: {error}", NOTHING_TO_DO, monitor) from error
+    except (ValueError, OSError) as error:
+        raise ended(str(error), USAGE, monitor) from error
+
+
 def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     """Run a study, with its progress on the monitor, and write everything down.
 
@@ -45,10 +65,10 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     """
     plan = replace(plan, config=placeable(plan.config, monitor.console))
     try:
+        check_folder(plan, out)
         make_folders(out)
         monitor.begin(plan.library, body.name, out)
-        more = [*([pictures.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
-        with only_run(out / WORK), own_results(out, plan.library, more, plan.pictures):
+        with only_run(out / WORK), claimed(out, _written_by(plan)):
             study, failed = _execute(plan, body, out, monitor)
     except ForeignFileError as error:
         raise ended(str(error), USAGE, monitor) from error
@@ -81,6 +101,8 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
             failed = draw.draw_study(study, monitor)
     except (StudyError, EngineError, NoBlenderError) as error:
         monitor.announce("failed", str(error))
+        if isinstance(error, StudyError):
+            _remove_results(plan, out)
         write_failure(out, plan.library, str(error), error.clips if isinstance(error, StudyError) else ())
         if isinstance(error, StudyError):
             console_tables.show_skipped(
@@ -94,20 +116,53 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
     return study, failed
 
 
-def ready_for(asked: StudyOptions, out: Path) -> list[tuple[str, Body]]:
-    """The bodies asked for; of several the comparison's name must be free.
+def check_folder(plan: RunPlan, out: Path) -> None:
+    """Refuse a results folder in which a file that W2W did not write is in the run's way; changes nothing.
+
+    Raises
+    ------
+    ForeignFileError
+    """
+    drawn = _drawn(plan.library) if plan.pictures else []
+    check_results(out, plan.library, [*_written_by(plan), *drawn, *plan.more])
+
+
+def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, Body]]:
+    """The bodies asked for, once nothing is left that would have the run refused.
 
     Raises
     ------
     ValueError
-        If a body is not understood.
-    ForeignFileError
-        If a file that W2W did not write stands where the comparison goes.
+        If a body is not understood, no two activities can be told apart, or a file that W2W did not write is
+        in the way.
+    NoBlenderError
+        If clips need Blender's module, and it is not installed.
     """
+    clips = plan.library.clips
+    check_testable([clip.activity for clip in clips], [clip.motion_key or clip.name for clip in clips])
+    if any(clip.path.suffix.lower() in BLENDER_SUFFIXES for clip in clips):
+        check_installed()
     bodies = asked.chosen_bodies()
     if len(bodies) > 1:
-        comparison.keep_foreign_comparison(out)
+        check(out, [comparison.COMPARISON])
+    for name, _ in bodies:
+        check_folder(plan, out if len(bodies) == 1 else out / name)
     return bodies
+
+
+def _remove_results(plan: RunPlan, out: Path) -> None:
+    """Remove what an earlier run found: it would stand beside a summary that says there is no result."""
+    results = {*TABLES, pictures.BLEND, html.REPORT, *plan.more} - {SUMMARY}
+    remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
+
+
+def _written_by(plan: RunPlan) -> list[str]:
+    """What a run writes into its folder beside clips, heatmaps and what its command adds."""
+    return [*TABLES, *([pictures.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
+
+
+def _drawn(library: Library) -> list[str]:
+    return [f"{HEATMAPS}/{file}" for file in picture_files(list(library.activities))]
 
 
 def execute_bodies(

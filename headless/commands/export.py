@@ -3,12 +3,8 @@
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import Annotated
 
 import typer
@@ -18,15 +14,12 @@ from rich.markup import escape
 from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
 from w2w.core.file_names import shown
-from w2w.core.files import UNFINISHED, write_json
 from w2w.core.results_folder import StudyResults
 
 from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE
+from ..runs.own_files import check_whole, published
 from ..signal_options import chosen_sensor
 from ..stopping import STOPPED
-
-MARKER = ".w2w_export.json"
-"""In a folder that an export made, which another may replace."""
 
 WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch}
 RECORDED = {"bids": bids.write_bids, "parquet": parquet.write_parquet}
@@ -69,14 +62,14 @@ def export(
             raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or results / "export" / tool
-        _refuse_foreign(target)
         write = _writer(study, tool, places, sensor)
+        check_whole(target)
     except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     try:
-        with console.status(f"Writing {tool}"):
-            said = _replace(target, tool, write)
+        with console.status(f"Writing {tool}"), published(target) as folder:
+            said = write(folder)
     except (ValueError, OSError) as error:
         console.print(f"Nothing written: {error}", style="red", markup=False)
         raise typer.Exit(NOTHING_TO_DO) from error
@@ -123,52 +116,3 @@ def _writer(study: StudyResults, tool: str, places: str, sensor: str) -> Callabl
 
 def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) if len(names) <= 6 else f"{len(names)} sensors"
-
-
-def _refuse_foreign(target: Path) -> None:
-    """Refuse a folder that holds anything but an earlier export as it was written."""
-    if target.is_dir() and not target.is_symlink():
-        foreign = [name for name in _files_in(target) if name not in _written_before(target)]
-        if not foreign:
-            return
-        raise ValueError(
-            f"{shown(target)} holds {shown(foreign[0])}, which W2W did not write: move it, or give "
-            "another --out"
-        )
-    if target.exists() or target.is_symlink():
-        raise ValueError(f"{shown(target)} is there and no export of W2W's: give another --out")
-
-
-def _files_in(folder: Path) -> list[str]:
-    """Whatever a folder holds but folders, by its path inside, links not followed."""
-    return sorted(
-        (Path(place) / name).relative_to(folder).as_posix()
-        for place, folders, files in os.walk(folder)
-        for name in [*files, *(one for one in folders if (Path(place) / one).is_symlink())]
-    )
-
-
-def _written_before(target: Path) -> set[str]:
-    """The files that an earlier export says it wrote there."""
-    try:
-        files = json.loads((target / MARKER).read_text(encoding="utf-8"))["files"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
-    return {MARKER, *map(str, files)}
-
-
-def _replace(target: Path, tool: str, write: Callable[[Path], str]) -> str:
-    """Fill a folder beside the target and put it there when it is whole."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    folder = Path(mkdtemp(dir=target.parent, prefix=f".{target.name[:40]}.", suffix=UNFINISHED))
-    try:
-        said = write(folder)
-        write_json(folder / MARKER, {"for": tool, "wrote": said, "files": _files_in(folder)})
-        folder.chmod(0o755)
-        _refuse_foreign(target)  # the writing took a while
-        if target.is_dir():
-            shutil.rmtree(target)
-        folder.rename(target)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-    return said

@@ -26,10 +26,10 @@ from w2w.core.study import StudyConfig
 from .. import options
 from ..console import BUSY, USAGE
 from ..reports.advice_text import show_advice, show_best_spot, show_worn
-from ..reports.redraw import copied, redraw
+from ..reports.redraw import check_redraw, copied, redraw
 from ..runs.folder import FolderBusyError
 from ..runs.monitor import SILENT, RunMonitor
-from ..runs.own_files import ForeignFileError
+from ..runs.own_files import ForeignFileError, new_file
 
 
 def place(
@@ -101,6 +101,10 @@ def place(
         wished = {name: value for name, value in wished.items() if value is not None}
         config = _counting(replace(config, **wished, constraints=constraints), background, weights)
         _check(folder, redrawn, together)
+        if folder is None:
+            new_file(out)
+        if redrawn or folder is not None:
+            check_redraw(study)
         check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
         with console.status("Ranking"):
             study = ranked_again(study, config)

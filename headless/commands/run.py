@@ -14,12 +14,11 @@ from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
 
-from ..console import USAGE
 from ..reports.console_tables import show_labels
-from ..runs.own_files import ForeignFileError, keep_apart
+from ..runs.own_files import keep_apart
 from ..runs.study import RunPlan
 from ..study_options import StudyOptions, with_study_options
-from .execute import ended, execute_bodies, ready_for
+from .execute import execute_bodies, ready_for, refused
 
 
 @with_study_options
@@ -59,15 +58,13 @@ def run(
     """
     console = Console(highlight=False)
     monitor = asked.monitor(console)
-    try:
+    with refused(monitor):
         config = asked.config()
         keep_apart(library, out)
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
         check_counting(found.activities, config.background, config.weights)
-        bodies = ready_for(asked, out)
         plan = RunPlan(found, config, asked.engine(), asked.pictures, asked.report)
-    except (ValueError, OSError, ForeignFileError) as error:
-        raise ended(str(error), USAGE, monitor) from error
+        bodies = ready_for(plan, asked, out)
     show_labels(found, console)
     execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)

@@ -20,6 +20,7 @@ from w2w.core.imu.sensor_file import TRIADS, WHOLE, write_sensor
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 
 from ..console import NOTHING_TO_DO, USAGE
+from ..runs.own_files import new_file
 from ..signal_options import chosen_sensor
 
 
@@ -50,6 +51,7 @@ def sensors(
         return
     try:
         model = chosen_sensor(sensor)
+        new_file(out)
     except ValueError as error:
         console.print(str(error).removeprefix("--sensor: "), style="red", markup=False)
         raise typer.Exit(USAGE) from error

@@ -11,14 +11,16 @@ import typer
 from w2w.core.motion.library import Library, read_library
 from w2w.core.results_folder import StudyResults
 
-from ..console import NOTHING_TO_DO, USAGE
+from ..console import NOTHING_TO_DO
 from ..reports.console_tables import show_labels, wide_console
-from ..runs.own_files import ForeignFileError, keep_apart
+from ..runs.own_files import claimed, keep_apart
 from ..runs.study import RunPlan
 from ..study_options import StudyOptions, with_study_options
 from ..validation.library import LABELS, labelled_by_name, study_library, with_enough, write_labels
-from ..validation.library_report import PAGE, write_library
-from .execute import ended, execute_bodies, ready_for
+from ..validation.library_report import PAGE, WRITTEN, write_library
+from .execute import ended, execute_bodies, ready_for, refused
+
+ADDED = (LABELS, *WRITTEN)
 
 
 @with_study_options
@@ -57,24 +59,23 @@ def library(
     """
     console = wide_console()
     monitor = asked.monitor(console)
-    try:
+    with refused(monitor):
         config = asked.config()
         for folder in libraries:
             keep_apart(folder, out)
         found = with_enough(_read(libraries, labels, asked.exact_labels), fewest)
-        bodies = ready_for(asked, out)
-        plan = RunPlan(found, config, asked.engine(), asked.pictures, asked.report)
-    except (ValueError, OSError, ForeignFileError) as error:
-        raise ended(str(error), USAGE, monitor) from error
+        plan = RunPlan(found, config, asked.engine(), asked.pictures, asked.report, ADDED)
+        bodies = ready_for(plan, asked, out)
     show_labels(found, console)
     for _, study in execute_bodies(plan, bodies, out, asked.strict, monitor):
         folder = study.results.out
-        write_labels(folder / LABELS, found)
-        try:
-            findings = study_library(StudyResults.load(folder), halvings, monitor.step)
-        except ValueError as error:
-            raise ended(f"The sources cannot be compared: {error}", NOTHING_TO_DO, monitor) from error
-        console.print(write_library(folder, findings), markup=False)
+        with claimed(folder, ADDED):
+            write_labels(folder / LABELS, found)
+            try:
+                findings = study_library(StudyResults.load(folder), halvings, monitor.step)
+            except ValueError as error:
+                raise ended(f"The sources cannot be compared: {error}", NOTHING_TO_DO, monitor) from error
+            console.print(write_library(folder, findings), markup=False)
         console.print(f"Page: {folder / PAGE}")
     monitor.log("finished", exit_code=0)
 

@@ -24,16 +24,16 @@ from w2w.core.ranking.trends import check_claims, read_claims
 from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
 
-from ..console import USAGE
 from ..reports.console_tables import show_scores, wide_console, write_scores
-from ..reports.placement_study import CLAIMS, write_placement_study
-from ..runs.own_files import ForeignFileError
+from ..reports.placement_study import CLAIMS, PAGES, write_placement_study
+from ..runs.own_files import claimed, keep_apart
 from ..runs.study import RunPlan
 from ..study_options import StudyOptions, with_study_options
-from .execute import ended, execute_bodies, ready_for
-from .tables import read_groups
+from .execute import execute_bodies, ready_for, refused
+from .tables import TABLES, read_groups
 
 COMPARISON = "unusual_places.csv"
+WRITTEN = (TABLES, COMPARISON, *PAGES)
 VERDICTS = {1: "better", 0: "cannot be told", -1: "worse"}
 
 
@@ -77,8 +77,9 @@ def mixamo(
     """
     console = wide_console()
     monitor = asked.monitor(console)
-    try:
+    with refused(monitor):
         config = asked.config()
+        keep_apart(library, out)
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
         found = read_library(library, labels, asked.exact_labels)
@@ -88,12 +89,11 @@ def mixamo(
         group_of = {name: group for name, group in group_of.items() if same_label(name) not in without}
         named = named_activities(activities, found, group_of)
         chosen = choose_activities(found, named.group_of, named.per_group or per_group)
-        said, bodies = read_claims(claims), ready_for(asked, out)
-        check_claims(said, PAPER_GROUPS, bodies[0][1])
+        said = read_claims(claims)
         taken = only(found, chosen, config.background)
-        plan = RunPlan(taken, config, asked.engine(), asked.pictures, asked.report)
-    except (ValueError, OSError, ForeignFileError) as error:
-        raise ended(str(error), USAGE, monitor) from error
+        plan = RunPlan(taken, config, asked.engine(), asked.pictures, asked.report, WRITTEN)
+        bodies = ready_for(plan, asked, out)
+        check_claims(said, PAPER_GROUPS, bodies[0][1])
     show_groups(chosen, 0 if activities else per_group, console)
     for sentence in named.missing:
         console.print(sentence, style="yellow", markup=False)
@@ -104,8 +104,9 @@ def mixamo(
     group_of = {name: group for group, names in chosen.items() for name in names}
     for _, study in studies:
         results = StudyResults.load(study.results.out)
-        show_placements(results, group_of, side, console)
-        write_placement_study(results, group_of, side, said, named.missing, console)
+        with claimed(results.out, WRITTEN):
+            show_placements(results, group_of, side, console)
+            write_placement_study(results, group_of, side, said, named.missing, console)
     monitor.log("finished", exit_code=0)
 
 
@@ -186,7 +187,7 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
     columns, patches = list(patch_of), list(patch_of.values())
     rows = score_table(study.utility, patches, group_of)
     show_scores(rows, columns, f"F1 at the 11 placements, {side} side", console)
-    write_scores(study.out / "tables.csv", rows, columns, patches, study.utility)
+    write_scores(study.out / TABLES, rows, columns, patches, study.utility)
     unusual = [placement.name for placement in PLACEMENTS if not placement.common]
     common = [placement.name for placement in PLACEMENTS if placement.common]
     tested = [name for name in dict.fromkeys(group_of.values()) if name]
@@ -202,7 +203,7 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
     }
     _show_comparison(compared, unusual, common, console)
     write_text(study.out / COMPARISON, _as_csv(compared, unusual, common))
-    console.print(f"Tables: {study.out / 'tables.csv'}, {study.out / COMPARISON}")
+    console.print(f"Tables: {study.out / TABLES}, {study.out / COMPARISON}")
 
 
 def _show_comparison(

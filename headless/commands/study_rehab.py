@@ -21,7 +21,6 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset, best_single
 from w2w.core.study import StudyConfig
 
-from ..console import USAGE
 from ..needs_blender import needs_blender
 from ..options import EveryActivity
 from ..reports.console_tables import show_labels, wide_console
@@ -29,12 +28,13 @@ from ..reports.draw import draw_alone
 from ..reports.pictures import MAX_LISTED
 from ..reports.report_data import title
 from ..runs.monitor import RunMonitor
+from ..runs.own_files import claimed
 from ..runs.study import RunPlan
 from ..runs.workers import Engine
 from ..signal_options import Sensor, sensor_settings
 from .demo import write_library_once
 from .demo_library import LABELS, Take
-from .execute import execute
+from .execute import check_folder, execute, refused
 
 FIGURE = "figure.png"
 
@@ -74,7 +74,8 @@ def rehab(
     Exit codes: as `w2w run`.
     """
     console = wide_console()
-    try:
+    library, monitor = out / "library", RunMonitor(console)
+    with refused(monitor):
         config = StudyConfig(
             patches=patches,
             target=target,
@@ -84,16 +85,16 @@ def rehab(
             background=tuple(BACKGROUND),
             seed=seed,
         )
-    except (ValueError, OSError) as error:
-        console.print(str(error), style="red", markup=False)
-        raise typer.Exit(USAGE) from error
-    library, monitor = out / "library", RunMonitor(console)
+        plan = RunPlan(Library(library, (), ""), config, Engine(workers), pictures, more=(FIGURE,))
+        check_folder(plan, out / "results")
+        if quality:
+            check_folder(plan, out / "quality")
     write_library_once(library, rehab_takes, clips, seed, monitor)
     found = read_library(library, library / LABELS)
     show_labels(found, console)
-    plan = RunPlan(found, config, Engine(workers), pictures)
+    plan = replace(plan, library=found)
     study = execute(plan, Body.bundled(), out / "results", monitor)
-    with console.status("Drawing the figure"):
+    with console.status("Drawing the figure"), claimed(study.results.out, [FIGURE]):
         failed = draw_alone(draw_figure, study.results.out, study.advice.subset) if pictures else ""
     if failed:
         console.print(f"No figure: {failed}.", style="red", markup=False)

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from w2w.core.file_names import shown
 from w2w.core.motion.source import UnusableMotion
 
 from ..console import USAGE, why_not
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
+from ..runs.own_files import published
 from ..validation.leave_out import PAGE as LEFT_OUT
 from ..validation.leave_out import try_settings, write_left_out
 from ..validation.truth import DATA_SETS, PAGE, mighar_set, run_data_set, write_page
@@ -63,6 +66,32 @@ def truth(
         )
     if leave_one_out and len(given) < 2:
         raise _wrong("--leave-one-out needs two data sets at least", console)
+    try:
+        with published(out, (*given.values(), sensors)) as folder:
+            _compare(given, libraries, sensors, seed, leave_one_out, folder, console)
+    except (ValueError, OSError) as error:
+        raise _wrong(why_not(error), console) from error
+    console.print(f"Page: {shown(out / PAGE)}", markup=False)
+    if leave_one_out and (out / LEFT_OUT).is_file():
+        console.print(f"Page: {shown(out / LEFT_OUT)}", markup=False)
+
+
+def _compare(
+    given: Mapping[str, Path],
+    libraries: list[Path],
+    sensors: Path | None,
+    seed: int,
+    leave_one_out: bool,
+    out: Path,
+    console: Console,
+) -> None:
+    """Compare set by set, and write the pages.
+
+    Raises
+    ------
+    typer.Exit
+        If no set can be used.
+    """
     found, names, settings = {}, {}, {}
     for name, path in given.items():
         try:
@@ -78,10 +107,8 @@ def truth(
     if not found:
         raise typer.Exit(USAGE)
     console.print(write_page(out, found, names), markup=False)
-    console.print(f"Page: {out / PAGE}")
     if len(settings) > 1:
         console.print(write_left_out(out, settings), markup=False)
-        console.print(f"Page: {out / LEFT_OUT}")
 
 
 def _wrong(why: str, console: Console) -> typer.Exit:

@@ -10,14 +10,13 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from w2w.core.clip_files import WORK
 from w2w.core.ranking.agreement import compare_maps
 from w2w.core.results_folder import StudyResults
 
 from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import ForeignFileError, claim, note
+from ..runs.own_files import claim, note
 from ..stopping import STOPPED
 from ..sweep.cases import FACTORS, cases
 from ..sweep.maps import SweepMaps
@@ -58,10 +57,9 @@ def sweep(
             study.config(), [name.strip().replace("-", " ") for name in by.split(",") if name.strip()], copies
         )
         folder = out or results / "sweep"
-        (folder / WORK).mkdir(parents=True, exist_ok=True)
         claim(folder, SWEEP_FILES)
         maps = SweepMaps(study, folder, places, workers)
-    except (ValueError, OSError, ForeignFileError) as error:
+    except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     swept = _sweep(maps, wanted, len(study.clips), console)

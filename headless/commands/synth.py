@@ -24,6 +24,7 @@ from w2w.core.study import record as record_at
 
 from .. import signal_options
 from ..console import NOTHING_TO_DO, USAGE
+from ..runs.own_files import new_file
 from ..runs.patch_mode import placeable
 from ..runs.workers import load_alone
 
@@ -59,6 +60,7 @@ def synth(
     try:
         if kind not in FORMATS:
             raise ValueError(f"--format must be one of {', '.join(FORMATS)}, not {kind}")
+        new_file(out, plot)
         config = StudyConfig(
             **signal_options.sensor_settings(sensor),
             synthesis=signal_options.synthesis_settings(rate, band, convention),

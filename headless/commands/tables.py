@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +19,9 @@ from w2w.core.results_folder import StudyResults
 
 from ..console import USAGE, show_left_out
 from ..reports.console_tables import show_placements, show_scores, wide_console, write_scores
+from ..runs.own_files import check, claimed, new_file
+
+TABLES = "tables.csv"
 
 
 def tables(
@@ -44,6 +48,9 @@ def tables(
         group_of = read_groups(groups, study.utility.activities) if groups else {}
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
+        if out is None:
+            check(results, [TABLES])
+        new_file(out)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
@@ -52,8 +59,9 @@ def tables(
     show_placements(study.utility, placements, f"The 11 placements, {side} side, all activities", console)
     show_scores(rows, list(placements), f"F1 at the 11 placements, {side} side", console)
     show_left_out(study.utility.left_out, console)
-    path = out or results / "tables.csv"
-    write_scores(path, rows, list(placements), list(placements.values()), study.utility)
+    path = out or results / TABLES
+    with nullcontext() if out else claimed(results, [TABLES]):
+        write_scores(path, rows, list(placements), list(placements.values()), study.utility)
     console.print(f"{study.utility.protocol}, {study.utility.classifier}. Table: {path}")
 
 

@@ -14,6 +14,7 @@ from rich.console import Console
 from w2w.core.datasets.mmfit import NON_ACTIVITY, read_mmfit
 from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.datasets.vidimu import read_vidimu
+from w2w.core.file_names import shown
 from w2w.core.imu.presets import DEFAULT_SENSOR, MTW_AWINDA
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
@@ -22,6 +23,7 @@ from ..console import USAGE, why_not
 from ..options import Classifier
 from ..reports.console_tables import wide_console
 from ..runs.monitor import RunMonitor
+from ..runs.own_files import published
 from ..signal_options import Sensor, chosen_sensor
 from ..validation.dsads import compare_dsads
 from ..validation.gait import compare_gait, write_gait
@@ -29,6 +31,7 @@ from ..validation.paired import POSE_CUTOFF_HZ, Outcome, Terms, compare_mmfit, c
 from ..validation.report import agreement_table, write_validation
 from ..validation.truth import DATA_SETS, mighar_set, run_data_set, write_empty_positions
 from ..validation.utd import compare_utd, write_utd
+from .execute import refused
 
 VALIDATE = typer.Typer(
     no_args_is_help=True,
@@ -69,7 +72,7 @@ def mmfit(
     Exit codes: 0 written, 2 wrong use (and why).
     """
     console = wide_console()
-    with _sentences(console):
+    with _published(console, out) as folder:
         if non_activity not in NON_ACTIVITY_IS:
             raise ValueError(f"--non-activity must be {', '.join(NON_ACTIVITY_IS)}, not {non_activity}")
         terms = _terms(sensor, classifier, folds, seed)
@@ -78,7 +81,7 @@ def mmfit(
         with RunMonitor(console).step("fitting poses, simulating and ranking"):
             background = (NON_ACTIVITY,) if non_activity == "background" else ()
             outcome = compare_mmfit(exercises, terms, background)
-        _write(out, [outcome], "MM-Fit: real and simulated devices", console)
+        _write(folder, [outcome], "MM-Fit: real and simulated devices", console)
 
 
 @VALIDATE.command()
@@ -95,13 +98,13 @@ def vidimu(
     Exit codes: 0 written, 2 wrong use (and why).
     """
     console = wide_console()
-    with _sentences(console):
+    with _published(console, out) as folder:
         terms = _terms(sensor, classifier, folds, seed)
         with RunMonitor(console).step("reading VIDIMU"):
             trials = read_vidimu(path)
         with RunMonitor(console).step("fitting poses, simulating and ranking"):
             outcomes = compare_vidimu(trials, terms)
-        _write(out, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
+        _write(folder, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
 
 
 @VALIDATE.command()
@@ -124,12 +127,12 @@ def dsads(
     Exit codes: 0 written, 2 wrong use (and why).
     """
     console = wide_console()
-    with _sentences(console):
+    with _published(console, out, *(labels or [])) as folder:
         terms = _terms(sensor, classifier, seed=seed)
         tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
         with RunMonitor(console).step("reading, simulating and ranking"):
             found, notes, places = compare_dsads(path, motions, tables, window, terms)
-        _write(out, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
+        _write(folder, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
 
 
 @VALIDATE.command(name="utd-mhad")
@@ -147,13 +150,13 @@ def utd_mhad(
     Exit codes: 0 written, 2 wrong use (and why).
     """
     console = wide_console()
-    with _sentences(console):
+    with _published(console, out) as folder:
         terms = _terms(sensor, seed=seed)
         with RunMonitor(console).step("reading UTD-MHAD"):
             trials = read_utd_mhad(path)
         with RunMonitor(console).step("fitting poses, simulating and training"):
             parts = compare_utd(trials, cutoff, terms)
-        console.print(write_utd(out, parts, terms.sensor), markup=False)
+        console.print(write_utd(folder, parts, terms.sensor), markup=False)
 
 
 @VALIDATE.command()
@@ -229,7 +232,7 @@ def mig_har(
     Exit codes: 0 written, 2 wrong use (and why).
     """
     if sensors is None:
-        with _sentences(wide_console()):
+        with refused(RunMonitor(wide_console())):
             out.mkdir(parents=True, exist_ok=True)
             empty = out / "sensors.csv"
             if not empty.exists():
@@ -242,7 +245,7 @@ def mig_har(
     def run(*given: Any) -> str:
         return run_data_set(mighar_set(sensors, given[-1]), *given)[1]
 
-    _compare(run, path, libraries, out, seed)
+    _compare(run, path, libraries, out, seed, sensors)
 
 
 @VALIDATE.command()
@@ -260,11 +263,11 @@ def gait(
     Exit codes: 0 written, 2 wrong use (and why).
     """
     console = wide_console()
-    with _sentences(console):
+    with _published(console, out) as folder:
         part = chosen_sensor(sensor)
         with RunMonitor(console).step("simulating and comparing"):
             found = compare_gait(path, trial, seed, part)
-        console.print(write_gait(out, found, part), markup=False)
+        console.print(write_gait(folder, found, part), markup=False)
 
 
 def _terms(sensor: str, classifier: str = "ridge", folds: int = 5, seed: int = 0) -> Terms:
@@ -279,30 +282,34 @@ def _by_protocol(name: str, *given: Any) -> None:
     _compare(lambda *told: run_data_set(DATA_SETS[name], *told)[1], *given)
 
 
-def _compare(run: Callable[..., str], *given: Any) -> None:
+def _compare(
+    run: Callable[..., str], path: Path, libraries: list[Path], out: Path, seed: int, *inputs: Path
+) -> None:
     """Run a comparison, which is told how to say what it leaves out, and print its report."""
     console = wide_console()
-    with _sentences(console):
+    with _published(console, out, *inputs) as folder:
         with RunMonitor(console).step("reading, simulating and ranking"):
-            report = run(*given, console.print)
+            report = run(path, libraries, folder, seed, console.print)
         console.print(report, markup=False)
 
 
 @contextmanager
-def _sentences(console: Console) -> Iterator[None]:
-    """What is wrong with the data as a sentence, not as a traceback."""
+def _published(console: Console, out: Path, *inputs: Path) -> Iterator[Path]:
+    """A folder to write, which becomes OUT; what is wrong with the data as a sentence, not as a traceback."""
     try:
-        yield
+        with published(out, inputs) as folder:
+            yield folder
+        console.print(f"Written to {shown(out)}", markup=False)
     except (ValueError, OSError, UnusableMotion) as error:
         console.print(why_not(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
 
 
-def _write(out: Path, outcomes: list[Outcome], title: str, console: Console) -> None:
+def _write(folder: Path, outcomes: list[Outcome], title: str, console: Console) -> None:
     for name, found, notes, places in outcomes:
         suffix = f"_{name.replace(' ', '_')}" if name else ""
         headline = f"{title}, {name}" if name else title
-        write_validation(out, found, headline, notes, places, suffix)
+        write_validation(folder, found, headline, notes, places, suffix)
         console.print(f"[bold]{headline}[/bold]\n{found.sentence()}\n")
         console.print("\n".join(agreement_table(found)), markup=False)
-        console.print(f"\nReport: {out / f'report{suffix}.md'}")
+        console.print(f"\nReport: report{suffix}.md")

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
@@ -14,21 +13,9 @@ from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.finished_study import Study
 from w2w.core.ranking.agreement import rank_agreement
 
-from ..runs.own_files import json_content, refuse
+from ..runs.own_files import claimed
 
 COMPARISON = "bodies.json"
-
-
-def keep_foreign_comparison(out: Path) -> None:
-    """Refuse to overwrite a `bodies.json` that W2W did not write.
-
-    Raises
-    ------
-    ForeignFileError
-    """
-    content = json_content(out / COMPARISON)
-    ours = isinstance(content, dict) and content.keys() == {"bodies", "agreement"}
-    refuse(out, [COMPARISON] if os.path.lexists(out / COMPARISON) and not ours else [])
 
 
 def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
@@ -56,7 +43,8 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
             for (first, a), (second, b) in combinations(studies, 2)
         ],
     }
-    write_json(out / COMPARISON, content)
+    with claimed(out, [COMPARISON]):
+        write_json(out / COMPARISON, content)
     return content
 
 

@@ -20,7 +20,7 @@ from w2w.scene.output import output_to
 from ..blender import forget_scripts_path
 from ..needs_blender import NoBlenderError, missing_library
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import claim, remove_claimed
+from ..runs.own_files import claimed, remove_written
 from ..runs.picture_names import HEATMAPS, picture_files
 from ..runs.workers import run_side_by_side
 from .pictures import BLEND, write_blend, write_pictures
@@ -48,13 +48,16 @@ def draw_folder(out: Path, subset: Subset, activities: Sequence[str], monitor: R
     """As `draw_study`, for a results folder that holds all that is drawn but the set."""
     folder = out / HEATMAPS
     folder.mkdir(exist_ok=True)
-    remove_claimed(out, HEATMAPS)
+    remove_written(out, lambda name: name.startswith(f"{HEATMAPS}/"))
     files = picture_files(activities)
-    claim(out, [f"{HEATMAPS}/{file}" for file in files])
     pictures = [folder / file for file in files]
     works = {HEATMAPS: write_pictures, BLEND: write_blend}
     title = f"Drawing heatmaps, saving {BLEND}"
-    with monitor.bar("drawing", len(files), title) as advance, _counted(pictures, advance):
+    with (
+        claimed(out, [f"{HEATMAPS}/{file}" for file in files]),
+        monitor.bar("drawing", len(files), title) as advance,
+        _counted(pictures, advance),
+    ):
         failed = dict(zip(works, draw_side_by_side(list(works.values()), out, subset), strict=True))
     if failed[BLEND]:
         (out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results

@@ -32,7 +32,7 @@ from w2w.core.selection import headline
 from w2w.core.wording import capital
 
 from ..console import USAGE
-from ..runs.own_files import ForeignFileError, claim, note
+from ..runs.own_files import claimed
 from ..window_options import window_warning
 from .choice_data import choice_data
 from .report_data import as_script_json, title, view_data
@@ -62,7 +62,7 @@ def report(
     console = Console(highlight=False)
     try:
         path = write_report(results, project)
-    except (ValueError, OSError, ForeignFileError) as error:
+    except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
     console.print(f"Report: {path}")
@@ -83,9 +83,8 @@ def write_report(out: Path, project: str | None = None) -> Path:
         json.loads((out / name).read_text(encoding="utf-8")) for name in ("summary.json", "config.json")
     )
     project = config["parameters"].get("title", "") if project is None else project.strip()
-    claim(out, [REPORT])
-    write_text(out / REPORT, page(study, study.body(), summary, config, project))
-    note(out, [REPORT])
+    with claimed(out, [REPORT]):
+        write_text(out / REPORT, page(study, study.body(), summary, config, project))
     return out / REPORT
 
 

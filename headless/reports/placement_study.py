@@ -17,13 +17,12 @@ from w2w.core.ranking.trends import Claim, judge
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
 
-from ..runs.own_files import ForeignFileError, claim, note
 from .trend_table import show_trends, trend_csv, trend_markdown
 
 CLAIMS = TEMPLATES / "paper_claims.csv"
 """What the paper says of placements seldom used; claims about groups are read from a file like it."""
 
-FIGURE, TRENDS, PAGE = "activities_by_placement.png", "trends.csv", "study.md"
+PAGES = FIGURE, TRENDS, PAGE = "activities_by_placement.png", "trends.csv", "study.md"
 
 
 def write_placement_study(
@@ -51,11 +50,6 @@ def write_placement_study(
     from .placement_figure import placement_figure  # matplotlib is slow to import
 
     out = study.out
-    try:
-        claim(out, [FIGURE, TRENDS, PAGE])
-    except ForeignFileError as error:
-        console.print(str(error), style="red", markup=False)
-        return
     trends = judge(study.utility, study.patches, claims, group_of)
     show_trends(trends, console)
     rows, columns = figure_rows(study, group_of, side), [placement.name for placement in PLACEMENTS]
@@ -63,7 +57,6 @@ def write_placement_study(
     placement_figure(out / FIGURE, rows, columns, [placement.common for placement in PLACEMENTS], title)
     write_text(out / TRENDS, trend_csv(trends))
     write_text(out / PAGE, _page(study, title, trend_markdown(trends), missing))
-    note(out, [FIGURE, TRENDS, PAGE])
     console.print(f"Figure: {out / FIGURE}\nClaims: {out / TRENDS}\nPage:   {out / PAGE}")
 
 

@@ -23,7 +23,7 @@ from w2w.core.study import StudyConfig
 
 from ..runs.folder import only_run
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import claim, note
+from ..runs.own_files import check, claimed, note
 from ..runs.picture_names import HEATMAPS, picture_files
 from . import draw, html, pictures
 
@@ -44,6 +44,17 @@ def copied(results: Path, folder: Path) -> Iterator[Path]:
         if folder.exists():
             folder.rmdir()
         copy.replace(folder)
+
+
+def check_redraw(study: StudyResults) -> None:
+    """Refuse a results folder in which a file that W2W did not write stands where a choice is drawn.
+
+    Raises
+    ------
+    ForeignFileError
+    """
+    files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
+    check(study.out, [pictures.BLEND, html.REPORT, *files])
 
 
 def redraw(
@@ -81,20 +92,20 @@ def redraw(
         If a file that W2W did not write stands where it must write; nothing has been touched then.
     """
     study = StudyResults.load(out)
-    files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
     with only_run(out / WORK):
         again = not np.array_equal(utility.weights, study.utility.weights)
         tables = ["config.json", "summary.json", *([UTILITY, "utility.csv"] if again else [])]
-        claim(out, [pictures.BLEND], [html.REPORT, *files])
+        check_redraw(study)
         placements = study.config().placements
         content = {**content, **map_content(utility, study.patches, placements)}
-        if again:
-            write_map(out, utility, study.patches, advice.clusters)
-        for name, change in (("config.json", {"parameters": config.as_dict()}), ("summary.json", content)):
-            before = json.loads((out / name).read_text(encoding="utf-8"))
-            write_json(out / name, {**before, **change})
-        html.write_report(out)
-        failed = draw.draw_folder(out, advice.subset, study.utility.activities, monitor)
-        note(out)
+        with claimed(out, [pictures.BLEND]):
+            if again:
+                write_map(out, utility, study.patches, advice.clusters)
+            changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
+            for name, change in changes.items():
+                before = json.loads((out / name).read_text(encoding="utf-8"))
+                write_json(out / name, {**before, **change})
+            html.write_report(out)
+            failed = draw.draw_folder(out, advice.subset, study.utility.activities, monitor)
         note(out, tables)
     return failed

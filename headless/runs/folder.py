@@ -11,7 +11,7 @@ import socket
 import sys
 import tomllib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -23,8 +23,8 @@ from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED
 from w2w.core.motion.library import Library
 
-from .own_files import claim, files_of_record, json_content, note, remove_own
-from .picture_names import HEATMAPS, picture_files
+from .own_files import check, files_of_record, json_content, remove_own
+from .picture_names import HEATMAPS
 
 
 class FolderBusyError(Exception):
@@ -59,7 +59,8 @@ def only_run(folder: Path) -> Iterator[None]:
 FOLDERS = ("motions", "signals", *(f"{WORK}/{name}" for name in ("features", "copies", "clips", "running")))
 """What a run writes clips into."""
 
-TABLES = ("config.json", "utility.npz", "utility.csv", "summary.json")
+SUMMARY = "summary.json"
+TABLES = ("config.json", "utility.npz", "utility.csv", SUMMARY)
 
 
 def make_folders(out: Path) -> None:
@@ -68,32 +69,24 @@ def make_folders(out: Path) -> None:
         (out / folder).mkdir(parents=True, exist_ok=True)
 
 
-@contextmanager
-def own_results(out: Path, library: Library, more: Sequence[str], pictures: bool) -> Iterator[None]:
-    """Claim the names that a run writes under, and note at its end what it wrote.
+def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
+    """Refuse a folder in which a file that W2W did not write is in a run's way; changes nothing.
 
     Parameters
     ----------
     out : Path
     library : Library
-    more : sequence of str
-        What it writes beside the tables.
-    pictures : bool
-        Whether it draws heatmaps; their names are claimed when they are drawn.
+        Its clips' motions and recordings are written, too.
+    names : sequence of str
+        What the run writes beside them.
 
     Raises
     ------
     ForeignFileError
-        If a file that W2W did not write stands at one of them.
     """
     clips = [name for clip in library.clips for name in _not_recorded(out, clip.name)]
-    drawn = [f"{HEATMAPS}/{file}" for file in picture_files(list(library.activities)) if pictures]
-    claim(out, [*TABLES, *more], [*drawn, *clips])
-    try:
-        yield
-    finally:
-        with suppress(OSError):  # a full disk: what is claimed stays ours
-            note(out)
+    inside = [f"{folder}/any" for folder in FOLDERS]  # each must be a folder of its own, not a link
+    check(out, [*names, *inside, *clips])
 
 
 def forget_running(out: Path) -> None:

@@ -1,32 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which files of a results folder W2W wrote: it replaces and removes those, and nobody else's.
+"""The rule for everything that W2W writes: it replaces and removes its own files, and nobody else's.
 
-What was made of a clip stands in the clip's record, every other result in `written.sha256`, as
+What was made of a clip stands in the clip's record, every other file in `written.sha256`, as
 `sha256sum` writes it. A name is claimed there before anything is written under it, so that a run
-that was killed in between goes on. A file is replaced where its name is ours, and removed where
-its hash is ours too.
+that was killed in between goes on. A file is W2W's where its name is listed and its hash is the same.
+Everything is checked before anything is made.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
+from tempfile import mkdtemp
 from typing import Any
 
 from w2w.core.clip_files import WORK
-from w2w.core.files import file_sha256, write_text
-
-from .picture_names import HEATMAPS, picture_files
+from w2w.core.file_names import shown
+from w2w.core.files import UNFINISHED, file_sha256, write_text
 
 LIST = "written.sha256"
 UNKNOWN = "0" * 64
 """Stands for the hash of a file that is claimed and perhaps not written yet."""
-
-EARLIER = ("config.json", "summary.json", "utility.csv", "utility.npz", "report.html", "study.blend")
-EARLIER_SWEEP = ("sweep.csv", "places.csv", "sweep.png")
-"""What versions wrote that kept no list."""
 
 CLIP_FOLDERS = ("motions", "signals", WORK)
 """Where the files of a clip's record may lie; a record that says otherwise is not believed."""
@@ -35,7 +33,7 @@ MAX_NAMED = 3
 """Names of foreign files that a sentence gives."""
 
 
-class ForeignFileError(Exception):
+class ForeignFileError(ValueError):
     """A file that W2W did not write stands where it must write; the message says which."""
 
 
@@ -62,27 +60,66 @@ def keep_apart(library: Path, out: Path) -> None:
         )
 
 
-def claim(folder: Path, names: Iterable[str], later: Iterable[str] = ()) -> None:
-    """Take names for files that are about to be written.
+def new_file(path: Path | None, *others: Path | None) -> None:
+    """Refuse a single file to be written where anything stands already, or where no folder is for it.
+
+    Parameters
+    ----------
+    path : Path or None
+        None where none is asked for.
+    *others : Path or None
+        Further files that the same command writes.
+
+    Raises
+    ------
+    ForeignFileError, ValueError
+    """
+    paths = [one for one in (path, *others) if one is not None]
+    for one in paths:
+        if os.path.lexists(one):
+            raise ForeignFileError(
+                f"{shown(one)} is already there, and will not be overwritten: move it, or give another name"
+            )
+        if not one.parent.is_dir():
+            raise ValueError(f"{shown(one)} cannot be written: there is no folder {shown(one.parent)}")
+    if len(set(paths)) < len(paths):
+        raise ValueError(f"{shown(paths[0])} cannot be two files at once: give each a name of its own")
+
+
+def check(folder: Path, names: Iterable[str]) -> None:
+    """Refuse a folder in which something that W2W did not write is in the way; changes nothing.
 
     Parameters
     ----------
     folder : Path
-        The results folder; its work folder must exist.
+        The folder to write into; it need not exist.
     names : iterable of str
-        Paths inside it, with forward slashes.
-    later : iterable of str
-        Names to be claimed later: only looked at.
+        Paths inside it that are going to be written, with forward slashes.
 
     Raises
     ------
     ForeignFileError
-        If a file stands at one of them that W2W did not write; nothing has been touched then.
+    """
+    there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
+    if not there.is_dir():
+        raise ForeignFileError(f"{shown(there)} is not a folder: give another one")
+    written = _read(folder)
+    found = (_in_the_way(folder, name, written) for name in (f"{WORK}/{LIST}", *names))
+    _refuse(folder, [name for name in dict.fromkeys(found) if name])
+
+
+def claim(folder: Path, names: Iterable[str]) -> None:
+    """Take names for files that are about to be written.
+
+    Raises
+    ------
+    ForeignFileError
+        As `check`; nothing has been touched then.
     """
     names = list(names)
-    written = _read(folder)
-    refuse(folder, [name for name in (*names, *later) if name not in written and _stands(folder, name)])
-    _write(folder, written | dict.fromkeys(names, ""))
+    check(folder, names)
+    (folder / WORK).mkdir(parents=True, exist_ok=True)
+    _write(folder, _read(folder) | dict.fromkeys(names, ""))
 
 
 def note(folder: Path, names: Iterable[str] | None = None) -> None:
@@ -103,10 +140,82 @@ def note(folder: Path, names: Iterable[str] | None = None) -> None:
     _write(folder, written)
 
 
-def remove_claimed(folder: Path, inside: str) -> None:
-    """Remove what earlier runs wrote into a folder of the results, and give up the names there."""
+@contextmanager
+def claimed(folder: Path, names: Iterable[str]) -> Iterator[None]:
+    """Claim names for the files that the block writes, and note them at its end.
+
+    Raises
+    ------
+    ForeignFileError
+        As `check`; nothing has been touched then.
+    """
+    names = list(names)
+    claim(folder, names)
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # a full disk: what is claimed stays ours
+            note(folder, names)
+
+
+def check_whole(folder: Path, inputs: Iterable[Path | None] = ()) -> None:
+    """Refuse a folder in which anything lies that W2W did not write, or somebody changed since.
+
+    Parameters
+    ----------
+    folder : Path
+    inputs : iterable of Path or None
+        What is read; such files may lie in it.
+
+    Raises
+    ------
+    ForeignFileError
+    """
+    check(folder, ())
+    theirs = {path.resolve() for path in inputs if path is not None}
     written = _read(folder)
-    stale = {name: value for name, value in written.items() if name.startswith(f"{inside}/") and value}
+    names = [name for name in _files_in(folder) if (folder / name).resolve() not in theirs]
+    _refuse(folder, [name for name in names if not _is_ours(folder, name, written)])
+
+
+@contextmanager
+def published(folder: Path, inputs: Iterable[Path | None] = ()) -> Iterator[Path]:
+    """A folder to fill, whose files take the place of those that W2W wrote into `folder` before.
+
+    Where the block fails, everything stays as it was.
+
+    Parameters
+    ----------
+    folder : Path
+        New, empty, or with nothing in it but what W2W wrote there.
+    inputs : iterable of Path or None
+        As `check_whole`.
+
+    Raises
+    ------
+    ForeignFileError
+        As `check_whole`.
+    """
+    check_whole(folder, inputs)
+    beside = next(place for place in folder.absolute().parents if place.is_dir())
+    temporary = Path(mkdtemp(dir=beside, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED))
+    try:
+        yield temporary
+        names = _files_in(temporary)
+        claim(folder, names)
+        for name in names:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (temporary / name).replace(folder / name)
+        remove_written(folder, lambda name: name not in names)
+        note(folder)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def remove_written(folder: Path, which: Callable[[str], bool]) -> None:
+    """Remove those listed files of a folder that are still as W2W wrote them, and give up their names."""
+    written = _read(folder)
+    stale = {name: value for name, value in written.items() if which(name)}
     remove_own(folder, stale)
     _write(folder, {name: value for name, value in written.items() if name not in stale})
 
@@ -120,9 +229,9 @@ def remove_own(folder: Path, files: Mapping[str, str]) -> None:
     files : mapping of str to str
         Hash of each path inside it.
     """
-    for name, sha256 in files.items():
+    for name in files:
         path = folder / name
-        if path.is_file() and file_sha256(path) == sha256:
+        if path.is_file() and _is_ours(folder, name, files):
             path.unlink()
 
 
@@ -133,28 +242,54 @@ def files_of_record(record: Path) -> dict[str, str]:
     return files if _is_hashes(files) and all(_is_clips(name) for name in files) else {}
 
 
-def refuse(folder: Path, foreign: list[str]) -> None:
-    """Say which files stand in the way, if any.
-
-    Raises
-    ------
-    ForeignFileError
-    """
-    if not foreign:
-        return
-    more = f" and {len(foreign) - MAX_NAMED} more" if len(foreign) > MAX_NAMED else ""
-    raise ForeignFileError(
-        f"{folder} already holds {', '.join(foreign[:MAX_NAMED])}{more}, which W2W did not write and will "
-        "not overwrite: move it away, or give another folder"
-    )
-
-
 def json_content(path: Path) -> Any:
     """What a JSON file holds; None where it cannot be read."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return None
+
+
+def _refuse(folder: Path, foreign: list[str]) -> None:
+    """Say which files are in the way, if any."""
+    if not foreign:
+        return
+    more = f" and {len(foreign) - MAX_NAMED} more" if len(foreign) > MAX_NAMED else ""
+    raise ForeignFileError(
+        f"{shown(folder)} already holds {', '.join(map(shown, foreign[:MAX_NAMED]))}{more}, which W2W did "
+        "not write and will not overwrite: move it away, or give another folder"
+    )
+
+
+def _in_the_way(folder: Path, name: str, written: Mapping[str, str]) -> str:
+    """What is in a file's way: a foreign file, or a link or file for a folder; else empty."""
+    for parent in reversed(PurePosixPath(name).parents[:-1]):
+        place = folder / parent
+        if place.is_symlink() or (place.exists() and not place.is_dir()):
+            return parent.as_posix()
+    return "" if name == f"{WORK}/{LIST}" or _is_ours(folder, name, written) else name
+
+
+def _is_ours(folder: Path, name: str, written: Mapping[str, str]) -> bool:
+    """Whether nothing stands there, or the very file that W2W wrote, or claimed and may have written."""
+    path = folder / name
+    if not os.path.lexists(path):
+        return True
+    if name not in written or path.is_symlink() or not path.is_file():
+        return False
+    return written[name] in ("", file_sha256(path))
+
+
+def _files_in(folder: Path) -> list[str]:
+    """All that is in a folder but its work folder; links count as files."""
+    found = []
+    for place, folders, files in os.walk(folder):
+        inside = Path(place)
+        if inside == folder:
+            folders[:] = [name for name in folders if name != WORK or (folder / WORK).is_symlink()]
+        links = [name for name in folders if (inside / name).is_symlink()]
+        found += [(inside / name).relative_to(folder).as_posix() for name in (*files, *links)]
+    return sorted(found)
 
 
 def _is_clips(name: str) -> bool:
@@ -166,38 +301,14 @@ def _is_hashes(content: Any) -> bool:
     return isinstance(content, dict) and all(isinstance(value, str) for value in content.values())
 
 
-def _stands(folder: Path, name: str) -> bool:
-    return os.path.lexists(folder / name)
-
-
 def _read(folder: Path) -> dict[str, str]:
     """The hash of every file that is ours, empty where it is claimed and perhaps not written yet."""
     try:
         lines = (folder / WORK / LIST).read_text(encoding="utf-8").splitlines()
     except (OSError, ValueError):
-        return {name: "" for name in _of_earlier_version(folder) if _stands(folder, name)}
+        return {}
     written = {name: sha256 for sha256, _, name in (line.partition("  ") for line in lines) if name}
     return {name: "" if sha256 == UNKNOWN else sha256 for name, sha256 in written.items()}
-
-
-def _of_earlier_version(folder: Path) -> list[str]:
-    """Names that a version that kept no list wrote into the folder, known by what stands in it."""
-    if not (folder / WORK / "patches.npz").is_file():
-        return []
-    if any((folder / WORK).glob("map_*.npz")):
-        return [*EARLIER_SWEEP]
-    names = []
-    for marker in (folder / WORK / "running").glob("*"):  # killed before it could record them
-        names += [f"motions/{marker.name}.npz", f"signals/{marker.name}.npz"]
-    summary, config = json_content(folder / "summary.json"), json_content(folder / "config.json")
-    if isinstance(config, dict) and {"parameters", "versions", "code_sha256"} <= config.keys():
-        names += EARLIER
-    elif isinstance(summary, dict) and {"problem", "labelled_by"} <= summary.keys():
-        names += ["summary.json"]
-    if isinstance(summary, dict) and isinstance(summary.get("activities"), dict):
-        tested = sorted(set(summary["activities"]) - set(summary.get("left_out", ())))
-        names += [f"{HEATMAPS}/{name}" for name in picture_files(tested)]
-    return names
 
 
 def _write(folder: Path, written: Mapping[str, str]) -> None:

@@ -65,6 +65,8 @@ class RunPlan:
         Whether to draw heatmaps and save `study.blend`.
     report : bool
         Whether to write `report.html`.
+    more : tuple of str
+        What the command writes into the folder after the run.
     """
 
     library: Library
@@ -72,6 +74,7 @@ class RunPlan:
     engine: Engine
     pictures: bool = True
     report: bool = True
+    more: tuple[str, ...] = ()
 
 
 def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:

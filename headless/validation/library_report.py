@@ -16,7 +16,7 @@ from w2w.core.validation.library_repeats import MeansAgree
 
 from .library import ENOUGH, LibraryFindings
 
-PAGE, TABLE, CONTENT, PICTURE = "library.md", "library.csv", "library.json", "library_curve.png"
+WRITTEN = PAGE, TABLE, CONTENT, PICTURE = "library.md", "library.csv", "library.json", "library_curve.png"
 MOST_TIMES = 20
 """Beyond so many times the clips the formula's answer is no advice."""
 

@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 
 from headless.__main__ import APP
 from headless.runs.folder import TABLES, make_folders, remove_leftovers
-from headless.runs.own_files import claim
 from w2w.core.files import file_sha256, write_json, write_npz
 
 pytestmark = pytest.mark.usefixtures("one_worker")
@@ -139,10 +138,10 @@ def test_a_users_comparison_of_bodies_is_kept(library, tmp_path):
 
 def test_a_failed_run_gives_up_the_names_it_did_not_use(library, tmp_path):
     out = tmp_path / "out"
-    shutil.rmtree(library / "wild")
+    for path in (library / "wild").iterdir():
+        path.write_bytes(b"")
     assert run(library, out)[0] == 1
     put(out / "utility.csv")
-    moving(library / "wild" / "2.npz", 2, 0.3)
     code, said = run(library, out)
     assert code == 2
     assert "already holds utility.csv" in said
@@ -161,22 +160,30 @@ def test_a_clip_that_is_skipped_once_is_used_again(library, tmp_path):
     assert (out / "motions" / "calm_0.npz").exists()
 
 
-def test_a_folder_of_an_earlier_version_goes_on(library, tmp_path):
+def test_a_run_without_result_leaves_none_of_an_earlier_one(library, tmp_path):
+    out = tmp_path / "out"
+    assert run(library, out, "--report")[0] == 0
+    for path in (library / "wild").iterdir():
+        path.write_bytes(b"")
+    mine = put(out / "heatmaps" / "mine.png")
+    code, _ = run(library, out)
+    assert code == 1
+    assert {path.name for path in out.iterdir()} == {".w2w", "heatmaps", "motions", "signals", "summary.json"}
+    assert "problem" in json.loads((out / "summary.json").read_text())
+    assert mine.read_bytes() == PRECIOUS
+
+
+def test_a_result_that_the_user_changed_is_kept(library, tmp_path):
     out = tmp_path / "out"
     assert run(library, out)[0] == 0
-    put(out / "report.html")
-    put(out / "heatmaps" / "mean.png")
-    mine = put(out / "heatmaps" / "mine.png")
-    (out / ".w2w" / "written.sha256").unlink()
-    (out / ".w2w" / "clips" / "calm_1.json").unlink()  # killed between the files of a clip and its record
-    (out / ".w2w" / "running" / "calm_1").touch()
-    code, said = run(library, out, "--report")
-    assert code == 0, said
-    assert mine.read_bytes() == PRECIOUS
-    assert "written.sha256" in {path.name for path in (out / ".w2w").iterdir()}
+    (out / "summary.json").write_bytes(PRECIOUS)
+    before = contents(out)
+    code, said = run(library, out)
+    assert (code, contents(out)) == (2, before)
+    assert "already holds summary.json" in said
 
 
-def test_a_folder_that_only_looks_like_an_earlier_version_is_the_users(library, tmp_path):
+def test_a_folder_without_the_list_is_the_users(library, tmp_path):
     out = tmp_path / "out"
     assert run(library, tmp_path / "finished")[0] == 0
     out.mkdir()
@@ -201,19 +208,6 @@ def test_a_record_that_points_elsewhere_removes_nothing(tmp_path):
     assert all(path.read_bytes() == PRECIOUS for path in mine)
 
 
-def test_a_users_report_is_kept(drawn_results, tmp_path):
-    out = tmp_path / "out"
-    shutil.copytree(drawn_results, out)
-    (out / "report.html").unlink(missing_ok=True)
-    (out / ".w2w" / "written.sha256").unlink(missing_ok=True)  # other tests wrote the report there
-    claim(out, TABLES)
-    put(out / "report.html")
-    result = CliRunner().invoke(APP, ["report", str(out)])
-    assert result.exit_code == 2
-    assert "already holds report.html" in " ".join(result.output.split())
-    assert (out / "report.html").read_bytes() == PRECIOUS
-
-
 def demo_library(folder, *options):
     result = CliRunner().invoke(APP, ["demo-library", str(folder), *options], env={"COLUMNS": "400"})
     return result.exit_code, " ".join(result.output.split())
@@ -230,12 +224,9 @@ def test_a_users_library_is_not_overwritten_by_the_built_in_one(tmp_path, name):
 
 
 @pytest.mark.slow
-def test_the_built_in_library_is_written_again_also_over_that_of_an_earlier_version(tmp_path):
+def test_the_built_in_library_is_written_again(tmp_path):
     assert demo_library(tmp_path, "--clips", "2")[0] == 0
     assert demo_library(tmp_path, "--clips", "1")[0] == 0
-    shutil.rmtree(tmp_path / ".w2w")
-    code, said = demo_library(tmp_path, "--clips", "1")
-    assert code == 0, said
 
 
 KILLED = """
@@ -247,7 +238,8 @@ from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
 from headless.runs.clip import do_clip
 from headless.runs.clip_task import ClipTask
-from headless.runs.folder import make_folders, own_results, remove_leftovers
+from headless.runs.folder import TABLES, make_folders, remove_leftovers
+from headless.runs.own_files import claimed
 library, place = read_library(sys.argv[1]), Path(sys.argv[2])
 config, body = StudyConfig(patches=4), Body.bundled()
 patches = place_patches(body, config)
@@ -261,7 +253,7 @@ def folder(name):
 
 
 def do(out, inputs):
-    with own_results(out, library, [], False):
+    with claimed(out, TABLES):
         return do_clip(ClipTask(library.clips[0], out, config, inputs))
 
 

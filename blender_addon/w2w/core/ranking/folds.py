@@ -135,6 +135,32 @@ def untestable(
     return reasons
 
 
+def check_testable(activity: Sequence[str], group: Sequence[str]) -> None:
+    """Refuse clips of which no two activities can be tested, before anything is made of them.
+
+    Parameters
+    ----------
+    activity : sequence of str
+        Label of each clip.
+    group : sequence of str
+        Clip, or set of clips that are one motion.
+
+    Raises
+    ------
+    ValueError
+    """
+    names = sorted(set(activity))
+    left_out = untestable(activity, group, names)
+    if len(names) - len(left_out) < 2:
+        raise ValueError(_too_few([name for name in names if name not in left_out], left_out))
+
+
+def _too_few(tested: Sequence[str], left_out: dict[str, str]) -> str:
+    there = f"only {tested[0]}" if len(tested) == 1 else "none"
+    why = f": {'; '.join(left_out.values())}" if left_out else ""
+    return f"a utility map needs two activities that can be tested, and there is {there}{why}"
+
+
 class Dealt(NamedTuple):
     """Fold of each window, the activities tested, why others cannot be, and the protocol in words."""
 
@@ -170,4 +196,4 @@ def deal(
         tested = tuple(name for name in candidates if name not in left_out)
         if len(tested) > 1:
             return Dealt(fold, tested, left_out, protocol)
-    raise ValueError(f"a utility map needs two activities that can be tested: {'; '.join(left_out.values())}")
+    raise ValueError(_too_few([name for name in candidates if name not in left_out], left_out))
