@@ -50,9 +50,12 @@ def w2w(folder, *arguments, blocked="not installed"):
 
 @pytest.fixture
 def clip(tmp_path):
-    folder = tmp_path / "library" / "walking"
-    folder.mkdir(parents=True)
-    (folder / "one.fbx").write_text("; FBX 7.3.0 project file\n")
+    """One of two clips of each of two activities."""
+    for activity in ("running", "walking"):
+        folder = tmp_path / "library" / activity
+        folder.mkdir(parents=True)
+        for name in ("one.fbx", "two.fbx"):
+            (folder / name).write_text("; FBX 7.3.0 project file\n")
     return folder / "one.fbx"
 
 
@@ -94,7 +97,12 @@ for arguments in json.loads(sys.argv[1]):
 
 def test_commands_that_do_not(tmp_path, drawn_results):
     results = str(drawn_results)
-    commands = [["sensors"], ["tables", results], ["report", results], ["status", str(tmp_path)]]
+    commands = [
+        ["sensors"],
+        ["tables", results, "--out", str(tmp_path / "t.csv")],
+        ["report", results],
+        ["status", str(tmp_path)],
+    ]
     done = w2w_process(tmp_path, ["-c", ONE_AFTER_ANOTHER, json.dumps(commands)])
     codes, outputs = zip(*map(json.loads, done.stdout.splitlines()), strict=True)
     assert codes == (0, 0, 0, 2), outputs

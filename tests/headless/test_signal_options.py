@@ -122,7 +122,7 @@ def test_sensors_shows_one_whole_and_writes_it(tmp_path):
     assert (code, "did you mean 'jitter_s'" in output) == (2, True)
     assert w2w("sensors", "--out", tmp_path / "x.json")[0] == 2
     code, output = w2w("sensors", "bmi270", "--out", tmp_path / "no" / "x.json")
-    assert (code, "cannot be written" in output) == (1, True)
+    assert (code, "there is no folder" in output) == (2, True)
 
 
 def test_further_sensors_are_read_from_the_options():

@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.augmentation import at_tempo, mirrored, scaled
-from w2w.core.motion.duplicates import SIZE, mirrored_signatures, motion_signature
+from w2w.core.motion.duplicates import SIZE, mirrored_signatures, motion_signature, move_alike
 from w2w.core.study import same_clips
 from w2w.loading import load
 
@@ -22,6 +22,11 @@ def test_the_mirrored_signature_is_that_of_the_mirrored_motion(waving):
     found = mirrored_signatures(motion_signature(waving)[None])[0]
     np.testing.assert_allclose(found, motion_signature(mirrored(waving)), atol=1e-12)
     np.testing.assert_allclose(mirrored_signatures(found[None])[0], motion_signature(waving), atol=1e-12)
+
+
+def test_of_no_pairs_none_moves_alike():
+    none = np.empty((0, SIZE), dtype=np.float32)
+    assert move_alike(none, none).shape == (0,)
 
 
 def test_a_mirrored_download_is_the_same_motion_and_another_pace_is_not(waving):

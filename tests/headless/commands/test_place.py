@@ -46,6 +46,7 @@ def study(tmp_path_factory):
 
 
 def chosen(out, *options):
+    (out / "choice.json").unlink(missing_ok=True)
     code, output = run("place", out, "--out", out / "choice.json", *options)
     assert code == 0, output
     return json.loads((out / "choice.json").read_text()), output
@@ -250,6 +251,7 @@ def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
     assert code == 2
     assert "--no-together" in output
     assert not (tmp_path / "new").exists()
+    (out / "study.blend").unlink()
     with only_run(out / ".w2w"):
         code, output = run("place", out, "--redraw")
     assert code == 4

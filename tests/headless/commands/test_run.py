@@ -205,9 +205,9 @@ def test_one_activity_is_not_enough_and_the_reason_is_said(library, tmp_path):
         "file,activity\n" + "\n".join(f'"{file}",move' for file in CLIPS if "_broken" not in file)
     )
     result = run("run", library, "--out", tmp_path / "out", "--labels", labels, "--patches", 8)
-    assert result.exit_code == 1
-    assert "No result" in result.output
-    assert "Traceback" not in result.output
+    assert result.exit_code == 2
+    assert "two activities that can be tested, and there is only move" in " ".join(result.output.split())
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

@@ -53,11 +53,3 @@ def test_figure_verdicts_and_page(study, groups, tmp_path):
 def test_rows_stand_in_the_papers_order_of_groups(study, groups):
     rows = figure_rows(study, groups, "left")
     assert [row.group for row in rows] == ["locomotion_posture", "asymmetric", "communicative_gesture"]
-
-
-def test_a_file_of_another_stays(study, groups, tmp_path):
-    (study.out / PAGE).write_text("mine")
-    told = written(study, groups, read_claims(CLAIMS), tmp_path)
-    assert "did not write" in told
-    assert (study.out / PAGE).read_text() == "mine"
-    assert not (study.out / FIGURE).exists()

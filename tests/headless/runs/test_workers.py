@@ -198,8 +198,8 @@ def test_a_folder_that_cannot_be_written_is_said(library, tmp_path):
     done = subprocess.run(
         command(library, tmp_path / "file" / "out"), cwd=ROOT, capture_output=True, text=True, check=False
     )
-    assert done.returncode == 1
-    assert "cannot be written" in " ".join(done.stdout.split())
+    assert done.returncode == 2
+    assert "file is not a folder: give another one" in " ".join(done.stdout.split())
     assert "Traceback" not in done.stdout + done.stderr
 
 

@@ -94,8 +94,9 @@ def move_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 def _movement(signatures: np.ndarray) -> np.ndarray:
     """How poses differ from their mean over a clip, shape (L, K - 1)."""
-    turns = signatures[:, :-1].reshape(len(signatures), PHASES, -1)
-    return (turns - turns.mean(axis=1, keepdims=True)).reshape(len(signatures), -1)
+    poses = signatures[:, :-1]
+    turns = poses.reshape(len(poses), PHASES, 6 * len(JOINTS))
+    return (turns - turns.mean(axis=1, keepdims=True)).reshape(poses.shape)
 
 
 def mirrored_signatures(signatures: np.ndarray) -> np.ndarray:
