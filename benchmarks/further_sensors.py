@@ -15,8 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from headless.runs.load_clip import load_clip
-from headless.signal_options import further_sensors, sensor_settings
 from w2w.core.body.body import Body
 from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.virtual import at_patches
@@ -28,6 +26,8 @@ from w2w.core.ranking.further_features import further_features
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, cut_windows
 from w2w.core.study import StudyConfig, place_patches, record
+from w2w.headless.runs.load_clip import load_clip
+from w2w.headless.signal_options import further_sensors, sensor_settings
 
 RESAMPLES = 2000
 

@@ -223,12 +223,12 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
 
 def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     """Damaged FBX and BVH files as a library: what became of each clip."""
-    from headless.runs.clip import WORK
-    from headless.runs.clip_task import ClipTask
-    from headless.runs.folder import make_folders
-    from headless.runs.workers import run_tasks
     from w2w.core.body.body import Body
     from w2w.core.study import StudyConfig, place_patches
+    from w2w.headless.runs.clip import WORK
+    from w2w.headless.runs.clip_task import ClipTask
+    from w2w.headless.runs.folder import make_folders
+    from w2w.headless.runs.workers import run_tasks
 
     rng = np.random.default_rng(seed)
     whole = [p for kind in ("mixamo/**/*.fbx", "bvh/**/*.bvh") for p in sorted(DATA.glob(kind))]

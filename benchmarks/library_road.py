@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from headless.runs import clip as clip_work
-from headless.runs import clip_records
-from headless.runs.clip import WORK, do_clip
-from headless.runs.clip_task import ClipTask
-from headless.runs.folder import make_folders
 from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
+from w2w.headless.runs import clip as clip_work
+from w2w.headless.runs import clip_records
+from w2w.headless.runs.clip import WORK, do_clip
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.folder import make_folders
 from w2w.scene.output import quiet_output
 
 from .fbx_variants import LABELS

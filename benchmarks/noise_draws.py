@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 
-from headless.signal_options import sensor_settings
 from w2w.core.clip_ranking import WindowLabels, rank_windows
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.skin import SkinDistances
@@ -26,6 +25,7 @@ from w2w.core.ranking.inputs import ArrayBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import StudyConfig, describe, record
+from w2w.headless.signal_options import sensor_settings
 
 from .repeatability import rank_correlation
 

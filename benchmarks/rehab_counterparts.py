@@ -20,8 +20,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import spearmanr
 
-from headless.options import parse_bodies
-from headless.runs.load_clip import load_clip
 from w2w.core.body.body import Body
 from w2w.core.imu.presets import preset
 from w2w.core.imu.virtual import record_motion
@@ -36,6 +34,8 @@ from w2w.core.ranking.folds import ALWAYS_TRAIN
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.headless.options import parse_bodies
+from w2w.headless.runs.load_clip import load_clip
 
 PAIRS = {
     "sit_to_stand": ("standing up or squatting", "squat"),

@@ -28,9 +28,9 @@ from pathlib import Path
 
 import numpy as np
 
-from headless.__main__ import main as main_command
-from headless.runs.monitor import read_state
 from w2w.core.files import write_json
+from w2w.headless.app import main as main_command
+from w2w.headless.runs.monitor import read_state
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data" / "mixamo"

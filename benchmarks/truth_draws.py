@@ -18,14 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from headless.validation.leave_out import scores_of
-from headless.validation.truth import DATA_SETS, DataSet
-from headless.validation.unpaired import RegionSimulator, load_motions, real_side
 from w2w.core.body.body import Body
 from w2w.core.validation.by_source import replaced_sides
 from w2w.core.validation.protocol import Analysis
 from w2w.core.validation.site_scores import SiteScores
 from w2w.core.validation.sites import SiteValidation, compare_scores
+from w2w.headless.validation.leave_out import scores_of
+from w2w.headless.validation.truth import DATA_SETS, DataSet
+from w2w.headless.validation.unpaired import RegionSimulator, load_motions, real_side
 
 
 def main() -> None:

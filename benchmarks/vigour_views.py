@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from headless.validation.unpaired import Side
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.ranking.features import UNIT, feature_names
 from w2w.core.validation.site_windows import SiteWindows
+from w2w.headless.validation.unpaired import Side
 
 MIDDLING = (float(UNIT[0]), float(UNIT[3]))
 """How hard a sensor is moved after scaling, root mean square: m/s2 and rad/s."""

@@ -9,8 +9,8 @@ from pathlib import Path
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from headless.reports.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
 from w2w.core.files import atomic_write
+from w2w.headless.reports.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
 
 TITLES = {
     "utd_wrist": "UTD-MHAD's wrist, 21 activities",

@@ -25,11 +25,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from headless.validation.leave_out import scores_of, simulated_scores
-from headless.validation.paired import AS_DEFAULT, POSE_CUTOFF_HZ
-from headless.validation.truth import DATA_SETS
-from headless.validation.unpaired import Moving, RegionSimulator, Side, load_motions, real_side
-from headless.validation.utd import SITES, WINDOW, simulated_trial
 from w2w.core.body.body import Body
 from w2w.core.datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
 from w2w.core.ranking.agreement import spearman_rows
@@ -37,6 +32,11 @@ from w2w.core.validation.protocol import Analysis, Protocol
 from w2w.core.validation.site_scores import SiteScores
 from w2w.core.validation.site_windows import SiteWindows, site_windows
 from w2w.core.validation.tuning import Setting
+from w2w.headless.validation.leave_out import scores_of, simulated_scores
+from w2w.headless.validation.paired import AS_DEFAULT, POSE_CUTOFF_HZ
+from w2w.headless.validation.truth import DATA_SETS
+from w2w.headless.validation.unpaired import Moving, RegionSimulator, Side, load_motions, real_side
+from w2w.headless.validation.utd import SITES, WINDOW, simulated_trial
 
 from .why_figure import figure
 from .why_rows import NONE, Row, agreement, estimate, row_of, tell, three

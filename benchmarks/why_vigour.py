@@ -34,11 +34,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from headless.validation.leave_out import scores_of
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.validation.site_scores import SiteScores
 from w2w.core.validation.site_transfer import magnitudes
 from w2w.core.validation.site_windows import SiteWindows, site_windows
+from w2w.headless.validation.leave_out import scores_of
 
 from .vigour_views import (
     Sampled,

@@ -13,7 +13,7 @@ from .stopping import stop_on_signals
 def main() -> None:
     """Run the command line; ends the process with its exit code."""
     stop_on_signals()
-    from .__main__ import main as run
+    from .app import main as run
 
     run()
 
@@ -53,6 +53,6 @@ def run_arguments(arguments: list[str]) -> int:
 def _run(arguments: list[str], program: str) -> None:
     if "bpy" in sys.modules:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # Blender's own would not stop a run
-    from .__main__ import main
+    from .app import main
 
     main(arguments, program)

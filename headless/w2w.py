@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-    from headless.start import run_script
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender_addon"))
+    from w2w.headless.start import run_script
 
     run_script()

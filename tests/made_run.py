@@ -8,10 +8,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-from headless.reports.draw import draw_alone
-from headless.reports.pictures import write_blend
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
+from w2w.headless.reports.draw import draw_alone
+from w2w.headless.reports.pictures import write_blend
 
 ACTIVITIES = ("bow", "run", "walk-left")
 N_PATCHES = 48

@@ -20,9 +20,15 @@ import atexit
 import importlib
 import importlib.util
 import sys
+from pathlib import Path
 from typing import Any
 
 __version__ = "0.1.0"
+
+if (_above := Path(__file__).resolve().parents[1]).name == "blender_addon":
+    __path__.append(
+        str(_above.parent)
+    )  # `w2w.headless` stands beside it in the source tree and Blender's zip
 
 _HOMES = {
     "Body": "core.body.body",

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import bpy
 
-ROOT = Path(__file__).resolve().parents[2]
+FOLDER = Path(__file__).resolve().parents[1]
+"""The folder that `w2w` is imported from."""
+
 _registered: list[object] = []
 
 
@@ -31,7 +33,7 @@ def run(arguments: list[str]) -> int:
     int
         The exit code.
     """
-    sys.path.insert(0, str(ROOT))  # an extension's own name depends on where it is installed
-    from headless.start import run_arguments
+    sys.path.insert(0, str(FOLDER))  # an extension's own name depends on where it is installed
+    from w2w.headless.start import run_arguments
 
     return run_arguments(arguments)

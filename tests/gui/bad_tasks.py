@@ -15,19 +15,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
-from headless.blender import find_libraries  # noqa: E402
+sys.path.insert(0, str(ROOT / "blender_addon"))
+from w2w.headless.blender import find_libraries  # noqa: E402
 
 find_libraries()
 import numpy as np  # noqa: E402
 
-from headless.runs.clip_task import ClipTask  # noqa: E402
-from headless.runs.folder import make_folders  # noqa: E402
-from headless.runs.workers import run_alone, run_tasks  # noqa: E402
 from w2w.core.body.body import Body  # noqa: E402
 from w2w.core.clip_files import WORK  # noqa: E402
 from w2w.core.motion.library import read_library  # noqa: E402
 from w2w.core.study import StudyConfig, place_patches  # noqa: E402
+from w2w.headless.runs.clip_task import ClipTask  # noqa: E402
+from w2w.headless.runs.folder import make_folders  # noqa: E402
+from w2w.headless.runs.workers import run_alone, run_tasks  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,9 @@ RADIANS_OR_METRES = 1e-5
 STEPS_OF_THE_SENSOR = 1.01
 """Signals may differ by one step of the sensor's resolution, where rounding falls to the other side."""
 
-WITHOUT_PYGEODESIC = "import sys; sys.modules['pygeodesic'] = None; from headless.start import main; main()"
+WITHOUT_PYGEODESIC = (
+    "import sys; sys.modules['pygeodesic'] = None; from w2w.headless.start import main; main()"
+)
 """As in a Blender whose Python has none, which places patches in mode "fast"."""
 
 TIMEOUT_S = 1800

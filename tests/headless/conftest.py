@@ -14,10 +14,6 @@ import pytest
 from joblib.externals.loky import ProcessPoolExecutor, process_executor
 from scipy.spatial.transform import Rotation
 
-from headless.runs import workers
-from headless.runs.folder import make_folders
-from headless.runs.guard import end_with
-from headless.runs.study import write_config
 from w2w.core import study
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.clip_ranking import LabelledClip
@@ -36,6 +32,10 @@ from w2w.core.selection.set_tests import SetTests
 from w2w.core.selection.subsets import multi_sensor_check
 from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
+from w2w.headless.runs import workers
+from w2w.headless.runs.folder import make_folders
+from w2w.headless.runs.guard import end_with
+from w2w.headless.runs.study import write_config
 
 
 class _Pool:

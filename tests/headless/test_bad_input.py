@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.files import write_npz
+from w2w.headless.app import APP
 
 from ..made_bvh import ONE_JOINT
 
@@ -215,11 +215,11 @@ def test_events_for_machines(library, tmp_path):
 
 
 def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundled_body, tmp_path):
-    from headless.runs.clip import WORK, do_clip
-    from headless.runs.clip_task import ClipTask
-    from headless.runs.folder import make_folders
     from w2w.core.motion.library import Clip
     from w2w.core.study import StudyConfig, place_patches
+    from w2w.headless.runs.clip import WORK, do_clip
+    from w2w.headless.runs.clip_task import ClipTask
+    from w2w.headless.runs.folder import make_folders
 
     amass(tmp_path / "half an hour.npz", frames=1801, mocap_framerate=np.array(1.0))
     make_folders(tmp_path)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.commands.demo_library import write_demo_library
-from headless.options import parse_bodies
 from w2w.core.body.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.headless.app import APP
+from w2w.headless.commands.demo_library import write_demo_library
+from w2w.headless.options import parse_bodies
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -7,7 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from headless.commands.run import run
+from w2w.headless.commands.run import run
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.fbx_variants import rewrite
-from headless.runs.workers import load_alone
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
+from w2w.headless.runs.workers import load_alone
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -8,7 +8,7 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
+from w2w.headless.app import APP
 
 COMMANDS = {
     "report": [],

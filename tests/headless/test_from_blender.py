@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from headless import blender as from_blender
-from headless import start
+from w2w.headless import blender as from_blender
+from w2w.headless import start
 
 MISSING = "a_library_that_nobody_has"
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from headless.runs.folder import make_folders
-from headless.runs.monitor import EventLog, RunMonitor, read_state
 from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.library import Clip, Library
+from w2w.headless.runs.folder import make_folders
+from w2w.headless.runs.monitor import EventLog, RunMonitor, read_state
 
 HEADLESS = Path(__file__).resolve().parents[2] / "headless"
 SEWN_TOGETHER = [

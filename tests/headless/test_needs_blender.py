@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from headless.needs_blender import NoBlenderError, missing_library, needs_blender
+from w2w.headless.needs_blender import NoBlenderError, missing_library, needs_blender
 
 ROOT = Path(__file__).resolve().parents[2]
 NOT_THERE = "cannot open shared object file: No such file or directory"
@@ -88,7 +88,7 @@ def test_commands_that_need_it(tmp_path, clip, arguments):
 ONE_AFTER_ANOTHER = """
 import json, sys
 from typer.testing import CliRunner
-from headless.__main__ import APP
+from w2w.headless.app import APP
 for arguments in json.loads(sys.argv[1]):
     result = CliRunner().invoke(APP, arguments)
     print(json.dumps([result.exit_code, result.output]))

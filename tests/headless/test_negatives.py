@@ -6,7 +6,7 @@ import csv
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
+from w2w.headless.app import APP
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.runs.clip import do_clip, file_sha256, record_death, work_in_worker
-from headless.runs.clip_task import ClipTask
-from headless.runs.folder import make_folders
 from w2w.core.motion.library import Clip
 from w2w.core.study import StudyConfig
+from w2w.headless.app import APP
+from w2w.headless.runs.clip import do_clip, file_sha256, record_death, work_in_worker
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.folder import make_folders
 
 pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="Windows has no such files and names"),
@@ -158,7 +158,7 @@ def test_the_worker_notes_what_it_read_before_it_begins(tmp_path, monkeypatch):
         found.append(task.marker.read_text().splitlines())
         raise MemoryError
 
-    monkeypatch.setattr("headless.runs.clip._make", killing)
+    monkeypatch.setattr("w2w.headless.runs.clip._make", killing)
     work_in_worker(task(tmp_path, path))
     assert found == [[file_sha256(path)]]
 
@@ -171,7 +171,7 @@ def test_an_error_without_words_is_a_reason_all_the_same(tmp_path, monkeypatch):
     def failing(_):
         raise ValueError
 
-    monkeypatch.setattr("headless.runs.clip._make", failing)
+    monkeypatch.setattr("w2w.headless.runs.clip._make", failing)
     result = do_clip(task(tmp_path, path))
     assert not result.used
     assert result.reason == "W2W failed on it, please report this: ValueError"

@@ -11,9 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.runs import workers
-from headless.runs.own_files import ForeignFileError, claimed, published
+from w2w.headless.app import APP
+from w2w.headless.runs import workers
+from w2w.headless.runs.own_files import ForeignFileError, claimed, published
 
 PRECIOUS = b"years of work"
 
@@ -233,7 +233,7 @@ def test_labels_of_one_activity_are_refused_before_any_work(place):
 
 
 def test_what_needs_blender_is_refused_before_any_work_where_it_is_not_installed(place, monkeypatch):
-    from headless import needs_blender
+    from w2w.headless import needs_blender
 
     shutil.copy("clip.bvh", "motions/fast/one.fbx")
     monkeypatch.setattr(needs_blender, "find_spec", lambda _: None)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.results_folder import StudyResults
+from w2w.headless.app import APP
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
+from w2w.headless.app import APP
 
 from ..made_motions import FILES
 

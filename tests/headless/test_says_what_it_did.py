@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.options import _folder_name
-from headless.reports.console_tables import _cell
-from headless.reports.pictures import picture_names
 from w2w.core.files import write_npz
 from w2w.core.ranking.score_table import ScoreRow
+from w2w.headless.app import APP
+from w2w.headless.options import _folder_name
+from w2w.headless.reports.console_tables import _cell
+from w2w.headless.reports.pictures import picture_names
 
 LABELS = """sep=;
 file;activity;subject
@@ -178,8 +178,8 @@ def test_messages_name_the_options(tmp_path, options, message):
 
 
 def test_the_stride_follows_the_window():
-    from headless.window_options import window_spec
     from w2w.core.ranking.windows import WindowSpec
+    from w2w.headless.window_options import window_spec
 
     assert window_spec(0.5, None) == WindowSpec(0.5, 0.25)
     assert window_spec(2.0, None) == WindowSpec()

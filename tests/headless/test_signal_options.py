@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.signal_options import AS_LOCATED, further_sensors
 from w2w.core.clip_files import features_file
 from w2w.core.files import write_npz
 from w2w.core.imu.channels import FURTHER
@@ -16,6 +14,8 @@ from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study import StudyConfig
+from w2w.headless.app import APP
+from w2w.headless.signal_options import AS_LOCATED, further_sensors
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from headless.runs.folder import FolderBusyError, only_run
-from headless.runs.monitor import read_state
+from w2w.headless.runs.folder import FolderBusyError, only_run
+from w2w.headless.runs.monitor import read_state
 
 if not sys.platform.startswith("linux"):
     pytest.skip("it looks into /proc", allow_module_level=True)

@@ -14,22 +14,22 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from benchmarks.resume import hashes
-from headless.__main__ import APP
-from headless.commands import execute
-from headless.commands.status import describe
-from headless.runs import clip as clip_work
-from headless.runs import clip_records
-from headless.runs import guard as worker_guard
-from headless.runs import monitor as watch
-from headless.runs.clip import WORK, do_clip, record_death
-from headless.runs.clip_task import ClipTask
-from headless.runs.folder import make_folders
-from headless.runs.guard import guarded, timed_out
-from headless.runs.monitor import RunMonitor, read_state
 from w2w.core.files import write_npz
 from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.library import Clip, Library
 from w2w.core.study import StudyConfig, place_patches
+from w2w.headless.app import APP
+from w2w.headless.commands import execute
+from w2w.headless.commands.status import describe
+from w2w.headless.runs import clip as clip_work
+from w2w.headless.runs import clip_records
+from w2w.headless.runs import guard as worker_guard
+from w2w.headless.runs import monitor as watch
+from w2w.headless.runs.clip import WORK, do_clip, record_death
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.folder import make_folders
+from w2w.headless.runs.guard import guarded, timed_out
+from w2w.headless.runs.monitor import RunMonitor, read_state
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -92,7 +92,7 @@ def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(task, monkeypatc
 GUARDED = """
 import sys, time
 from pathlib import Path
-from headless.runs.guard import guarded, untimed
+from w2w.headless.runs.guard import guarded, untimed
 with guarded(0.5, said=Path(sys.argv[1])):
     if sys.argv[2] == "slow folder":
         with untimed():

@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from headless.system_libraries import LIBRARIES, how_to_install, missing_libraries
+from w2w.headless.system_libraries import LIBRARIES, how_to_install, missing_libraries
 
 ROOT = Path(__file__).resolve().parents[2]
 EVERYWHERE = {"c", "m", "dl", "pthread", "rt", "util", "gcc_s", "stdc++"}

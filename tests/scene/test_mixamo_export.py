@@ -14,9 +14,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from headless.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
 from w2w.core.rehab.clips import EXERCISES, RehabClip, generate_clip  # noqa: E402
 from w2w.core.rehab.skeleton import BONE_PARENTS, BONES, PREFIX  # noqa: E402
+from w2w.headless.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
 from w2w.scene import mixamo_export  # noqa: E402
 from w2w.scene.mixamo_export import rest_axes, write_mixamo_fbx  # noqa: E402
 

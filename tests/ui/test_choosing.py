@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.results_folder import StudyResults
+from w2w.headless.app import APP
 from w2w.scene.patches import empties_by_patch
 from w2w.ui import jobs, signal_cache
 from w2w.ui.advice import advice_of, leading

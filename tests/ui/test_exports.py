@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 import w2w
-from headless.__main__ import APP
 from w2w.core.clip_files import signals_file
 from w2w.core.imu.formats import write_recording
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.results_folder import StudyResults
+from w2w.headless.app import APP
 from w2w.ui import jobs, signal_cache
 from w2w.ui.exports import report_steps
 from w2w.ui.headless_door import run_headless

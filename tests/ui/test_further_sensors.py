@@ -11,12 +11,12 @@ import bpy
 import numpy as np
 import pytest
 
-from headless.study_options import StudyOptions
 from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.formats import read_recording
 from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study import StudyConfig, describe, record
+from w2w.headless.study_options import StudyOptions
 from w2w.scene.actions import read_action
 from w2w.scene.body import armature_of, body_of
 from w2w.ui import jobs, restore, signal_cache

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.patches.own_placements import read_placements
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import place_patches
+from w2w.headless.app import APP
 from w2w.scene.body import body_of
 from w2w.scene.patches import empties_by_patch
 from w2w.ui import jobs, preferences

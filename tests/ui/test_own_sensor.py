@@ -11,11 +11,11 @@ import bpy
 import numpy as np
 import pytest
 
-from headless.study_options import StudyOptions
 from w2w.core.imu.presets import preset
 from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.study import StudyConfig, record
+from w2w.headless.study_options import StudyOptions
 from w2w.scene.actions import read_action
 from w2w.scene.body import armature_of, body_of
 from w2w.ui import restore, signal_cache

@@ -13,9 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 import w2w
-from headless.__main__ import APP
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
+from w2w.headless.app import APP
 from w2w.ui import jobs, signal_cache
 from w2w.ui.save_results import save_steps
 from w2w.ui.state import utility_of

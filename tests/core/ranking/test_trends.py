@@ -117,7 +117,7 @@ def test_claims_are_read_and_checked(tmp_path):
 
 
 def test_the_claims_that_come_with_w2w_can_be_judged():
-    from headless.reports.placement_study import CLAIMS as FILE
+    from w2w.headless.reports.placement_study import CLAIMS as FILE
 
     claims = read_claims(FILE)
     assert len(claims) == 3

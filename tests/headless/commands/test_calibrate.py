@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.imu.formats import write_csv, write_recording
@@ -18,6 +17,7 @@ from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.motion.motion import Motion
+from w2w.headless.app import APP
 
 TURN = Rotation.from_euler("xyz", [70, 20, -40], degrees=True)
 WORN = SensorModel(

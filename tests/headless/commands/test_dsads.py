@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.datasets.dsads import DSADS_SITES, read_dsads
+from w2w.headless.app import APP
 
 
 def test_real_sensors_rank_as_published(shared_data, tmp_path):

@@ -10,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from w2w.core.exports.bids import labels_of
 from w2w.core.imu.recording import ImuRecording
@@ -20,6 +19,7 @@ from w2w.core.motion.resample import at_rate
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.headless.app import APP
 
 Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 """What TransPose's preprocessing turns AMASS by (`amass_rot`)."""

@@ -14,8 +14,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.motion.motion import Motion
+from w2w.headless.app import APP
 
 pytestmark = pytest.mark.slow
 

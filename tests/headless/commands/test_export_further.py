@@ -9,13 +9,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.exports.study_signals import placed, worn
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.vendor_formats import read_orientation_sto, read_xsens_txt
 from w2w.core.motion.motion import Motion
 from w2w.core.results_folder import StudyResults
+from w2w.headless.app import APP
 
 pytestmark = pytest.mark.slow
 

@@ -11,9 +11,9 @@ import bpy
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.commands.inspect import label_said
 from w2w.core.motion.library import read_library
+from w2w.headless.app import APP
+from w2w.headless.commands.inspect import label_said
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

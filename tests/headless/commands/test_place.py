@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.runs.folder import only_run
 from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.headline import CANNOT_RANK, as_good_as, best_spot_sentence
+from w2w.headless.app import APP
+from w2w.headless.runs.folder import only_run
 from w2w.scene.study_record import read_record
 
 pytestmark = pytest.mark.usefixtures("one_worker")

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
+from w2w.headless.app import APP
 
 ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {

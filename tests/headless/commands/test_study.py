@@ -13,14 +13,14 @@ import typer
 from rich.console import Console
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.commands.study_mixamo import show_placements
-from headless.commands.study_rehab import by_quality, headings, rehab_takes
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.naming import PLACEMENTS
 from w2w.core.rehab.background import BACKGROUND
 from w2w.core.rehab.executions import FAULTS, WELL
 from w2w.core.results_folder import StudyResults
+from w2w.headless.app import APP
+from w2w.headless.commands.study_mixamo import show_placements
+from w2w.headless.commands.study_rehab import by_quality, headings, rehab_takes
 
 CLIPS = {
     "mixamo/degocyx1211__GameJam1/Idle.fbx": ("idle", "balance_intensive"),

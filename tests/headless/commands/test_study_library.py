@@ -10,9 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
+from w2w.headless.app import APP
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 OPTIONS = "--patches 8 --no-pictures --no-report --workers 1 --halvings 2 --window 1 --fewest 5".split()

@@ -6,9 +6,9 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.imu.formats import read_csv, read_recording
 from w2w.core.imu.presets import PRESETS
+from w2w.headless.app import APP
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.datasets.mmfit import DEVICES
@@ -19,6 +18,7 @@ from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.keypoints.joint_sets import BODY_34
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
+from w2w.headless.app import APP
 
 FRAMES = 240
 JOINTS = (

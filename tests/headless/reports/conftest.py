@@ -9,7 +9,7 @@ import shutil
 
 import pytest
 
-from headless.reports.html import write_report
+from w2w.headless.reports.html import write_report
 
 from .browser import settle
 

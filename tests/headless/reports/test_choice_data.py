@@ -5,9 +5,9 @@ import base64
 
 import numpy as np
 
-from headless.reports.choice_data import choice_data, words_of
 from w2w.core.patches.naming import find_patches
 from w2w.core.results_folder import StudyResults
+from w2w.headless.reports.choice_data import choice_data, words_of
 
 
 def test_scores_come_to_the_bit(drawn_results):

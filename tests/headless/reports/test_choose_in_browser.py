@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from headless.reports.choice_data import words_of
-from headless.reports.html import write_report
 from w2w.core.ranking.weights import counted_columns
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.subsets import greedy_subset
+from w2w.headless.reports.choice_data import words_of
+from w2w.headless.reports.html import write_report
 
 from .browser import find, settle, text
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from headless.commands.study_rehab import FIGURE, draw_figure
-from headless.reports.draw import draw_alone
-from headless.reports.pictures import marked, write_pictures
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.subsets import Subset
+from w2w.headless.commands.study_rehab import FIGURE, draw_figure
+from w2w.headless.reports.draw import draw_alone
+from w2w.headless.reports.pictures import marked, write_pictures
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -86,9 +86,9 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         noted[path.stem] = note
 
     monkeypatch.setattr("w2w.scene.render.BodyRenderer", Renderer)
-    monkeypatch.setattr("headless.reports.heatmap_figure.heatmap_figure", figure)
+    monkeypatch.setattr("w2w.headless.reports.heatmap_figure.heatmap_figure", figure)
     monkeypatch.setattr(
-        "headless.reports.heatmap_figure.subset_figure", lambda *_, **named: drawn.update(named)
+        "w2w.headless.reports.heatmap_figure.subset_figure", lambda *_, **named: drawn.update(named)
     )
     write_pictures(drawn_results, Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0))
     utility, best = (

@@ -16,16 +16,16 @@ from hypothesis import strategies as st
 from rich.console import Console
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.reports.advice_text import show_best_spot
-from headless.reports.html import write_report
-from headless.reports.report_data import as_script_json, packed, title
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.headline import CANNOT_RANK, more_clips
 from w2w.core.selection.subsets import best_single
+from w2w.headless.app import APP
+from w2w.headless.reports.advice_text import show_best_spot
+from w2w.headless.reports.html import write_report
+from w2w.headless.reports.report_data import as_script_json, packed, title
 
 
 class Reader(HTMLParser):

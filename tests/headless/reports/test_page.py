@@ -6,11 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from headless.reports import heatmap_figure, panel_figure, placement_figure, signal_figure
-from headless.sweep.cases import Case
-from headless.sweep.figure import sweep_figure
-from headless.sweep.report import SweptCase
-from headless.validation import figures
 from w2w.core.body.body import Body
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.patches import sample_patches
@@ -20,6 +15,11 @@ from w2w.core.ranking.score_table import ScoreRow
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 from w2w.drawing import draw_heatmap
+from w2w.headless.reports import heatmap_figure, panel_figure, placement_figure, signal_figure
+from w2w.headless.sweep.cases import Case
+from w2w.headless.sweep.figure import sweep_figure
+from w2w.headless.sweep.report import SweptCase
+from w2w.headless.validation import figures
 
 HOSTILE = [r"$\frac{$", r"a $5 and b $\unknown{x}$", "$$", "^_{}\\ % & # ~", "<b>{0}%s"]
 VIEW = np.full((60, 40, 4), 255, dtype=np.uint8)

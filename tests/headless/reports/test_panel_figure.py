@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from headless.reports.panel_figure import Map, panel_figure
+from w2w.headless.reports.panel_figure import Map, panel_figure
 
 SIZE = 240
 

@@ -5,10 +5,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from headless.reports.placement_figure import CELL_HEIGHT, CELL_WIDTH, placement_figure
 from w2w.core.colours import score_colours
 from w2w.core.patches.naming import PLACEMENTS
 from w2w.core.ranking.score_table import ScoreRow
+from w2w.headless.reports.placement_figure import CELL_HEIGHT, CELL_WIDTH, placement_figure
 
 COLUMNS = [placement.name for placement in PLACEMENTS]
 COMMON = [placement.common for placement in PLACEMENTS]

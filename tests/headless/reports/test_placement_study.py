@@ -7,10 +7,17 @@ import shutil
 import pytest
 from rich.console import Console
 
-from headless.reports.placement_study import CLAIMS, FIGURE, PAGE, TRENDS, figure_rows, write_placement_study
-from headless.reports.trend_table import trend_markdown
 from w2w.core.ranking.trends import Claim, judge, read_claims
 from w2w.core.results_folder import StudyResults
+from w2w.headless.reports.placement_study import (
+    CLAIMS,
+    FIGURE,
+    PAGE,
+    TRENDS,
+    figure_rows,
+    write_placement_study,
+)
+from w2w.headless.reports.trend_table import trend_markdown
 
 
 @pytest.fixture

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.image import imread
 from scipy.spatial.transform import Rotation
 
-from headless.reports.html import write_report
 from w2w.core.body.body import Body
 from w2w.core.colours import score_range
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.headless.reports.html import write_report
 
 from .browser import find, settle, text
 

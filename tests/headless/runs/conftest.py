@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from headless.runs.clip import WORK
-from headless.runs.clip_task import ClipTask
-from headless.runs.folder import make_folders
 from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
+from w2w.headless.runs.clip import WORK
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.folder import make_folders
 
 ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {

@@ -12,12 +12,12 @@ from pathlib import Path
 import psutil
 import pytest
 
-from headless.runs.blender_executor import BlenderExecutor
+from w2w.headless.runs.blender_executor import BlenderExecutor
 
 ROOT = Path(__file__).resolve().parents[3]
 PARENT = """
 import os, sys, time
-from headless.runs.blender_executor import BlenderExecutor
+from w2w.headless.runs.blender_executor import BlenderExecutor
 executor = BlenderExecutor(2, [sys.executable])
 print(*[executor.submit(os.getpid).result() for _ in range(2)], flush=True)
 executor.submit(time.sleep, 600)
@@ -84,7 +84,7 @@ def test_a_dead_worker_breaks_what_is_not_done_and_nothing_before(executor):
 def test_a_write_to_a_dead_worker_does_not_kill_the_program_as_it_would_kill_blender():
     code = """
 import os, signal, sys, time
-from headless.runs.blender_executor import BlenderExecutor
+from w2w.headless.runs.blender_executor import BlenderExecutor
 signal.signal(signal.SIGPIPE, signal.SIG_DFL)
 executor = BlenderExecutor(1, [sys.executable])
 pid = executor.submit(os.getpid).result()

@@ -16,10 +16,10 @@ import cloudpickle
 import psutil
 import pytest
 
-from headless.runs import cluster as module
-from headless.runs.clip_task import ClipTask
-from headless.runs.cluster import EngineError, connected
-from headless.runs.workers import run_tasks
+from w2w.headless.runs import cluster as module
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.cluster import EngineError, connected
+from w2w.headless.runs.workers import run_tasks
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -129,8 +129,8 @@ def test_a_scheduler_without_workers_is_said(monkeypatch, scheduler):
 
 
 def test_workers_with_a_broken_or_missing_version_are_said(scheduler, tmp_path):
-    (tmp_path / "headless").mkdir()
-    (tmp_path / "headless" / "__init__.py").write_text("raise ImportError('broken')")
+    (tmp_path / "w2w").mkdir()
+    (tmp_path / "w2w" / "__init__.py").write_text("raise ImportError('broken')")
     scheduler.add_worker(cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)})
     assert "1 of 1 Dask workers have another or a broken version of W2W" in said_within(20, scheduler.address)
 

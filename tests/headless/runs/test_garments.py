@@ -4,11 +4,11 @@
 import numpy as np
 import pytest
 
-from headless.runs.garments import fit_garments, parse_garments
 from w2w.core.clip_files import FITTED, WORK
 from w2w.core.patches.garment_cover import load_covers
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study import StudyConfig
+from w2w.headless.runs.garments import fit_garments, parse_garments
 
 
 def test_garments_are_listed_the_outer_first(tmp_path):

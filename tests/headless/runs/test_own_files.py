@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.core.files import file_sha256, write_json, write_npz
+from w2w.headless.app import APP
+from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -236,10 +236,10 @@ from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
-from headless.runs.clip import do_clip
-from headless.runs.clip_task import ClipTask
-from headless.runs.folder import TABLES, make_folders, remove_leftovers
-from headless.runs.own_files import claimed
+from w2w.headless.runs.clip import do_clip
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
+from w2w.headless.runs.own_files import claimed
 library, place = read_library(sys.argv[1]), Path(sys.argv[2])
 config, body = StudyConfig(patches=4), Body.bundled()
 patches = place_patches(body, config)

@@ -6,8 +6,8 @@ import io
 import pytest
 from rich.console import Console
 
-from headless.runs import patch_mode
 from w2w.core.study import StudyConfig, place_patches
+from w2w.headless.runs import patch_mode
 
 
 @pytest.mark.parametrize(("is_there", "mode"), [(True, "exact"), (False, "fast")])

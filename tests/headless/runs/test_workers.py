@@ -16,10 +16,10 @@ from pathlib import Path
 import cloudpickle
 import pytest
 
-from headless.runs import workers
-from headless.runs.clip import WORK
-from headless.runs.clip_task import ClipTask
-from headless.runs.workers import run_tasks
+from w2w.headless.runs import workers
+from w2w.headless.runs.clip import WORK
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.workers import run_tasks
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.sweep.cases import FACTORS, cases
 from w2w.core.clip_files import ClipWindows
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
+from w2w.headless.app import APP
+from w2w.headless.sweep.cases import FACTORS, cases
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 

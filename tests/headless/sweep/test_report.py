@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from headless.sweep.cases import Case
-from headless.sweep.report import SweptCase, show_sweep
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.agreement import compare_maps
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
+from w2w.headless.sweep.cases import Case
+from w2w.headless.sweep.report import SweptCase, show_sweep
 
 
 @pytest.fixture(scope="module")

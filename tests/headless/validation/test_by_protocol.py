@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
 from w2w.core.datasets.berkeley_mhad import MHAD_SITES
 from w2w.core.datasets.mighar import MIGHAR_SENSORS
+from w2w.headless.app import APP
 
 ACTIONS = ("a03", "a05", "a06")
 

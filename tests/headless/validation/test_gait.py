@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from headless.__main__ import APP
-from headless.validation.gait import PHASES, phases
 from w2w.core.datasets.gait import read_gait
+from w2w.headless.app import APP
+from w2w.headless.validation.gait import PHASES, phases
 
 TRIAL = "S02-Trial-Walk-1"
 

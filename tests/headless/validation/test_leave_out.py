@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from headless.validation.leave_out import try_settings, write_left_out
-from headless.validation.truth import DATA_SETS
 from w2w.core.validation.tuning import SETTINGS, Result
+from w2w.headless.validation.leave_out import try_settings, write_left_out
+from w2w.headless.validation.truth import DATA_SETS
 
 ACTIONS, PEOPLE = ("a03", "a05", "a06"), ("s01", "s02", "s03", "s04")
 

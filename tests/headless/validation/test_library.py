@@ -3,8 +3,8 @@
 
 import pytest
 
-from headless.validation.library import labelled_by_name, with_enough, write_labels
 from w2w.core.motion.library import LibraryError, read_library
+from w2w.headless.validation.library import labelled_by_name, with_enough, write_labels
 
 
 def fill(folder, *files):

@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from headless.validation.library import LibraryFindings
-from headless.validation.library_report import verdict, write_library
 from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.validation.library_repeats import MeansAgree, Repeats
 from w2w.core.validation.within_sources import MixedWindows, rank_within_sources
+from w2w.headless.validation.library import LibraryFindings
+from w2w.headless.validation.library_report import verdict, write_library
 
 
 def again(*rho):

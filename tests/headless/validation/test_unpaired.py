@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from headless.validation import unpaired
-from headless.validation.dsads import AS_DEFAULT, simulated_recordings
-from headless.validation.unpaired import RegionSimulator, load_motions
 from w2w.core.validation.mhad import MHAD
 from w2w.core.validation.mighar import mighar
+from w2w.headless.validation import unpaired
+from w2w.headless.validation.dsads import AS_DEFAULT, simulated_recordings
+from w2w.headless.validation.unpaired import RegionSimulator, load_motions
 
 PROTOCOL = mighar({"here": 100, "there": 3000})
 STYLES = {"one": ("active", "angry"), "two": ("childish",)}

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks import vigour_views, why_rows, why_vigour
-from headless.validation.unpaired import Side
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.features import feature_names
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.validation.site_windows import SiteWindows, site_windows
+from w2w.headless.validation.unpaired import Side
 
 GRAVITY = np.array([0.0, 0.0, 9.81])
 
