@@ -25,7 +25,7 @@ from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels, shippe
 
 MANIFEST = "blender_manifest.toml"
 PARTS = (MANIFEST, "__init__.py", "LICENSE", "assets", "blender_addon", "headless")
-NOT_SHIPPED = shutil.ignore_patterns("__pycache__", "build", "make_body", ".*")
+NOT_SHIPPED = shutil.ignore_patterns("__pycache__", "build", ".*")
 
 PYTHONS = ("3.11", "3.13")
 """Blender 4.2 to 5.0 have Python 3.11, Blender 5.1 and Debian 13's 4.3 have 3.13."""

