@@ -3,27 +3,36 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
 from rich.console import Console
 
+from w2w.core import rehab
 from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_text
+from w2w.core.files import write_json, write_text
 from w2w.core.rehab.clips import EXERCISES, RATE, generate_clip
 from w2w.core.rehab.executions import WELL
 
 from ..console import USAGE
 from ..needs_blender import needs_blender
+from ..runs.folder import versions
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import ForeignFileError, claimed
+from ..runs.own_files import ForeignFileError, check, claim, claimed, note
+from .execute import refused
 
 ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
 """Activities of the library, each a folder of it."""
 
 LABELS = "labels.csv"
+
+MADE_BY = "made_by.json"
+"""Beside a library that is whole: what made it."""
 
 
 class Take(NamedTuple):
@@ -122,6 +131,43 @@ def write_takes(
     return paths
 
 
+def write_library_once(
+    library: Path, takes_of: Callable[[int], list[Take]], clips: int, seed: int, monitor: RunMonitor
+) -> None:
+    """Write a library, unless an earlier run of the same code and seed finished it.
+
+    Raises
+    ------
+    typer.Exit
+        With the exit code, where a file that W2W did not write stands in the way.
+    """
+    made_by = {
+        "clips": clips,
+        "seed": seed,
+        "code_sha256": generator_sha256(),
+        "bpy": versions().get("bpy", ""),
+    }
+    stamp = library / MADE_BY
+    with suppress(OSError, ValueError):
+        if json.loads(stamp.read_text(encoding="utf-8")) == made_by:
+            return
+    takes = takes_of(clips)
+    with refused(monitor):
+        check(library, [LABELS, *(take.file for take in takes)])
+        claim(library, [MADE_BY])
+    stamp.unlink(missing_ok=True)
+    with monitor.bar("writing the library", len(takes)) as advance:
+        write_takes(library, takes_of, clips, seed, advance)
+    write_json(stamp, made_by)
+    note(library, [MADE_BY])
+
+
+def generator_sha256() -> str:
+    """Hash of the code that makes the motions."""
+    files = sorted(Path(rehab.__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+
+
 def demo_library(
     folder: Annotated[Path, typer.Argument(help="Where to write it.")],
     clips: Annotated[int, typer.Option(min=1, help="Clips an activity.")] = 12,
@@ -129,7 +175,7 @@ def demo_library(
 ) -> None:
     """Write the built-in library of four rehabilitation activities as FBX files.
 
-    Its clips can be read by anything that reads Mixamo's. `w2w demo` makes and uses it by itself.
+    Its clips can be read by anything that reads Mixamo's. The motions of `w2w demo` were made from it.
     """
     console = Console(highlight=False)
     with RunMonitor(console).bar("writing the demo library", clips * len(ACTIVITIES)) as advance:

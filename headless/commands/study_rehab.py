@@ -32,8 +32,7 @@ from ..runs.own_files import claimed
 from ..runs.study import RunPlan
 from ..runs.workers import Engine
 from ..signal_options import Sensor, sensor_settings
-from .demo import write_library_once
-from .demo_library import LABELS, Take
+from .demo_library import LABELS, Take, write_library_once
 from .execute import check_folder, execute, refused
 
 FIGURE = "figure.png"

@@ -74,7 +74,7 @@ def test_a_run_of_files_that_blender_reads(tmp_path, clip, blocked):
     [
         ("inspect", "CLIP"),
         ("synth", "CLIP", "--patch", "left wrist", "--out", "x.csv"),
-        ("demo", "--clips", "2"),
+        ("demo-library", "library", "--clips", "1"),
         ("run", "library", "--out", "out", "--bodies", "body.fbx"),
     ],
     ids=lambda arguments: arguments[0],

@@ -80,7 +80,7 @@ FOLDER = {  # commands that write into a folder, and a name in it that they need
     "study rehab, quality": ("study rehab --out OUT", "quality/report.html"),
     "study truth": ("study truth motions --out OUT --dsads data.npz", "truth.md"),
     "demo": ("demo --out OUT", "results/summary.json"),
-    "demo, its library": ("demo --out OUT", "library/made_by.json"),
+    "demo, its library": ("demo --out OUT", "library/sit_to_stand/Sit To Stand (1).npz"),
     "demo, its labels": ("demo --out OUT", "library/labels.csv"),
     "demo-library": ("demo-library OUT", "labels.csv"),
     "sweep": ("sweep results --out OUT", "places.csv"),

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make the motions of `w2w demo` from the library that `w2w demo-library LIBRARY` wrote as FBX files.
+
+python tools/make_demo.py LIBRARY
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from w2w.core.body.body import Body
+from w2w.core.files import write_npz
+from w2w.core.motion.demo_motions import FILE, STEP
+from w2w.core.motion.library import read_library
+from w2w.core.motion.motion import Motion
+from w2w.headless.runs.load_clip import load_clip
+
+
+def main() -> None:
+    """Retarget each clip to the bundled body and store the motions."""
+    folder, body = Path(sys.argv[1]), Body.bundled()
+    motions = {}
+    clips = read_library(folder, folder / "labels.csv").clips
+    for clip in sorted(clips, key=lambda clip: (clip.activity, clip.subject)):
+        _, motion, _ = load_clip(clip, body)
+        motions[PurePosixPath(clip.file).with_suffix(".npz").as_posix()] = motion
+    write_npz(FILE, stored(motions), compress=True)
+    print(f"{len(motions)} motions, {FILE.stat().st_size / 1e6:.1f} MB: {FILE}")
+
+
+def stored(motions: Mapping[str, Motion]) -> dict[str, np.ndarray]:
+    """Motions of one frame rate, by the names of their files, as `demo_motions` reads them."""
+    differences = []
+    for motion in motions.values():
+        turns = Rotation.from_matrix(motion.rotations.reshape(-1, 3, 3)).as_rotvec()
+        values = np.hstack([motion.pelvis, turns.reshape(motion.n_frames, -1)])
+        steps = np.round(values / STEP).astype(np.int64)
+        differences.append(np.diff(steps, n=2, axis=0, prepend=np.zeros((2, steps.shape[1]), np.int64)))
+    return {
+        "files": np.array(list(motions)),
+        "activities": np.array([motion.activity for motion in motions.values()]),
+        "subjects": np.array([motion.subject for motion in motions.values()]),
+        "frames": np.array([motion.n_frames for motion in motions.values()]),
+        "rate": np.array(next(iter(motions.values())).rate),
+        "differences": np.asfortranarray(np.concatenate(differences).astype(np.int32)),
+    }
+
+
+if __name__ == "__main__":
+    main()
