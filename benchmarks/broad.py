@@ -27,11 +27,11 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation, Slerp
 
-from benchmarks.lever_arms import fitted_arm, lever_effects
-from w2w.core.datasets.broad import BroadTrial, read_broad
 from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
+from w2w.studies.datasets.broad import BroadTrial, read_broad
+from w2w.studies.experiments.lever_arms import fitted_arm, lever_effects
 
 DEFAULT_TRIALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "broad"
 LARGEST_SHIFT_S = 0.05

@@ -14,23 +14,18 @@ from typer.core import TyperGroup
 
 from .commands.calibrate import calibrate_sensor
 from .commands.demo import demo
-from .commands.demo_library import demo_library
-from .commands.dsads import dsads
 from .commands.export import export
 from .commands.inspect import inspect
 from .commands.place import place
 from .commands.run import run
 from .commands.sensors import sensors
 from .commands.status import status
-from .commands.study import STUDY
-from .commands.sweep import sweep
 from .commands.synth import synth
-from .commands.tables import tables
-from .commands.validate import VALIDATE
 from .console import NOTHING_TO_DO
 from .needs_blender import NoBlenderError
 from .reports.html import report
 from .stopping import ignore_signals, stop_on_signals
+from .studies import add_studies
 from .temporary import use_own_temporary_folder
 
 PATHS = ("--out", "-o", "--plot")
@@ -71,19 +66,14 @@ APP = typer.Typer(
 APP.command()(run)
 APP.command()(demo)
 APP.command()(place)
-APP.command()(tables)
-APP.command()(sweep)
-APP.command()(dsads)
 APP.command(name="inspect")(inspect)
 APP.command()(report)
 APP.command()(export)
-APP.add_typer(STUDY, name="study")
 APP.command()(synth)
 APP.command()(sensors)
 APP.command(name="calibrate")(calibrate_sensor)
 APP.command()(status)
-APP.command(name="demo-library")(demo_library)
-APP.add_typer(VALIDATE, name="validate")
+add_studies(APP)
 
 
 def main(arguments: list[str] | None = None, program: str = "w2w") -> None:

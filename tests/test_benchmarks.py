@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every benchmark can still be started: what it is built on moves, and nothing else runs it."""
+"""Every benchmark and experiment can still be started: their foundations move, and nothing else runs them."""
 
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+ROOT = Path(__file__).parents[1]
+FOLDERS = {"benchmarks": "benchmarks", "studies/experiments": "w2w.studies.experiments"}
+MODULES = [f"{name}.{path.stem}" for folder, name in FOLDERS.items() for path in ROOT.glob(f"{folder}/*.py")]
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in BENCHMARKS.glob("*.py")))
+@pytest.mark.parametrize("name", sorted(MODULES))
 def test_it_is_imported(name):
     pytest.importorskip("bpy")
-    import_module(f"benchmarks.{name}")
+    import_module(name)

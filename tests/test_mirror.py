@@ -4,50 +4,54 @@
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless"}
+TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless", "studies": "tests/studies"}
 UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are on
     "tests": "api command_line drawing loading ranking",
     "tests/core": "filtering results_folder study",
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
-    "tests/core/datasets": "broad clock dsads gait gait_sites",
     "tests/core/exports": "arrays bids biomechanics parquet pose_packs study_signals",
     "tests/core/findings": (
         "advice_content best_regions counts finished_study label_notes new_folder own_placements summary"
     ),
     "tests/core/imu": "errors formats gaps presets quantities text_tables vendor_formats",
     "tests/core/keypoints": "facts joint_sets limbs naming paths pose_c3d pose_text smoothing",
-    "tests/core/motion": "activity_groups joint_files repair source",
+    "tests/core/motion": "joint_files repair source",
     "tests/core/patches": "interpolation segments strip_graph",
     "tests/core/ranking": "joint_fit joint_pairs",
     "tests/core/ranking/classifiers": "estimator",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
-    "tests/core/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
     "tests/core/selection": "terms",
-    "tests/core/validation": "correlation dsads mhad",
-    "tests/headless": "blender console options run start study_options temporary w2w window_options",
-    "tests/headless/commands": (
-        "demo demo_library execute sensors status study_mixamo study_rehab study_truth sweep tables"
-    ),
+    "tests/headless": "app blender console options run start study_options temporary w2w window_options",
+    "tests/headless/commands": "demo execute sensors status",
     "tests/headless/reports": (
-        "advice_text comparison console_tables own_table pictures redraw report_data signal_figure "
-        "trend_table"
+        "advice_text comparison console_tables own_table pictures redraw report_data signal_figure"
     ),
     "tests/headless/runs": (
-        "blender_worker clip clip_records clip_task folder guard load_clip monitor picture_names study"
+        "blender_worker clip clip_records clip_task folder guard load_clip monitor own_sensor "
+        "picture_names study"
     ),
-    "tests/headless/sweep": "figure maps",
-    "tests/headless/validation": ("dsads figures own_sensor paired posture protocol_report report truth utd"),
     "tests/scene": (
-        "evaluated fast_path fcurves gltf load output packing patches playback render reshape "
-        "scene_motion study_file study_record takes wear"
+        "evaluated fast_path fcurves gltf load output packing patches playback render reshape scene_motion "
+        "study_file study_record takes wear"
     ),
+    "tests/studies/commands": "demo_library study_mixamo study_rehab study_truth sweep tables",
+    "tests/studies/comparisons": "dsads figures paired posture protocol_report report truth utd",
+    "tests/studies/datasets": "broad clock dsads gait gait_sites",
+    "tests/studies/experiments": (
+        "band gait gait_limits garments lever_arms noise_by_clips noise_draws rehab_counterparts "
+        "truth_draws vigour_views why_figure why_rows why_views"
+    ),
+    "tests/studies/placements": "activity_groups score_text trend_table",
+    "tests/studies/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
+    "tests/studies/sweep": "figure maps",
+    "tests/studies/validation": "correlation dsads mhad",
     "tests/ui": (
         "activity_panel activity_properties advice drawing garment_properties headless_door label_options "
         "lists on_character overlay own_placement_panel own_sensor_panel panels placement_panels "
-        "placement_properties properties result_panels results scores second_map signal_cache "
-        "source_view state step1_body step2_motions step3_patches step3_placements step4_signals "
-        "step5_ranking step5_wishes step_panel surface text updates wishes"
+        "placement_properties properties result_panels results scores second_map signal_cache source_view "
+        "state step1_body step2_motions step3_patches step3_placements step4_signals step5_ranking "
+        "step5_wishes step_panel surface text updates wishes"
     ),
 }
 

@@ -89,8 +89,9 @@ def test_the_packages_of_pip_are_those_of_the_tree():
     listed = set(re.findall(r'^    "(w2w[\w.]*)",$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE))
     found = {".".join(path.parent.relative_to(ROOT / "blender_addon").parts) for path in
              (ROOT / "blender_addon" / "w2w").rglob("__init__.py")}  # fmt: skip
-    found |= {".".join(("w2w", *path.parent.relative_to(ROOT).parts)) for path in
-              (ROOT / "headless").rglob("__init__.py")}  # fmt: skip
+    for tree in ("headless", "studies"):
+        packages = (path.parent.relative_to(ROOT).parts for path in (ROOT / tree).rglob("__init__.py"))
+        found |= {".".join(("w2w", *parts)) for parts in packages}
     assert listed == found | {"w2w.templates"}
 
 

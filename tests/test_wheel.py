@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PARTS = ("pyproject.toml", "README.md", "LICENSE", "assets", "blender_addon", "headless")
+PARTS = ("pyproject.toml", "README.md", "LICENSE", "assets", "blender_addon", "headless", "studies")
 
 
 @pytest.fixture(scope="module")
@@ -58,10 +58,12 @@ def test_the_wheel_has_one_name_and_every_file(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
     assert {name.split("/")[0] for name in names} == {"w2w"}
-    for tree, inside in (("blender_addon/w2w", "w2w"), ("headless", "w2w/headless")):
+    trees = {"blender_addon/w2w": "w2w", "headless": "w2w/headless", "studies": "w2w/studies"}
+    for tree, inside in trees.items():
         modules = [path.relative_to(ROOT / tree).as_posix() for path in (ROOT / tree).rglob("*.py")]
         assert {f"{inside}/{module}" for module in modules} <= names
-    assert {"w2w/templates/body.npz", "w2w/headless/reports/report_page/page.html"} <= names
+    data = ("templates/body.npz", "templates/demo.npz", "headless/reports/report_page/page.html")
+    assert {f"w2w/{name}" for name in (*data, "studies/placements/paper_claims.csv")} <= names
     assert not [name for name in names if "make_body" in name]
 
 
@@ -80,3 +82,20 @@ def test_its_command_runs(installed):
     assert (done.returncode, "bmi270" in done.stdout) == (0, True), done.stderr
     done = python(installed, "-c", start, "status", "nowhere")
     assert done.returncode == 2, done.stdout + done.stderr
+    done = python(installed, "-c", start, "tables", "nowhere")  # one of the studies
+    assert (done.returncode, "nowhere" in done.stdout) == (2, True), done.stdout + done.stderr
+
+
+def test_without_the_studies_it_works_and_says_how_to_get_them(installed):
+    bare = installed.parent / "without studies"
+    shutil.copytree(installed, bare, ignore=shutil.ignore_patterns("studies"))
+    start = "from w2w.headless.start import main; main()"
+    assert python(bare, "-c", start, "sensors").returncode == 0
+    listed = python(bare, "-c", start, "--help").stdout
+    assert "calibrate" in listed
+    assert "validate" not in listed
+    for words in (("tables", "RESULTS"), ("validate", "mhad", "--help"), ("study",), ("demo-library", "-o")):
+        done = python(bare, "-c", start, *words)
+        assert done.returncode == 1
+        assert f"w2w {words[0]} is one of W2W's studies" in done.stderr
+        assert "pip install" in done.stderr

@@ -11,17 +11,17 @@ import typer
 from rich.console import Console
 
 from w2w.core.file_names import shown
+from w2w.core.imu.calibration import Calibration, calibrate
+from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.sensor_file import write_sensor
-from w2w.core.validation.calibration import Calibration, calibrate
-from w2w.core.validation.calibration_gain import Alike, held_out
 
 from ..console import NOTHING_TO_DO, USAGE
 from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
+from ..runs.own_sensor import Simulate, files_together, read_pairs
 from ..signal_options import AS_DEFAULT, Band, RootBand, Sensor, chosen_sensor
-from ..validation.own_sensor import Simulate, files_together, read_pairs
 
 
 def calibrate_sensor(

@@ -4,17 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from w2w.core.csv_tables import csv_text
-from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
@@ -24,12 +19,9 @@ from w2w.core.findings.own_placements import own_content
 from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import study_counts, window_content
 from w2w.core.motion.library import Library
-from w2w.core.ranking.f1 import FEWEST_CLIPS
-from w2w.core.ranking.score_table import ScoreRow
-from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.headline import CANNOT_RANK, mean_caution
+from w2w.core.selection.headline import mean_caution
 
 from ..console import show_left_out
 from ..runs.picture_names import HEATMAPS
@@ -162,98 +154,3 @@ def wide_console() -> Console:
     """A console on which the table is not squeezed when it is written to a file."""
     console = Console(highlight=False)
     return console if console.is_terminal else Console(highlight=False, width=WIDTH)
-
-
-def show_placements(utility: UtilityMap, placements: Mapping[str, int], title: str, console: Console) -> None:
-    """Print placements by the F1 expected of each, the best first."""
-    table = Table(title=title, title_justify="left")
-    table.add_column("placement")
-    for heading in ("expected F1", "95 % interval", "as good as the best patch", "on these clips"):
-        table.add_column(heading, justify="right")
-    if not utility.can_rank:
-        console.print(f"{CANNOT_RANK}.", style="bold yellow")
-    for name, patch in sorted(placements.items(), key=lambda item: -utility.expected_mean[item[1]]):
-        low, high = utility.expected_low[patch], utility.expected_high[patch]
-        table.add_row(
-            name,
-            f"{utility.expected_mean[patch]:.2f}",
-            interval_text(low, high, mean_caution(utility), 2),
-            "yes" if utility.as_good[patch] else "no",
-            f"{utility.mean[patch]:.2f}",
-        )
-    console.print(table)
-
-
-def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, console: Console) -> None:
-    """Print a table a group: F1 over its interval; bold where it cannot be told from the row's best."""
-    for group, members in groupby(rows[:-1], key=lambda row: row.group):
-        name = _words(group) or title
-        console.print(_table(list(members), columns, name))
-    overall = _table([rows[-1]], columns, "All activities")
-    console.print(overall)
-    console.print(
-        "F1 on these clips with its 95 % interval below, by a bootstrap over clips. Bold: cannot be told "
-        f"apart from the best of the row. 'n': clips tested; 'few clips': under {FEWEST_CLIPS}, too few "
-        "for an interval.",
-        style="dim",
-    )
-
-
-def write_scores(
-    path: Path,
-    rows: Sequence[ScoreRow],
-    columns: Sequence[str],
-    patches: Sequence[int],
-    utility: UtilityMap | None = None,
-) -> None:
-    """Write one line a cell: group, activity, placement, patch, F1, its interval, motions and windows.
-
-    With a map, the last lines, "expected mean", are what other clips would show; of them
-    `same_as_best` means the best patch of all.
-    """
-    lines = [
-        ["group", "activity", "placement", "patch", "f1", "low", "high", "same_as_best", "motions", "windows"]
-    ]
-    for row in rows:
-        head = (row.group or "all", row.activity or "mean")
-        for number, (column, patch) in enumerate(zip(columns, patches, strict=True)):
-            scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
-            same = "yes" if row.best[number] else "no"
-            lines.append([*head, column, patch, *scores, same, row.clips, row.windows])
-    for column, patch in zip(columns, patches, strict=True) if utility is not None else ():
-        scores = (utility.expected_mean, utility.expected_low, utility.expected_high)
-        cells = [f"{values[patch]:.{DIGITS}f}" for values in scores]
-        equal = "yes" if utility.as_good[patch] else "no"
-        tested = (len(np.unique(utility.clip)), len(utility.truth))
-        lines.append(["all", "expected mean", column, patch, *cells, equal, *tested])
-    write_text(path, csv_text(lines))
-
-
-def _table(rows: Sequence[ScoreRow], columns: Sequence[str], title: str) -> Table:
-    table = Table(title=title, title_justify="left")
-    table.add_column("activity", overflow="fold")
-    table.add_column("n", justify="right")
-    for column in columns:
-        table.add_column(column, justify="right", overflow="fold", min_width=7)
-    for row in rows:
-        cells = [_cell(row, number) for number in range(len(columns))]
-        table.add_row(_words(row.activity) or "mean", str(row.clips), *cells)
-    return table
-
-
-def _cell(row: ScoreRow, number: int) -> str:
-    score = f"{row.f1[number]:.2f}"
-    score = f"[bold]{score}[/bold]" if row.best[number] and row.f1.any() else score
-    few = row.activity and row.clips < FEWEST_CLIPS
-    interval = "few clips" if few else f"{_short(row.low[number])}-{_short(row.high[number])}"
-    return f"{score}\n[dim]{interval}[/dim]"
-
-
-def _short(value: float) -> str:
-    """Two decimals without the leading nought."""
-    text = f"{value:.2f}"
-    return text.removeprefix("0") if value < 0.995 else "1"
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")

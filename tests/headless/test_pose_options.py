@@ -9,11 +9,11 @@ import pytest
 from typer.testing import CliRunner
 
 import w2w
-from w2w.core.datasets.utd_mhad import UTD_ACTIONS, read_utd_mhad
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import on_the_ground
 from w2w.headless.app import APP
+from w2w.studies.datasets.utd_mhad import UTD_ACTIONS, read_utd_mhad
 
 from ..seen_joints import seen_as
 

@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 from w2w.core.files import write_npz
-from w2w.core.ranking.score_table import ScoreRow
 from w2w.headless.app import APP
 from w2w.headless.options import _folder_name
-from w2w.headless.reports.console_tables import _cell
 from w2w.headless.reports.pictures import picture_names
+from w2w.studies.placements.score_table import ScoreRow
+from w2w.studies.placements.score_text import _cell
 
 LABELS = """sep=;
 file;activity;subject

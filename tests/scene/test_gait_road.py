@@ -6,10 +6,10 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from benchmarks import gait
-from w2w.core.datasets.gait import read_gait
 from w2w.core.motion.retarget import retarget
 from w2w.core.motion.variants import smoothed_root
+from w2w.studies.datasets.gait import read_gait
+from w2w.studies.experiments import gait
 
 LOWPASS_HZ = 10.0
 
@@ -44,7 +44,7 @@ def test_gyroscopes_read_what_the_worn_ones_read(found):
 
 @pytest.mark.slow
 def test_accelerometers_come_as_close_as_the_bvh_allows(found):
-    """`benchmarks.gait_limits`: its own bones with lever arms fitted to these sensors reach .57."""
+    """`studies.experiments.gait_limits`: its own bones with lever arms fitted to these sensors reach .57."""
     road, smoothed, vicon = found
     assert mean(road, "acc_r") >= 0.55
     assert mean(smoothed, "acc_r") >= mean(road, "acc_r") + 0.05

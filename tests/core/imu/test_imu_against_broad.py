@@ -7,9 +7,9 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from benchmarks import broad
-from w2w.core.datasets.broad import BroadTrial, read_broad
 from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.studies.datasets.broad import BroadTrial, read_broad
 
 POSE_RATE = 60.0
 LOWPASS_HZ = 10.0

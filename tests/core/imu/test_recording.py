@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from w2w.core.datasets.broad import read_broad
-from w2w.core.datasets.dsads import DSADS_SITES, read_dsads
-from w2w.core.datasets.gait import read_gait
-from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.imu import formats, vendor_formats
 from w2w.core.imu.recording import ImuRecording
+from w2w.studies.datasets.broad import read_broad
+from w2w.studies.datasets.dsads import DSADS_SITES, read_dsads
+from w2w.studies.datasets.gait import read_gait
+from w2w.studies.datasets.utd_mhad import read_utd_mhad
 
 GAIT_TRIAL = "S02-Trial-Walk-1"
 REUSE_FOLDER = settings(

@@ -6,7 +6,6 @@ import json
 import numpy as np
 import pytest
 
-from w2w.core.datasets.utd_mhad import read_utd_mhad
 from w2w.core.files import write_npz
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS, unseen
@@ -16,6 +15,7 @@ from w2w.core.motion.joint_files import is_joint_file, may_hold_joints
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import on_the_ground
 from w2w.core.motion.source import UnusableMotion
+from w2w.studies.datasets.utd_mhad import read_utd_mhad
 
 from ...seen_joints import seen_as
 

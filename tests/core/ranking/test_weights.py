@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from w2w.core.clip_ranking import LabelledClip, WindowLabels
-from w2w.core.ranking.comparison import compare_patches
-from w2w.core.ranking.score_table import score_table
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
     check_counting,
@@ -22,6 +20,8 @@ from w2w.core.ranking.weights import (
 from w2w.core.selection.headline import mean_sentence, mean_title
 from w2w.core.selection.subsets import best_single, exact_subset, greedy_subset
 from w2w.core.study import StudyConfig
+from w2w.studies.placements.comparison import compare_patches
+from w2w.studies.placements.score_table import score_table
 
 NAMES = ("bow", "jump", "run", "walk")
 N = 8

@@ -11,15 +11,17 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.agreement import compare_maps
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.score_table import ScoreRow
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 from w2w.drawing import draw_heatmap
-from w2w.headless.reports import heatmap_figure, panel_figure, placement_figure, signal_figure
-from w2w.headless.sweep.cases import Case
-from w2w.headless.sweep.figure import sweep_figure
-from w2w.headless.sweep.report import SweptCase
-from w2w.headless.validation import figures
+from w2w.headless.reports import heatmap_figure, signal_figure
+from w2w.studies.comparisons import figures
+from w2w.studies.placements import placement_figure
+from w2w.studies.placements.score_table import ScoreRow
+from w2w.studies.rehab import panel_figure
+from w2w.studies.sweep.cases import Case
+from w2w.studies.sweep.figure import sweep_figure
+from w2w.studies.sweep.report import SweptCase
 
 HOSTILE = [r"$\frac{$", r"a $5 and b $\unknown{x}$", "$$", "^_{}\\ % & # ~", "<b>{0}%s"]
 VIEW = np.full((60, 40, 4), 255, dtype=np.uint8)

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recordings of a user's own sensor, each with what is simulated of its wearer's motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.file_names import shown
+from w2w.core.imu.formats import read_recording
+from w2w.core.imu.mounting import Pair
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import at_patches, record_motion
+from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.motion.library import Clip
+from w2w.core.motion.source import UnusableMotion
+from w2w.core.motion.variants import smoothed_root
+from w2w.core.patches.naming import resolve
+from w2w.core.patches.patches import sample_patches
+
+from .workers import load_alone
+
+RECORDED = (".csv", ".txt", ".npz")
+MOST_LOST = 0.05
+"""Share of lost samples up to which a recording is used."""
+
+
+class Simulate:
+    """Makes what an ideal sensor at one patch would record.
+
+    Parameters
+    ----------
+    placement : str
+        As `naming.resolve` takes it.
+    band_hz, root_band_hz : float or None
+    pose : PoseFacts
+
+    Raises
+    ------
+    ValueError
+        If nothing is called so.
+    """
+
+    def __init__(
+        self, placement: str, band_hz: float | None, root_band_hz: float | None, pose: PoseFacts
+    ) -> None:
+        self._body = Body.bundled()
+        patches = sample_patches(self._body)
+        chosen = resolve(placement, self._body, patches)
+        self.patch = patches.names[chosen]
+        self._patches = at_patches(patches, [chosen])
+        self._band, self._root_band, self._pose = band_hz or None, root_band_hz, pose
+
+    def __call__(self, path: Path, rate: float) -> ImuRecording:
+        """What it would record of a motion file.
+
+        Raises
+        ------
+        UnusableMotion, ValueError
+            If the file cannot be used.
+        """
+        clip = Clip(path, shown(path.name), shown(path.stem), "")
+        _, motion, _ = load_alone(clip, self._body, pose=self._pose)
+        if self._root_band is not None:
+            motion = smoothed_root(motion, self._root_band)
+        settings = Synthesis(rate_hz=rate, cutoff_hz=self._band)
+        return record_motion(self._body, self._patches, motion, settings, SensorModel.ideal())
+
+
+def read_pairs(
+    files: Sequence[tuple[Path, Path]], simulate: Simulate
+) -> tuple[list[Pair], list[tuple[str, str]]]:
+    """A worn and a simulated recording of each motion, all at the first one's rate.
+
+    Returns
+    -------
+    pairs : list of (ImuRecording, ImuRecording)
+    left_out : list of (str, str)
+        Files that could not be used, each with the reason.
+
+    Raises
+    ------
+    ValueError
+        If there is none; the message says why.
+    """
+    pairs, left_out = [], []
+    for recorded, moved in files:
+        try:
+            worn = _one_sensor(read_recording(recorded))
+            if pairs and abs(worn.rate - pairs[0][0].rate) > 0.01 * pairs[0][0].rate:
+                raise ValueError(f"it has {worn.rate:g} Hz, the first one {pairs[0][0].rate:g} Hz")
+            made = simulate(moved, worn.rate)
+        except (ValueError, OSError, UnusableMotion) as error:
+            left_out.append((shown(recorded.name), str(error)))
+            continue
+        pairs.append((replace(worn, clip=worn.clip or shown(recorded.stem)), made))
+    if not pairs:
+        raise ValueError("; ".join(f"{file}: {why}" for file, why in left_out))
+    return pairs, left_out
+
+
+def files_together(real: Path, motion: Path) -> list[tuple[Path, Path]]:
+    """Recordings and motions that belong together: two files, or files of two folders by their names.
+
+    Raises
+    ------
+    ValueError
+        If none do.
+    """
+    for path in (real, motion):
+        if not path.exists():
+            raise ValueError(f"{shown(path)} is not there")
+    if not motion.is_dir():
+        return [(real, motion)]
+    if not real.is_dir():
+        raise ValueError(
+            f"{shown(motion)} is a folder and {shown(real)} is not: give two files, or two folders"
+        )
+    motions = {path.stem: path for path in sorted(motion.iterdir())}
+    recorded = sorted(path for path in real.iterdir() if path.is_dir() or path.suffix.lower() in RECORDED)
+    found = [(path, motions[path.stem]) for path in recorded if path.stem in motions]
+    if not found:
+        raise ValueError(
+            f"no file in {shown(motion)} has the name of one in {shown(real)}, but for its ending"
+        )
+    return found
+
+
+def _one_sensor(recording: ImuRecording) -> ImuRecording:
+    """The recording, its few lost samples bridged.
+
+    Raises
+    ------
+    ValueError
+        If it holds several sensors, or loses too much.
+    """
+    if recording.n_sensors > 1:
+        raise ValueError(f"it holds {recording.n_sensors} sensors: give each its own file")
+    parts = []
+    for values in (recording.acc[:, 0], recording.gyr[:, 0]):
+        lost = np.isnan(values).any(axis=1)
+        if lost.mean() > MOST_LOST:
+            raise ValueError(f"{lost.mean():.0%} of its samples are lost".replace("%", " %"))
+        known, times = np.flatnonzero(~lost), np.arange(len(values))
+        parts.append(np.stack([np.interp(times, known, axis[known]) for axis in values.T], axis=1)[:, None])
+    return replace(recording, acc=parts[0], gyr=parts[1], orientation=None, magnetometer=None, barometer=None)

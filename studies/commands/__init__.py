@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The commands of the studies, for `w2w`."""
+
+from __future__ import annotations
+
+import typer
+
+from .demo_library import demo_library
+from .dsads import dsads
+from .study import STUDY
+from .sweep import sweep
+from .tables import tables
+from .validate import VALIDATE
+
+
+def add_commands(app: typer.Typer, panel: str) -> None:
+    """Add them to the command line, under a heading of their own."""
+    for command in (tables, sweep, dsads):
+        app.command(rich_help_panel=panel)(command)
+    app.command(name="demo-library", rich_help_panel=panel)(demo_library)
+    app.add_typer(STUDY, name="study", rich_help_panel=panel)
+    app.add_typer(VALIDATE, name="validate", rich_help_panel=panel)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w study rehab`: the paper's use case, four rehabilitation exercises, done well and badly."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from w2w.core.body.body import Body
+from w2w.core.colours import patch_colours, score_range
+from w2w.core.motion.library import Library, read_library
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults
+from w2w.core.selection.subsets import Subset, best_single
+from w2w.core.study import StudyConfig
+from w2w.headless.commands.execute import check_folder, execute, refused
+from w2w.headless.needs_blender import needs_blender
+from w2w.headless.options import EveryActivity
+from w2w.headless.reports.console_tables import show_labels, wide_console
+from w2w.headless.reports.draw import draw_alone
+from w2w.headless.reports.pictures import MAX_LISTED
+from w2w.headless.reports.report_data import title
+from w2w.headless.runs.monitor import RunMonitor
+from w2w.headless.runs.own_files import claimed
+from w2w.headless.runs.study import RunPlan
+from w2w.headless.runs.workers import Engine
+from w2w.headless.signal_options import Sensor, sensor_settings
+
+from ..rehab.background import BACKGROUND
+from ..rehab.executions import FAULTS, WELL
+from .demo_library import LABELS, Take, write_library_once
+
+FIGURE = "figure.png"
+
+AGES = (22.0, 85.0)
+"""Years between which people's ages are drawn."""
+
+
+def rehab(
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the library and the results.")] = Path(
+        "rehab_study"
+    ),
+    clips: Annotated[
+        int, typer.Option(min=2, help="People; each does every exercise well and badly, and what is between.")
+    ] = 12,
+    target: Annotated[
+        float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
+    ] = 0.90,
+    every_activity: EveryActivity = 0.9,
+    sensor: Sensor = "watch",
+    quality: Annotated[
+        bool, typer.Option(help="Ask the second question, too: which exercise was done well, which badly.")
+    ] = True,
+    patches: Annotated[int, typer.Option(min=2, max=6890, help="Patches on the body.")] = 512,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the library and of the study.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
+    or 1,
+    pictures: Annotated[bool, typer.Option(help="Draw single heatmaps and save study.blend, too.")] = True,
+) -> None:
+    """The paper's use case on W2W's own library: sit to stand, stairs, arm raise, one-leg stand.
+
+    People of several builds and ages do each exercise well and once with a fault (compensating trunk,
+    half range, slow, shaky, one-sided); standing, sitting, reaching and walking are background. One person at
+    a time is left out. Finds the map of each exercise, the mean map, the best single patch and the smallest
+    set that reaches the target for the mean and for every exercise: `OUT/results`, drawn as the paper's
+    figure in `figure.png`. `OUT/quality` answers the second question: done well or badly.
+
+    Exit codes: as `w2w run`.
+    """
+    console = wide_console()
+    library, monitor = out / "library", RunMonitor(console)
+    with refused(monitor):
+        config = StudyConfig(
+            patches=patches,
+            target=target,
+            every_activity=every_activity,
+            **sensor_settings(sensor),
+            by_subject=True,
+            background=tuple(BACKGROUND),
+            seed=seed,
+        )
+        plan = RunPlan(Library(library, (), ""), config, Engine(workers), pictures, more=(FIGURE,))
+        check_folder(plan, out / "results")
+        if quality:
+            check_folder(plan, out / "quality")
+    write_library_once(library, rehab_takes, clips, seed, monitor)
+    found = read_library(library, library / LABELS)
+    show_labels(found, console)
+    plan = replace(plan, library=found)
+    study = execute(plan, Body.bundled(), out / "results", monitor)
+    with console.status("Drawing the figure"), claimed(study.results.out, [FIGURE]):
+        failed = draw_alone(draw_figure, study.results.out, study.advice.subset) if pictures else ""
+    if failed:
+        console.print(f"No figure: {failed}.", style="red", markup=False)
+    elif pictures:
+        console.print(f"Figure:   {study.results.out / FIGURE}")
+    if quality:
+        console.print("\n[bold]Done well or badly?[/bold]")
+        asked = replace(plan, library=by_quality(found, clips), config=replace(config, background=()))
+        execute(asked, Body.bundled(), out / "quality", monitor)
+
+
+def rehab_takes(clips: int) -> list[Take]:
+    """Every exercise, done well and badly by so many people, the faults in turn, and the background."""
+    takes = []
+    for number in range(clips):
+        for activity, faults in FAULTS.items():
+            fault = faults[number % len(faults)]
+            takes += [
+                Take(_file(activity, WELL, number), activity, number, WELL, AGES),
+                Take(_file(activity, fault, number), activity, number, fault, AGES),
+            ]
+        takes += [Take(_file(name, "", number), name, number, WELL, AGES) for name in BACKGROUND]
+    return takes
+
+
+def by_quality(library: Library, clips: int) -> Library:
+    """The exercises of a library, each as two activities: done well, and done badly."""
+    done = {
+        take.file: f"{take.activity} {WELL if take.execution == WELL else 'badly'}"
+        for take in rehab_takes(clips)
+        if take.activity in FAULTS
+    }
+    kept = [clip for clip in library.clips if clip.file in done]
+    return replace(library, clips=tuple(replace(clip, activity=done[clip.file]) for clip in kept))
+
+
+def _file(activity: str, execution: str, number: int) -> str:
+    words = " ".join(f"{activity} {execution}".replace("_", " ").split())
+    return f"{activity}/{words.title()} ({number + 1}).fbx"
+
+
+def draw_figure(out: Path, subset: Subset) -> None:
+    """Draw a finished study's maps by activity, mean map and set on one page, all in the same colours."""
+    with needs_blender():
+        from w2w.scene.render import BodyRenderer
+
+    from ..rehab.panel_figure import Map, panel_figure  # matplotlib is slow to import
+
+    study = StudyResults.load(out)
+    utility, patches, body = study.utility, study.patches, study.body()
+    scale = score_range(utility.expected_f1, utility.colour_span)
+    order = list(subset.order[:MAX_LISTED])
+
+    with BodyRenderer(body) as renderer:
+
+        def drawn(scores: np.ndarray, heading: str, best: int) -> Map:
+            note = f"best: {patches.names[best]} ({scores[best]:.2f})"
+            return Map(renderer.render(patch_colours(patches, scores, *scale)), heading, note)
+
+        activities = []
+        for number, heading in headings(utility):
+            scores = utility.expected_f1[:, number]
+            activities.append(drawn(scores, heading, int(scores.argmax())))
+        mean = drawn(utility.expected_mean, "Expected mean F1 of the exercises", best_single(utility))
+        corners = body.vertices[patches.triangles[order]]
+        normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
+        markers = renderer.locate(corners.mean(axis=1), normals)
+    count = f"{len(subset.order)} sensor{'' if len(subset.order) == 1 else 's'}"
+    panel_figure(
+        out / FIGURE,
+        activities,
+        mean,
+        Map(mean.views, count, subset.expected_sentence()),
+        markers,
+        [patches.names[patch] for patch in order],
+        subset.mean_max_after_each[: len(order)],
+        scale,
+        subset.target,
+    )
+
+
+def headings(utility: UtilityMap) -> list[tuple[int, str]]:
+    """Number and heading of each activity: exercises first, then the background."""
+    names = [title(name) for name in utility.activities]
+    exercises = [(number, name) for number, name in enumerate(names) if utility.weights[number]]
+    background = [(number, name) for number, name in enumerate(names) if not utility.weights[number]]
+    return exercises + [(number, f"{name} (background)") for number, name in background]

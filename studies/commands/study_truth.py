@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w study truth`: does the simulation rank sites as people's real sensors do, on all sets at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from w2w.core.file_names import shown
+from w2w.core.motion.source import UnusableMotion
+from w2w.headless.console import USAGE, why_not
+from w2w.headless.reports.console_tables import wide_console
+from w2w.headless.runs.monitor import RunMonitor
+from w2w.headless.runs.own_files import published
+
+from ..comparisons.leave_out import PAGE as LEFT_OUT
+from ..comparisons.leave_out import try_settings, write_left_out
+from ..comparisons.truth import DATA_SETS, PAGE, mighar_set, run_data_set, write_page
+
+
+def truth(
+    libraries: Annotated[
+        list[Path],
+        typer.Argument(metavar="LIBRARY...", help="Folders of motion files, and UTD-MHAD's folder or npz."),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for truth.md and a folder a data set.")],
+    mhad: Annotated[Path | None, typer.Option(help="npz of Berkeley MHAD's accelerometers.")] = None,
+    umafall: Annotated[Path | None, typer.Option(help="npz of UMAFall.")] = None,
+    dsads: Annotated[Path | None, typer.Option(help="DSADS's folder, or an npz of it.")] = None,
+    upfall: Annotated[Path | None, typer.Option(help="UP-Fall's CompleteDataSet.csv, or its folder.")] = None,
+    mighar: Annotated[
+        Path | None, typer.Option(help="MIG HAR's folder of subject1 to 12; needs --sensors.")
+    ] = None,
+    sensors: Annotated[
+        Path | None, typer.Option(help="csv of where MIG HAR's sensors sit, as for `w2w validate mighar`.")
+    ] = None,
+    leave_one_out: Annotated[
+        bool,
+        typer.Option(
+            help="Try bands, soft tissue, noise and weighting of sources on every set, and judge each set by "
+            "what the others choose (left_out.md)."
+        ),
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")] = 0,
+) -> None:
+    """Compare worn with simulated sensors on every data set you point it to, and write one page.
+
+    Activities, sites, windows and bars of each set are fixed in W2W (docs/truth.md). A set that cannot be
+    used is left out, and why is said.
+
+    Exit codes: 0 a page was written, 2 wrong use, or no set could be used.
+    """
+    console = wide_console()
+    given = {"mhad": mhad, "umafall": umafall, "dsads": dsads, "upfall": upfall, "mighar": mighar}
+    given = {name: path for name, path in given.items() if path}
+    if not given:
+        options = ", ".join(f"--{name}" for name in (*DATA_SETS, "mighar"))
+        raise _wrong(f"Point it to a data set at least: {options}", console)
+    if "mighar" in given and sensors is None:
+        raise _wrong(
+            "--mighar needs --sensors: `w2w validate mighar` writes an empty one to fill in", console
+        )
+    if leave_one_out and len(given) < 2:
+        raise _wrong("--leave-one-out needs two data sets at least", console)
+    try:
+        with published(out, (*given.values(), sensors)) as folder:
+            _compare(given, libraries, sensors, seed, leave_one_out, folder, console)
+    except (ValueError, OSError) as error:
+        raise _wrong(why_not(error), console) from error
+    console.print(f"Page: {shown(out / PAGE)}", markup=False)
+    if leave_one_out and (out / LEFT_OUT).is_file():
+        console.print(f"Page: {shown(out / LEFT_OUT)}", markup=False)
+
+
+def _compare(
+    given: Mapping[str, Path],
+    libraries: list[Path],
+    sensors: Path | None,
+    seed: int,
+    leave_one_out: bool,
+    out: Path,
+    console: Console,
+) -> None:
+    """Compare set by set, and write the pages.
+
+    Raises
+    ------
+    typer.Exit
+        If no set can be used.
+    """
+    found, names, settings = {}, {}, {}
+    for name, path in given.items():
+        try:
+            data_set = DATA_SETS[name] if name in DATA_SETS else mighar_set(sensors, console.print)
+            names[name] = data_set.protocol.name
+            with RunMonitor(console).step(f"comparing {names[name]}"):
+                found[name], _ = run_data_set(data_set, path, libraries, out / name, seed, console.print)
+            if leave_one_out:
+                with RunMonitor(console).step(f"trying settings on {names[name]}"):
+                    settings[names[name]] = try_settings(data_set, path, libraries, seed)
+        except (ValueError, OSError, UnusableMotion) as error:
+            console.print(f"{names.get(name, name)} is left out: {why_not(error)}", style="red", markup=False)
+    if not found:
+        raise typer.Exit(USAGE)
+    console.print(write_page(out, found, names), markup=False)
+    if len(settings) > 1:
+        console.print(write_left_out(out, settings), markup=False)
+
+
+def _wrong(why: str, console: Console) -> typer.Exit:
+    console.print(why, style="red", markup=False)
+    return typer.Exit(USAGE)

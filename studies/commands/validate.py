@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w validate`: does the simulated map rank sites as the real sensors of a public data set do?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from w2w.core.file_names import shown
+from w2w.core.imu.presets import DEFAULT_SENSOR, MTW_AWINDA
+from w2w.core.motion.source import UnusableMotion
+from w2w.core.ranking.utility import CLASSIFIERS, unavailable
+from w2w.headless.commands.execute import refused
+from w2w.headless.console import USAGE, why_not
+from w2w.headless.options import Classifier
+from w2w.headless.reports.console_tables import wide_console
+from w2w.headless.runs.monitor import RunMonitor
+from w2w.headless.runs.own_files import published
+from w2w.headless.signal_options import Sensor, chosen_sensor
+
+from ..comparisons.dsads import compare_dsads
+from ..comparisons.gait import compare_gait, write_gait
+from ..comparisons.paired import POSE_CUTOFF_HZ, Outcome, Terms, compare_mmfit, compare_vidimu
+from ..comparisons.report import agreement_table, write_validation
+from ..comparisons.truth import DATA_SETS, mighar_set, run_data_set, write_empty_positions
+from ..comparisons.utd import compare_utd, write_utd
+from ..datasets.mmfit import NON_ACTIVITY, read_mmfit
+from ..datasets.utd_mhad import read_utd_mhad
+from ..datasets.vidimu import read_vidimu
+
+VALIDATE = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="Test on your own copy of a public data set whether simulated sensors rank sites as real ones do.",
+)
+
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for report.md, tables and pictures.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")]
+Libraries = Annotated[
+    list[Path],
+    typer.Argument(metavar="LIBRARY...", help="Folders of motion files, and UTD-MHAD's folder or npz."),
+]
+Folds = Annotated[int, typer.Option(min=2, help="Folds by clip, the same for real and simulated.")]
+
+NonActivity = Annotated[
+    str,
+    typer.Option(
+        help=f"What is between the sets: activity (the authors' eleventh class {NON_ACTIVITY}), background "
+        "(trained against, compared with nothing) or out."
+    ),
+]
+NON_ACTIVITY_IS = ("activity", "background", "out")
+
+
+@VALIDATE.command()
+def mmfit(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="MM-Fit's folder of w00 to w20.")],
+    out: Out,
+    non_activity: NonActivity = "activity",
+    sensor: Sensor = DEFAULT_SENSOR,
+    classifier: Classifier = "ridge",
+    folds: Folds = 5,
+    seed: Seed = 0,
+) -> None:
+    """MM-Fit: ten exercises and what is between them, 3D video pose, watches, phones and an earbud.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _published(console, out) as folder:
+        if non_activity not in NON_ACTIVITY_IS:
+            raise ValueError(f"--non-activity must be {', '.join(NON_ACTIVITY_IS)}, not {non_activity}")
+        terms = _terms(sensor, classifier, folds, seed)
+        with RunMonitor(console).step("reading MM-Fit"):
+            exercises = read_mmfit(path, rests=non_activity != "out")
+        with RunMonitor(console).step("fitting poses, simulating and ranking"):
+            background = (NON_ACTIVITY,) if non_activity == "background" else ()
+            outcome = compare_mmfit(exercises, terms, background)
+        _write(folder, [outcome], "MM-Fit: real and simulated devices", console)
+
+
+@VALIDATE.command()
+def vidimu(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="VIDIMU's folder dataset/videoandimus.")],
+    out: Out,
+    sensor: Sensor = DEFAULT_SENSOR,
+    classifier: Classifier = "ridge",
+    folds: Folds = 5,
+    seed: Seed = 0,
+) -> None:
+    """VIDIMU: 13 daily activities, 3D video pose, five orientation sensors. Angular velocity only.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _published(console, out) as folder:
+        terms = _terms(sensor, classifier, folds, seed)
+        with RunMonitor(console).step("reading VIDIMU"):
+            trials = read_vidimu(path)
+        with RunMonitor(console).step("fitting poses, simulating and ranking"):
+            outcomes = compare_vidimu(trials, terms)
+        _write(folder, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
+
+
+@VALIDATE.command()
+def dsads(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="DSADS's folder, or an npz of it.")],
+    motions: Annotated[
+        list[Path], typer.Option(help="Motion library that shows some of DSADS's activities; repeatable.")
+    ],
+    out: Out,
+    labels: Annotated[
+        list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
+    ] = None,
+    window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
+    sensor: Sensor = MTW_AWINDA.name,
+    classifier: Classifier = "ridge",
+    seed: Seed = 0,
+) -> None:
+    """DSADS: sports and daily activities, five worn sensors, against clips of a library. Unpaired.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _published(console, out, *(labels or [])) as folder:
+        terms = _terms(sensor, classifier, seed=seed)
+        tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
+        with RunMonitor(console).step("reading, simulating and ranking"):
+            found, notes, places = compare_dsads(path, motions, tables, window, terms)
+        _write(folder, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
+
+
+@VALIDATE.command(name="utd-mhad")
+def utd_mhad(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="UTD-MHAD's folder, or an npz of it.")],
+    out: Out,
+    cutoff: Annotated[
+        float, typer.Option(min=0.5, max=7, help="Band of the joints' paths, Hz.")
+    ] = POSE_CUTOFF_HZ,
+    sensor: Sensor = DEFAULT_SENSOR,
+    seed: Seed = 0,
+) -> None:
+    """UTD-MHAD: 27 actions, Kinect and one worn sensor. Trained on one side, tested on the other.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _published(console, out) as folder:
+        terms = _terms(sensor, seed=seed)
+        with RunMonitor(console).step("reading UTD-MHAD"):
+            trials = read_utd_mhad(path)
+        with RunMonitor(console).step("fitting poses, simulating and training"):
+            parts = compare_utd(trials, cutoff, terms)
+        console.print(write_utd(folder, parts, terms.sensor), markup=False)
+
+
+@VALIDATE.command()
+def mhad(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of Berkeley MHAD's accelerometers.")],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """Berkeley MHAD: 11 actions, six accelerometers, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    _by_protocol("mhad", path, libraries, out, seed)
+
+
+@VALIDATE.command()
+def umafall(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of UMAFall.")],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """UMAFall: 12 daily activities, four sensors, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    _by_protocol("umafall", path, libraries, out, seed)
+
+
+@VALIDATE.command()
+def upfall(
+    path: Annotated[
+        Path, typer.Argument(metavar="REAL", help="UP-Fall's CompleteDataSet.csv, or its folder.")
+    ],
+    libraries: Libraries,
+    out: Out,
+    seed: Seed = 0,
+) -> None:
+    """UP-Fall: six daily activities, five sensors, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md).
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    _by_protocol("upfall", path, libraries, out, seed)
+
+
+@VALIDATE.command(name="mighar")
+def mig_har(
+    path: Annotated[Path, typer.Argument(metavar="REAL", help="The data set's folder of subject1 to 12.")],
+    libraries: Libraries,
+    out: Out,
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            help="csv with columns sensor, region, vertex: where you find the garment's sensors on its "
+            "pictures.  [default: an empty one is written to OUT]",
+            show_default=False,
+        ),
+    ] = None,
+    seed: Seed = 0,
+) -> None:
+    """MIG HAR: a garment of 396 sensors, 14 activities, against clips of libraries. Unpaired.
+
+    Everything else was fixed before anything was computed (docs/validation.md). Sensors count from 0 in the
+    order of the files' columns; those of one region, such as "left wrist", are one site.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    if sensors is None:
+        with refused(RunMonitor(wide_console())):
+            out.mkdir(parents=True, exist_ok=True)
+            empty = out / "sensors.csv"
+            if not empty.exists():
+                write_empty_positions(empty)
+            raise ValueError(
+                f"Where the sensors sit is published as pictures alone. {empty} lists them all: give those "
+                "you want a region or a vertex there, and pass it with --sensors"
+            )
+
+    def run(*given: Any) -> str:
+        return run_data_set(mighar_set(sensors, given[-1]), *given)[1]
+
+    _compare(run, path, libraries, out, seed, sensors)
+
+
+@VALIDATE.command()
+def gait(
+    path: Annotated[
+        Path, typer.Argument(metavar="PATH", help="Folder with the trial's csv files and xsens_<TRIAL>.bvh.")
+    ],
+    out: Out,
+    trial: Annotated[str, typer.Option(help="Which trial.")] = "S02-Trial-Walk-1",
+    sensor: Sensor = MTW_AWINDA.name,
+    seed: Seed = 0,
+) -> None:
+    """A walk with nine worn Xsens sensors: signals, energies and gait phases, site by site.
+
+    Exit codes: 0 written, 2 wrong use (and why).
+    """
+    console = wide_console()
+    with _published(console, out) as folder:
+        part = chosen_sensor(sensor)
+        with RunMonitor(console).step("simulating and comparing"):
+            found = compare_gait(path, trial, seed, part)
+        console.print(write_gait(folder, found, part), markup=False)
+
+
+def _terms(sensor: str, classifier: str = "ridge", folds: int = 5, seed: int = 0) -> Terms:
+    if classifier not in CLASSIFIERS:
+        raise ValueError(f"--classifier must be {', '.join(CLASSIFIERS)}, not {classifier}")
+    if problem := unavailable(classifier):
+        raise ValueError(problem)
+    return Terms(chosen_sensor(sensor), classifier, folds, seed)
+
+
+def _by_protocol(name: str, *given: Any) -> None:
+    _compare(lambda *told: run_data_set(DATA_SETS[name], *told)[1], *given)
+
+
+def _compare(
+    run: Callable[..., str], path: Path, libraries: list[Path], out: Path, seed: int, *inputs: Path
+) -> None:
+    """Run a comparison, which is told how to say what it leaves out, and print its report."""
+    console = wide_console()
+    with _published(console, out, *inputs) as folder:
+        with RunMonitor(console).step("reading, simulating and ranking"):
+            report = run(path, libraries, folder, seed, console.print)
+        console.print(report, markup=False)
+
+
+@contextmanager
+def _published(console: Console, out: Path, *inputs: Path) -> Iterator[Path]:
+    """A folder to write, which becomes OUT; what is wrong with the data as a sentence, not as a traceback."""
+    try:
+        with published(out, inputs) as folder:
+            yield folder
+        console.print(f"Written to {shown(out)}", markup=False)
+    except (ValueError, OSError, UnusableMotion) as error:
+        console.print(why_not(error), style="red", markup=False)
+        raise typer.Exit(USAGE) from error
+
+
+def _write(folder: Path, outcomes: list[Outcome], title: str, console: Console) -> None:
+    for name, found, notes, places in outcomes:
+        suffix = f"_{name.replace(' ', '_')}" if name else ""
+        headline = f"{title}, {name}" if name else title
+        write_validation(folder, found, headline, notes, places, suffix)
+        console.print(f"[bold]{headline}[/bold]\n{found.sentence()}\n")
+        console.print("\n".join(agreement_table(found)), markup=False)
+        console.print(f"\nReport: report{suffix}.md")

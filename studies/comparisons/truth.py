@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The data sets that a protocol was fixed for, and one page of what all of them say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.csv_tables import csv_text
+from w2w.core.files import write_text
+from w2w.core.imu.recording import ImuRecording
+
+from ..datasets.berkeley_mhad import read_berkeley_mhad
+from ..datasets.dsads import read_dsads
+from ..datasets.mighar import MIGHAR_SENSORS, read_mighar, read_positions
+from ..datasets.umafall import read_umafall
+from ..datasets.upfall import read_upfall
+from ..validation.dsads import DSADS
+from ..validation.mhad import MHAD
+from ..validation.mighar import mighar
+from ..validation.protocol import Protocol
+from ..validation.umafall import UMAFALL, most_moving
+from ..validation.upfall import UPFALL
+from .by_protocol import Found, run_protocol
+from .protocol_report import figure_name, interval, write_protocol
+from .unpaired import RegionSimulator
+
+PAGE = "truth.md"
+
+
+class DataSet(NamedTuple):
+    """How a data set is read, and by what protocol it is compared.
+
+    Attributes
+    ----------
+    protocol : Protocol
+    read : callable
+    site_of : ndarray of int, optional
+        Site of each worn sensor, where a site has several.
+    """
+
+    protocol: Protocol
+    read: Callable[[Path], Sequence[ImuRecording]]
+    site_of: np.ndarray | None = None
+
+
+def _umafall(path: Path) -> list[ImuRecording]:
+    return [most_moving(recording) for recording in read_umafall(path)[0]]
+
+
+DATA_SETS: Mapping[str, DataSet] = {
+    "mhad": DataSet(MHAD, read_berkeley_mhad),
+    "umafall": DataSet(UMAFALL, _umafall),
+    "dsads": DataSet(DSADS, read_dsads),
+    "upfall": DataSet(UPFALL, lambda path: read_upfall(path)[0]),
+}
+
+
+def mighar_set(positions: Path, told: Callable[[str], None]) -> DataSet:
+    """The MIG HAR garment at the sites where a user placed its sensors.
+
+    Raises
+    ------
+    ValueError, OSError
+        If the csv is wrong, or no region is called so.
+    """
+    worn = read_positions(positions)
+    protocol = mighar(worn.sites)
+    RegionSimulator(Body.bundled(), protocol)  # a wrong region is said before minutes of reading
+
+    def read(path: Path) -> list[ImuRecording]:
+        recordings, left_out = read_mighar(path, worn.sensors)
+        if left_out:
+            told(f"Files that could not be used: {len(left_out)}; the first: {left_out[0]}.")
+        return recordings
+
+    return DataSet(protocol, read, worn.site_of)
+
+
+def run_data_set(
+    data_set: DataSet,
+    path: Path,
+    libraries: Sequence[Path],
+    out: Path,
+    seed: int,
+    told: Callable[[str], None],
+) -> tuple[list[Found], str]:
+    """Compare one data set and write what was found to a folder.
+
+    Returns
+    -------
+    found : list of Found
+    report : str
+    """
+    found = run_protocol(data_set.protocol, data_set.read(path), libraries, seed, told, data_set.site_of)
+    return found, write_protocol(out, data_set.protocol, found)
+
+
+def write_empty_positions(path: Path) -> None:
+    """Write a csv of all sensors of the garment, for a user to say where they are."""
+    rows = [["sensor", "region", "vertex"], *([sensor, "", ""] for sensor in range(MIGHAR_SENSORS))]
+    write_text(path, csv_text(rows))
+
+
+def write_page(out: Path, found: Mapping[str, Sequence[Found]], names: Mapping[str, str]) -> str:
+    """Write ``truth.md``: sets by agreement, ceiling, regret and transfer, and a figure each.
+
+    Parameters
+    ----------
+    out : Path
+    found : mapping of str to sequence of Found
+        By the folder of a set.
+    names : mapping of str to str
+        What each set is called.
+    """
+    lines = ["# Does W2W predict real people?", "", *_table(found, names), ""]
+    lines += [
+        "Rho of mean F1 over the sites, real against simulated; the ceiling is the same between two random "
+        "halves of the real people. Regret is the real F1 lost by wearing the sensor where the simulation "
+        "says instead of at the really best site. In brackets 95 % intervals over people and clips.",
+        "",
+    ]
+    for name, analyses in found.items():
+        lines += [f"## {names[name]}", ""]
+        for one in analyses:
+            missed = [
+                f"{bar.what} ({bar.found:.2f}, asked for {bar.wanted})" for bar in one.bars if not bar.met
+            ]
+            verdict = f"Missed: {', '.join(missed)}." if missed else "All that was asked for is reached."
+            picture = f"{name}/{figure_name(one)}"
+            lines += [f"### {one.analysis.name}", "", f"{one.analysis.why} {verdict}", ""]
+            lines += [f"![Real against simulated F1]({picture})", ""]
+        lines += [f"All of it: [{name}/report.md]({name}/report.md).", ""]
+    text = "\n".join(lines)
+    write_text(out / PAGE, text)
+    return text
+
+
+def _table(found: Mapping[str, Sequence[Found]], names: Mapping[str, str]) -> list[str]:
+    lines = [
+        "| data set | analysis | activities, sites | rho of mean F1 | ceiling | mean rho by activity "
+        "| ceiling | r over cells | at most | regret | blindly | trained on simulated | trained on people |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name, analyses in found.items():
+        for one in analyses:
+            v = one.validation
+            best = max(one.ways, key=lambda way: way.simulated.mean())
+            cells = [
+                names[name],
+                one.analysis.name,
+                f"{len(v.real.activities)}, {len(v.sites)}",
+                interval(v.overall.spearman, v.overall.low, v.overall.high),
+                f"{v.overall_ceiling.value:.2f}",
+                interval(v.mean_rho, v.mean_low, v.mean_high),
+                f"{v.ceiling.value:.2f}",
+                interval(*v.cells),
+                f"{v.cells_ceiling:.2f}",
+                f"{v.regret.lost:.3f} ({v.regret.low:.3f} to {v.regret.high:.3f})",
+                f"{v.regret.at_random:.3f}",
+                f"{best.simulated.mean():.2f} ({best.way})",
+                f"{best.real.mean():.2f}",
+            ]
+            lines.append(f"| {' | '.join(cells)} |")
+    return lines

@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worn sensors of a data set against the same activities simulated from motion libraries, by a protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from w2w.core.body.body import Body
+from w2w.core.body.landmarks import SensorSite
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import at_patches, record_motion
+from w2w.core.keypoints.fit import fit_keypoints
+from w2w.core.keypoints.joint_sets import KINECT_20
+from w2w.core.motion.duplicates import motion_signature
+from w2w.core.motion.library import LibraryError, read_library
+from w2w.core.motion.motion import Motion
+from w2w.core.motion.source import UnusableMotion
+from w2w.core.patches.naming import patches_named
+from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.study import same_clips
+from w2w.headless.runs.load_clip import load_clip
+
+from ..datasets.utd_mhad import read_utd_mhad
+from ..validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol
+from ..validation.site_windows import SiteWindows, site_windows
+from .posture import posture
+
+KINECT_FILES = (
+    f"{KINECT} is read from the folder of Inertial and Skeleton, with their .mat files, or from an npz"
+)
+
+
+class Moving(NamedTuple):
+    """A motion under its labels, and the source it is from.
+
+    Attributes
+    ----------
+    motion : Motion
+        Its clip is the first that shows this motion, with its library's number.
+    source : str
+    own_name : str
+        Of the clip itself, by which its sensors' errors are drawn (`noise_name`).
+    """
+
+    motion: Motion
+    source: str
+    own_name: str
+
+
+def noise_name(clip: str) -> str:
+    """What the errors of a clip's sensors are drawn by, whatever other libraries there are.
+
+    Clips of one name share them. The number once told libraries apart; with that of an only library, its
+    signals are what they were.
+    """
+    return f"0 {clip}"
+
+
+class Side(NamedTuple):
+    """Recordings of the sensors of a protocol's sites, their windows, and where each clip is from."""
+
+    recordings: list[ImuRecording]
+    windows: SiteWindows
+    source_of: dict[str, str]
+
+
+class RegionSimulator:
+    """Records motions with a sensor on every patch of each site.
+
+    Parameters
+    ----------
+    body : Body
+    protocol : Protocol
+    seed : int
+        Of the sensors' errors.
+    """
+
+    def __init__(self, body: Body, protocol: Protocol, seed: int = 0) -> None:
+        patches = sample_patches(body)
+        of_sites = [_patches_at(site, patches, body) for site in protocol.sites.values()]
+        chosen = [patch for of_site in of_sites for patch in of_site]
+        self.body, self.protocol, self.seed = body, protocol, seed
+        self.site_of = np.repeat(np.arange(len(of_sites)), [len(of_site) for of_site in of_sites])
+        self.simulated_at = tuple(
+            f"{len(of_site)} patches" if isinstance(site, str) else patches.names[of_site[0]]
+            for site, of_site in zip(protocol.sites.values(), of_sites, strict=True)
+        )
+        self._patches = at_patches(patches, chosen)
+
+    def with_sensor(self, sensor: SensorModel) -> RegionSimulator:
+        """The same patches, read by another sensor."""
+        other = copy(self)
+        other.protocol = replace(self.protocol, sensor=sensor)
+        return other
+
+    def record(self, moving: Moving, cutoff_hz: float) -> ImuRecording:
+        """What the sensors would record; the paths of a Kinect's joints are limited already."""
+        settings = Synthesis(rate_hz=self.protocol.rate_hz)
+        if moving.source != KINECT:
+            settings = replace(settings, cutoff_hz=cutoff_hz)
+        motion = replace(moving.motion, clip=noise_name(moving.own_name))
+        made = record_motion(self.body, self._patches, motion, settings, self.protocol.sensor, self.seed)
+        return replace(made, clip=moving.motion.clip)
+
+    def side(self, motions: Sequence[Moving], analysis: Analysis) -> Side:
+        """Windows of the clips that take part in an analysis."""
+        chosen = [
+            moving
+            for moving in motions
+            if moving.source in analysis.sources and moving.motion.activity in analysis.activities
+        ]
+        if not chosen:
+            raise ValueError(f"no clip of the libraries takes part in '{analysis.name}'")
+        recordings, unusable = [], {}
+        for moving in chosen:
+            try:
+                recordings.append(self.record(moving, analysis.cutoff_hz))
+            except ValueError as error:
+                unusable[moving.motion.clip] = f"clip '{moving.motion.clip}': {error}"
+        if not recordings:
+            raise ValueError(next(iter(unusable.values())))
+        windows = site_windows(recordings, self.protocol.windows, self.protocol.use)
+        windows.skipped.update(unusable)
+        return Side(recordings, windows, {moving.motion.clip: moving.source for moving in chosen})
+
+
+def _patches_at(site: str | SensorSite | int, patches: PatchSet, body: Body) -> list[int]:
+    """Patches that stand for a site.
+
+    Raises
+    ------
+    ValueError
+        If no region has its name, or the body no such vertex; the message says which.
+    """
+    if isinstance(site, str):
+        return patches_named(patches.regions, site).tolist()
+    vertex = site if isinstance(site, int) else site.vertex(body)
+    if vertex >= len(patches.labels):
+        raise ValueError(f"the body has {len(patches.labels)} vertices, from 0: none has the number {vertex}")
+    return [int(patches.labels[vertex])]
+
+
+def load_motions(
+    protocol: Protocol,
+    libraries: Sequence[Path],
+    body: Body,
+    told: Callable[[str], None] = lambda _: None,
+) -> tuple[list[Moving], list[str]]:
+    """The libraries' clips that the protocol's rules name, each distinct motion under one name.
+
+    Parameters
+    ----------
+    protocol : Protocol
+    libraries : sequence of Path
+        Folders of motion files, or UTD-MHAD's archive or folder.
+    body : Body
+    told : callable
+        Given a sentence for each library of which nothing is used.
+
+    Returns
+    -------
+    motions : list of Moving
+    unusable : list of str
+        Clips that could not be read, each with the reason.
+
+    Raises
+    ------
+    ValueError
+        If no clip fits a rule.
+    """
+    found: list[Moving] = []
+    unusable: list[str] = []
+    for number, library in enumerate(libraries):
+        used = False
+        for name, loaded in chain(*(read(protocol, library, body) for read in _readers(library))):
+            used = True
+            if isinstance(loaded, str):
+                unusable.append(f"{name}: {loaded}")
+                continue
+            motion, match = loaded
+            activity = posture(body, motion) if match.activity == BY_POSTURE else match.activity
+            if not activity:
+                continue
+            labelled = motion.labelled(activity, match.who, f"{number} {name}")
+            found.append(Moving(labelled, match.source, name))
+        if not used:
+            told(f"Nothing of {library} is used: {_unknown(protocol)}.")
+    if not found:
+        raise ValueError(f"no clip of the libraries can be used: {_unknown(protocol)}")
+    return _distinct(found), unusable
+
+
+def _unknown(protocol: Protocol) -> str:
+    """Why nothing of a library is used."""
+    sources = dict.fromkeys(rule.source for rule in protocol.rules)
+    kinect = f" ({KINECT_FILES})" if KINECT in sources else ""
+    return f"no file has a name that {', '.join(sources)} give to what {protocol.name} shows{kinect}"
+
+
+Loaded = Iterator[tuple[str, tuple[Motion, Match] | str]]
+
+
+def _readers(library: Path) -> list[Callable[[Protocol, Path, Body], Loaded]]:
+    """How to read what a library holds: UTD-MHAD's skeletons, files of motion, or both."""
+    if library.is_file():
+        return [_kinect]
+    if not any(library.rglob("a*_s*_t*_skeleton.mat")):
+        return [_files]
+    try:
+        read_library(library)
+    except LibraryError:
+        return [_kinect]
+    return [_kinect, _files]
+
+
+def _files(protocol: Protocol, library: Path, body: Body) -> Loaded:
+    try:
+        clips = read_library(library).clips
+    except LibraryError as error:
+        raise ValueError(f"{error} ({KINECT_FILES})") from error
+    for clip in clips:
+        match = protocol.match(clip.file)
+        if match is None or match.source == KINECT:
+            continue
+        try:
+            yield clip.name, (load_clip(clip, body)[1], match)
+        except (UnusableMotion, ValueError) as error:
+            yield clip.file, str(error)
+
+
+def _kinect(protocol: Protocol, library: Path, body: Body) -> Loaded:
+    for trial in read_utd_mhad(library):
+        name = trial.recording.clip
+        match = protocol.match(name)
+        if match is None or match.source != KINECT:
+            continue
+        try:
+            fit = fit_keypoints(trial.skeleton, trial.skeleton_rate, KINECT_20, body, "y", protocol.kinect_hz)
+            yield name, (fit.motion, match)
+        except ValueError as error:
+            yield name, str(error)
+
+
+def _distinct(found: Sequence[Moving]) -> list[Moving]:
+    """Clips that show one motion, under the name and the mover of the first of them."""
+    signatures = np.array([motion_signature(moving.motion) for moving in found])
+    groups = same_clips([moving.motion.clip for moving in found], [""] * len(found), signatures)
+    firsts = [found[int(np.flatnonzero(groups == group)[0])].motion for group in groups]
+    return [
+        moving._replace(motion=moving.motion.labelled(moving.motion.activity, first.subject, first.clip))
+        for moving, first in zip(found, firsts, strict=True)
+    ]
+
+
+def real_side(
+    protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis, sites: tuple[str, ...] = ()
+) -> Side:
+    """The worn sensors in an analysis, under the names of the protocol's sites or under other names."""
+    chosen = [
+        replace(r, activity=activity, sites=sites or tuple(protocol.sites))
+        for r in recordings
+        if (activity := protocol.activity_of(r.activity)) in analysis.activities
+    ]
+    if not chosen:
+        raise ValueError(f"no recording of {protocol.name} takes part in '{analysis.name}'")
+    return Side(chosen, site_windows(chosen, protocol.windows, protocol.use), {})
+
+
+def clips_in_words(motions: Sequence[Moving]) -> str:
+    """How many clips of each activity are from where."""
+    counts: dict[str, dict[str, set[str]]] = {}
+    for moving in motions:
+        of = counts.setdefault(moving.motion.activity, {})
+        of.setdefault(moving.source, set()).add(moving.motion.clip)
+    return "; ".join(
+        f"{activity} " + ", ".join(f"{source} {len(clips)}" for source, clips in by_source.items())
+        for activity, by_source in counts.items()
+    )

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the study of placements leaves beside its tables: the paper's figure 4, verdicts on claims, a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from w2w.core.files import write_text
+from w2w.core.patches.naming import PLACEMENTS, placement_patches
+from w2w.core.results_folder import StudyResults
+from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
+
+from .activity_groups import PAPER_GROUPS
+from .score_table import ScoreRow, score_table
+from .trend_table import show_trends, trend_csv, trend_markdown
+from .trends import Claim, judge
+
+CLAIMS = Path(__file__).with_name("paper_claims.csv")
+"""What the paper says of placements seldom used; claims about groups are read from a file like it."""
+
+PAGES = FIGURE, TRENDS, PAGE = "activities_by_placement.png", "trends.csv", "study.md"
+
+
+def write_placement_study(
+    study: StudyResults,
+    group_of: Mapping[str, str],
+    side: str,
+    claims: Sequence[Claim],
+    missing: Sequence[str],
+    console: Console,
+) -> None:
+    """Print what the ranking says of the claims, and write figure, verdicts and page.
+
+    Parameters
+    ----------
+    study : StudyResults
+    group_of : mapping of str to str
+        Group of each activity.
+    side : {"left", "right"}
+        Of placements that are on both.
+    claims : sequence of Claim
+    missing : sequence of str
+        Which activities were asked for and are not there, in sentences.
+    console : Console
+    """
+    from .placement_figure import placement_figure  # matplotlib is slow to import
+
+    out = study.out
+    trends = judge(study.utility, study.patches, claims, group_of)
+    show_trends(trends, console)
+    rows, columns = figure_rows(study, group_of, side), [placement.name for placement in PLACEMENTS]
+    title = f"{len(rows)} activities at the 11 placements, {side} side"
+    placement_figure(out / FIGURE, rows, columns, [placement.common for placement in PLACEMENTS], title)
+    write_text(out / TRENDS, trend_csv(trends))
+    write_text(out / PAGE, _page(study, title, trend_markdown(trends), missing))
+    console.print(f"Figure: {out / FIGURE}\nClaims: {out / TRENDS}\nPage:   {out / PAGE}")
+
+
+def figure_rows(study: StudyResults, group_of: Mapping[str, str], side: str) -> list[ScoreRow]:
+    """The rows of the activities, group by group in the paper's order."""
+    patch_of = placement_patches(study.body(), study.patches, side)
+    order = {group: number for number, group in enumerate(PAPER_GROUPS)}
+    rows = [row for row in score_table(study.utility, list(patch_of.values()), group_of) if row.activity]
+    return sorted(rows, key=lambda row: (order.get(row.group, len(order)), row.group, row.activity))
+
+
+def _page(study: StudyResults, title: str, trends: str, missing: Sequence[str]) -> str:
+    """The study on a page of markdown."""
+    utility = study.utility
+    lines = [
+        "# Activities by placement",
+        "",
+        f"{utility.protocol}; classifier {utility.classifier}; {len(study.clips)} clips.",
+    ]
+    sentences = [mean_sentence(utility), "" if utility.can_rank else CANNOT_RANK]
+    lines += [f"\n**{sentence}.**" for sentence in sentences if sentence]
+    lines += [f"\n{sentence}" for sentence in missing]
+    lines += ["", f"![{title}]({Path(FIGURE).name})", "", "## Claims", "", trends]
+    return "\n".join(lines)

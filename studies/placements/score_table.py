@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables of F1 by activity and patch, in groups of activities, every cell with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from w2w.core.ranking.f1 import resampled_f1
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.ranking.weights import mean_over
+
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class ScoreRow:
+    """An activity, or the mean over a group of them, at every patch of the table.
+
+    Attributes
+    ----------
+    group : str
+        Group of the activity; empty in the mean over all.
+    activity : str
+        Empty in a mean.
+    f1, low, high : ndarray, shape (n,)
+    best : ndarray of bool, shape (n,)
+        Patches that cannot be told from the best of the row.
+    clips, windows : int
+        Distinct motions and windows tested.
+    """
+
+    group: str
+    activity: str
+    f1: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    best: np.ndarray
+    clips: int
+    windows: int
+
+
+def score_table(
+    utility: UtilityMap,
+    patches: Sequence[int],
+    groups: Mapping[str, str],
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> list[ScoreRow]:
+    """Rows of activities group by group, each group followed by its mean, then the mean over all that count.
+
+    Parameters
+    ----------
+    utility : UtilityMap
+    patches : sequence of int
+        Patches of the table's columns.
+    groups : mapping of str to str
+        Group of each activity; those without stand in the last group, "".
+    resamples : int
+        Bootstrap resamples of the clips, the same for all patches and rows, so that the
+        difference of two patches has an interval of its own.
+    seed : int
+
+    Returns
+    -------
+    list of ScoreRow
+        There is no row of means for a group of one activity, or if there is one group.
+    """
+    n_activities = len(utility.activities)
+    named = utility.predictions[:, list(patches)]
+    f1, samples = resampled_f1(utility.truth, named, utility.clip, n_activities, resamples, seed)
+    group_of = [groups.get(name, "") for name in utility.activities]
+
+    def row(group: str, activity: str, columns: list[int]) -> ScoreRow:
+        tested = np.isin(utility.truth, columns)
+        weights = utility.weights[columns]
+        score, spread = mean_over(f1[:, columns], weights), mean_over(samples[:, :, columns], weights)
+        tail = [(1 - utility.level) / 2, (1 + utility.level) / 2]
+        low, high = np.quantile(spread, tail, axis=0)
+        behind = np.quantile(spread - spread[:, [int(score.argmax())]], tail[1], axis=0)
+        clips = len(np.unique(utility.clip[tested]))
+        return ScoreRow(group, activity, score, low, high, behind >= 0, clips, int(tested.sum()))
+
+    rows = []
+    names = sorted(set(group_of), key=lambda name: (name == "", name))
+    for group in names:
+        members = [column for column, name in enumerate(group_of) if name == group]
+        rows += [row(group, utility.activities[column], [column]) for column in members]
+        if len(members) > 1 and len(names) > 1 and utility.counts[members].any():
+            rows.append(row(group, "", members))
+    rows.append(row("", "", list(range(n_activities))))
+    return rows

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The maps of a sweep: a finished study's motions recorded and ranked again, case by case."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import shaped
+from w2w.core.clip_files import WORK, ClipWindows, features_file, ranking_inputs, write_features
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_windows
+from w2w.core.files import write_json
+from w2w.core.motion.motion import Motion
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import UtilityMap, inputs_of
+from w2w.core.ranking.windows import TooShortError
+from w2w.core.results_folder import StudyResults
+from w2w.core.study import copies_of, describe, place_patches, plain, record
+from w2w.core.threads import unthreaded_products
+from w2w.headless.blender import inside_blender
+from w2w.headless.runs.blender_executor import BlenderExecutor
+from w2w.headless.runs.folder import code_sha256
+from w2w.headless.runs.guard import end_with
+from w2w.headless.stopping import deaf_children
+
+from .cases import Case
+
+
+class SweepMaps:
+    """Makes the maps of a sweep, and takes up those that an earlier sweep made.
+
+    Parameters
+    ----------
+    study : StudyResults
+    out : Path
+        Folder of the sweep.
+    n_patches : int
+        Patches compared; they are the first ones of the study's own order, which cover the
+        body evenly.
+    workers : int
+
+    Raises
+    ------
+    ValueError
+        If the study's classifier takes windows instead of features.
+    """
+
+    def __init__(self, study: StudyResults, out: Path, n_patches: int, workers: int) -> None:
+        self.study, self.out, self.workers = study, out, workers
+        config = study.config()
+        if inputs_of(config.classifier) != "features":
+            raise ValueError(
+                f"a sweep ranks by features; the study's classifier, {config.classifier}, does not"
+            )
+        self.patches = study.patches
+        if n_patches < len(study.patches):
+            self.patches = place_patches(Body.bundled(), replace(config, patches=n_patches))
+            if not np.array_equal(self.patches.vertices, study.patches.vertices[:n_patches]):
+                self.patches = place_patches(study.body(), replace(config, patches=n_patches))
+        (out / WORK / "features").mkdir(parents=True, exist_ok=True)
+        self.patches.save(out / WORK / "patches.npz")
+
+    @cached_property
+    def pooling(self) -> Pooling:
+        """Over the skin of the study's body, whatever body a case is recorded on."""
+        return Pooling.on(self.study.body(), self.patches)
+
+    def map_of(self, case: Case, told: Callable[[int], None]) -> UtilityMap:
+        """The map of a case.
+
+        Parameters
+        ----------
+        case : Case
+        told : callable
+            Given 1 after every clip.
+        """
+        key = self._key(case)
+        stored = self.out / WORK / f"map_{key[:16]}.npz"
+        if stored.exists():
+            told(len(self.study.clips))
+            return UtilityMap.load(stored)
+        folder = self.out / WORK / key[:16]
+        (folder / WORK / "features").mkdir(parents=True, exist_ok=True)
+        self._body(case).save(folder / WORK / "body.npz")
+        try:
+            used = self._bake(case, folder, told)
+            utility = self._rank(case, used, folder)
+        finally:
+            shutil.rmtree(folder)
+        utility.save(stored)
+        write_json(stored.with_suffix(".json"), plain(case))
+        return utility
+
+    def _key(self, case: Case) -> str:
+        parts = [
+            json.dumps(plain(case), sort_keys=True),
+            (self.study.out / "config.json").read_text(encoding="utf-8"),
+            str(len(self.patches)),
+            code_sha256(),
+        ]
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+    def _body(self, case: Case) -> Body:
+        if not case.shape:
+            return self.study.body()
+        return shaped(Body.bundled(), **dict(case.shape))
+
+    def _bake(self, case: Case, folder: Path, told: Callable[[int], None]) -> list[LabelledClip]:
+        patches = self.out / WORK / "patches.npz"
+        usual_height = self.study.body().height
+        calls = [(case, clip, self.study.out, folder, patches, usual_height) for clip in self.study.clips]
+        used = []
+        for clip, done in zip(self.study.clips, self._in_workers(calls), strict=True):
+            told(1)
+            if done:
+                used.append(clip)
+        return used
+
+    def _in_workers(self, calls: list[tuple]) -> Iterator[bool]:
+        """What `_bake_clip` gives, call by call."""
+        if not inside_blender():
+            parent = os.getpid()
+            work = (delayed(_bake_clip_for)(parent, *call) for call in calls)
+            with deaf_children():
+                baked = Parallel(n_jobs=self.workers, return_as="generator")(work)
+            yield from baked
+            return
+        executor = BlenderExecutor(min(self.workers, len(calls)))
+        try:
+            yield from executor.map(_bake_clip, *zip(*calls, strict=True))
+        finally:
+            executor.shutdown(kill_workers=True)
+
+    def _rank(self, case: Case, clips: list[LabelledClip], folder: Path) -> UtilityMap:
+        names = [clip.name for clip in clips]
+        found = [ClipWindows.read(folder, name) for name in names]
+        labels = WindowLabels.of(clips, found)
+        inputs = ranking_inputs(folder, names, found, case.config.classifier, case.config.windows)
+        return rank_windows(inputs, labels, case.config, pooling=self.pooling)
+
+
+def _bake_clip_for(parent: int, *call: Any) -> bool:
+    """`_bake_clip` in a worker that ends with the process that started it."""
+    _end_with_once(parent)
+    return _bake_clip(*call)
+
+
+def _bake_clip(
+    case: Case,
+    clip: LabelledClip,
+    study: Path,
+    folder: Path,
+    patches: Path,
+    usual_height: float,
+) -> bool:
+    """Write the features of a clip under a case; False where it is too short for its windows."""
+    body, placed = _load(folder / WORK / "body.npz", patches)
+    motion = case.motion(Motion.load(study / "motions" / f"{clip.name}.npz"))
+    motion = replace(motion, pelvis=motion.pelvis * (body.height / usual_height))
+    with unthreaded_products():
+        try:
+            features, is_test = describe(record(body, placed, motion, case.config), case.config)
+        except TooShortError:
+            return False
+        parts = [features]
+        for copy in copies_of(body, placed, motion, case.config):
+            try:
+                parts.append(describe(copy, case.config)[0])
+            except TooShortError:
+                continue
+    write_features(features_file(folder, clip.name), parts, is_test, np.zeros(0))
+    return True
+
+
+@cache
+def _end_with_once(parent: int) -> None:
+    if os.getpid() != parent:  # one worker is this process itself
+        end_with(parent)
+
+
+@cache
+def _load(body: Path, patches: Path) -> tuple[Body, PatchSet]:
+    return Body.load(body), PatchSet.load(patches)

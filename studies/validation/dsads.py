@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The comparison with DSADS by the names of files, so that other libraries give the same.
+
+No test: other comparisons with this data set had been seen when it was written (docs/validation.md). Windows,
+features, folds and bars are those of the others.
+"""
+
+from __future__ import annotations
+
+from w2w.core.body.landmarks import SensorSite
+from w2w.core.imu.presets import preset
+from w2w.core.ranking.windows import WindowSpec
+
+from ..datasets.dsads import DSADS_RATE
+from .mhad import BANDAI, HDM05, MIXAMO
+from .protocol import BY_POSTURE, KINECT, Analysis, Protocol, Rule
+from .umafall import CMU
+from .umafall import RULES as DAILY
+
+SITES: dict[str, str | SensorSite] = {
+    "torso": "sternum",
+    "right arm": "right wrist",
+    "left arm": "left wrist",
+    "right leg": SensorSite("DSADS right leg", -1, ("right_hip",), ("right_knee",), 0.85, (-1, 0, 0)),
+    "left leg": SensorSite("DSADS left leg", -1, ("left_hip",), ("left_knee",), 0.85, (1, 0, 0)),
+}
+"""Chest, wrists, and the outer side of the thighs just above the knees (Altun et al. 2010, section 2)."""
+
+STAYING = (
+    r"(^|/)((breathing |unarmed )?idle( 01)?|sitting( and pointing)?|typing|eat(ing)?|drinking|talkingmale|"
+    r"pointing|texting while standing|standing ?greeting|head nod yes|stroke shaking head|clapping|beckoning)"
+    r"\.fbx$"
+)
+"""Clips of people who stay where they are: their thighs say whether they sit or stand."""
+
+_NAMES = {"walk": "walking", "jog": "running", "hop": "jumping", "upstairs": "ascending stairs"}
+
+RULES = (
+    *(rule._replace(activity=_NAMES[rule.activity]) for rule in DAILY if rule.activity in _NAMES),
+    Rule("running", BANDAI, r"(^|/)dataset-\d_dash_(?P<who>[a-z-]+)_\d+\.bvh$"),
+    Rule("playing basketball", CMU, r"(^|/)06_(0[45689]|15)\.bvh$"),
+    Rule(BY_POSTURE, MIXAMO, STAYING),
+)
+
+ACTIVITIES = (
+    "walking", "running", "standing", "sitting", "ascending stairs", "jumping", "playing basketball",
+)  # fmt: skip
+
+DSADS = Protocol(
+    name="DSADS",
+    real={
+        "walking": ("walking in parking lot", "walking on flat treadmill"),
+        "running": ("running on treadmill",),
+        "standing": ("standing",),
+        "sitting": ("sitting",),
+        "ascending stairs": ("ascending stairs",),
+        "jumping": ("jumping",),
+        "playing basketball": ("playing basketball",),
+    },
+    rules=RULES,
+    sites=SITES,
+    analyses=(
+        Analysis(
+            "all activities",
+            "Every activity that two clips show, one band for all sources. Other comparisons with DSADS had "
+            "been seen.",
+            ACTIVITIES,
+            (HDM05, BANDAI, MIXAMO, CMU, KINECT),
+            3.0,
+        ),
+        Analysis(
+            "motion capture",
+            "Without the Kinect, at W2W's band.",
+            ACTIVITIES,
+            (HDM05, BANDAI, MIXAMO, CMU),
+            10.0,
+        ),
+    ),
+    rate_hz=DSADS_RATE,
+    sensor=preset("xsens mtw awinda"),  # the nearest to the MTx that DSADS's subjects wore
+    kinect_hz=3.0,
+    windows=WindowSpec(),
+    use="both",
+    bars={"regret": 0.03, "rho over ceiling": 0.8},
+)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Windows of sensors at the same sites, as features."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.features import window_features
+from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
+
+from .some_windows import some_windows
+
+Use = Literal["both", "acc", "gyr"]
+
+
+class SiteWindows(NamedTuple):
+    """Windows of sensors at the same sites, as what a classifier takes of them.
+
+    Attributes
+    ----------
+    features : ndarray, shape (W, N, D)
+        Or the windows themselves, shape (W, N, samples, 6), for a classifier that takes those.
+    activity, clip, subject : ndarray of str, shape (W,)
+        Subjects are empty where unknown.
+    is_test : ndarray of bool, shape (W,)
+    skipped : dict of str to str
+        Clips too short or too full of gaps, each with the reason.
+    """
+
+    features: np.ndarray
+    activity: np.ndarray
+    clip: np.ndarray
+    subject: np.ndarray
+    is_test: np.ndarray
+    skipped: dict[str, str]
+
+    def person_of(self) -> dict[str, str]:
+        """Who is seen in each clip."""
+        return dict(zip(self.clip.tolist(), self.subject.tolist(), strict=True))
+
+    some = some_windows
+
+
+def site_windows(
+    recordings: Sequence[ImuRecording],
+    spec: WindowSpec,
+    use: Use = "both",
+    inputs: Literal["features", "windows"] = "features",
+    view: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> SiteWindows:
+    """Cut recordings of the same sites and rate into windows and describe these.
+
+    Parameters
+    ----------
+    recordings : sequence of ImuRecording
+        Each a clip with its labels.
+    spec : WindowSpec
+    use : {"both", "acc", "gyr"}
+        Take no notice of the other kind, for sensors that lack it.
+    inputs : {"features", "windows"}
+        What the classifier takes (`utility.inputs_of`).
+    view : callable, optional
+        What is made of windows (W, N, samples, 6) before anything else looks at them.
+
+    Raises
+    ------
+    ValueError
+        If no recording gives a window, or sites or rates differ.
+    """
+    if len({(recording.sites, recording.rate) for recording in recordings}) != 1:
+        raise ValueError("recordings to be compared must share their sites and their rate")
+    features, labels, is_test, skipped = [], [], [], {}
+    for recording in recordings:
+        unused = {"both": (), "acc": ("gyr",), "gyr": ("acc",)}[use]
+        taken = replace(recording, **{name: np.zeros_like(recording.acc) for name in unused})
+        try:
+            windows = cut_windows(taken, spec)
+        except TooShortError as error:
+            skipped[recording.clip] = str(error)
+            continue
+        of_clip = windows.signals if view is None else view(windows.signals)
+        features.append(window_features(of_clip, recording.rate) if inputs == "features" else of_clip)
+        is_test.append(windows.is_test)
+        labels += [(recording.activity, recording.clip, recording.subject)] * len(windows.is_test)
+    if not features:
+        raise ValueError(f"no clip gives a window: {next(iter(skipped.values()))}")
+    activity, clip, subject = np.array(labels).T
+    return SiteWindows(np.concatenate(features), activity, clip, subject, np.concatenate(is_test), skipped)
