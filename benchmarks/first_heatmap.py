@@ -21,6 +21,7 @@ import bpy
 import w2w as extension
 from w2w.core.motion.import_plan import plan_folder
 from w2w.ui import jobs, preferences
+from w2w.ui.job_windows import BUDGET
 from w2w.ui.motion_import import import_steps, wanted
 from w2w.ui.run_all import run_all_steps
 from w2w.ui.state import utility_of
@@ -41,7 +42,7 @@ def until_heatmap(body: bpy.types.Object) -> None:
     """Run All, as far as the ranking that paints the body."""
     job = jobs.Job("Run All", run_all_steps(body))
     while utility_of(body.w2w) is None:
-        jobs._advance(job, jobs.BUDGET)
+        jobs.advance(job, BUDGET)
     job.steps.close()
 
 
@@ -65,7 +66,7 @@ def main() -> None:
             clips = wanted(plan_folder(library))
             with timed(f"import, {len(clips)} clips"):
                 job = jobs.Job("Import", import_steps(body, clips))
-                while jobs._advance(job, jobs.BUDGET) is None:
+                while jobs.advance(job, BUDGET) is None:
                     pass
             with timed("run all, to the heatmap"):
                 until_heatmap(body)

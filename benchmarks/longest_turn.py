@@ -27,6 +27,7 @@ from w2w.ui import jobs, preferences
 from w2w.ui.baking import bake_steps, rank_steps, to_bake
 from w2w.ui.choosing import choose_steps
 from w2w.ui.exports import map_steps
+from w2w.ui.job_windows import BUDGET
 from w2w.ui.motion_import import import_steps, wanted
 from w2w.ui.open_results import open_steps
 from w2w.ui.save_results import save_steps
@@ -51,7 +52,7 @@ def turns_of(steps: jobs.Steps) -> list[Turn]:
     over = None
     while over is None:
         clock, main, everything = time.perf_counter(), time.thread_time(), time.process_time()
-        over = jobs._advance(job, jobs.BUDGET)
+        over = jobs.advance(job, BUDGET)
         spent = (time.perf_counter() - clock, time.thread_time() - main, time.process_time() - everything)
         turns.append(Turn(*spent, job.text))
     return turns

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Generator
 from types import SimpleNamespace
 
@@ -11,7 +10,7 @@ import bpy
 import pytest
 
 from w2w.ui import jobs
-from w2w.ui.jobs import SHOWN_EVERY, Step, part, time_left
+from w2w.ui.jobs import Step, part, time_left
 from w2w.ui.step_panel import StepPanel, beside_their_buttons
 
 
@@ -65,34 +64,39 @@ def test_an_outcome_is_shown_by_one_panel_alone() -> None:
     assert "Run All" in started - beside_their_buttons()
 
 
-def window_of(drawn: list[str]) -> SimpleNamespace:
-    """A context with a window that notes what is drawn in it."""
-
-    def can_draw(kind: str) -> SimpleNamespace:
-        return SimpleNamespace(type=kind, tag_redraw=lambda: drawn.append(kind))
-
-    view = can_draw("VIEW_3D")
-    view.regions = [can_draw("WINDOW"), can_draw("UI")]
-    window = SimpleNamespace(screen=SimpleNamespace(areas=[view, can_draw("OUTLINER")]))
-    return SimpleNamespace(
-        window_manager=SimpleNamespace(windows=[window]),
-        workspace=SimpleNamespace(status_text_set=lambda text: drawn.append(text)),
-    )
+def failing(error: Exception) -> Generator[Step, None, str]:
+    """Steps that fail."""
+    yield Step(0.0, "working")
+    raise error
 
 
+UNFORESEEN = "Job failed, please report this and what the system console says: "
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (ValueError("Rank again first"), "Rank again first"),
+        (ValueError(), f"{UNFORESEEN}ValueError"),
+        (
+            RuntimeError("Context missing active object"),
+            f"{UNFORESEEN}RuntimeError: Context missing active object",
+        ),
+        (KeyError("walk"), f"{UNFORESEEN}KeyError: 'walk'"),
+        (
+            MemoryError(),
+            "Job needs more memory than is free: close other programs, or take fewer patches",
+        ),
+    ],
+)
 @pytest.mark.usefixtures("blender")
-def test_progress_is_drawn_a_few_times_a_second_and_in_the_sidebar_alone(
-    monkeypatch: pytest.MonkeyPatch,
+def test_whatever_a_job_raises_is_a_sentence(
+    error: Exception, sentence: str, capsys: pytest.CaptureFixture
 ) -> None:
-    drawn: list[str] = []
-    context, shown = window_of(drawn), SimpleNamespace(shown=float("-inf"))
-    monkeypatch.setattr(jobs, "running", jobs.Job("Bake Signals", made([]), text="walking", fraction=0.5))
-    for _ in range(100):
-        jobs.W2W_OT_run_job.show(shown, context)
-    assert drawn == ["Bake Signals: 50%   walking      Esc: cancel", "UI"]
-    later = time.monotonic() + SHOWN_EVERY
-    monkeypatch.setattr(time, "monotonic", lambda: later)
-    jobs.W2W_OT_run_job.show(shown, context)
-    assert drawn[2:] == drawn[:2]
-    jobs.redraw(context)
-    assert drawn[4:] == ["VIEW_3D"]
+    said: list[str] = []
+    operator = SimpleNamespace(report=lambda _kind, text: said.append(text))
+    assert jobs.run_now(operator, "Job", failing(error)) == {"CANCELLED"}
+    assert said == [sentence]
+    assert jobs.message == jobs.Message(sentence, True, "Job")
+    assert jobs.running is None
+    assert ("Traceback" in capsys.readouterr().err) == (sentence != "Rank again first")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A body that is removed in the middle of a job costs the job and nothing else."""
+"""A body that is removed or edited in the middle of a job costs the job and nothing else."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from w2w.core.motion.import_plan import plan_folder
 from w2w.ui import jobs
 from w2w.ui.baking import bake_steps, rank_steps
 from w2w.ui.motion_import import import_steps, wanted
-from w2w.ui.on_body import GONE
+from w2w.ui.on_body import EDITED, GONE
 from w2w.ui.step3_patches import place_steps
 
 from .made_study import make_study
-from .test_upkeep import delete, remove
+from .test_upkeep import delete, edit_mode, remove
 
 pytestmark = pytest.mark.usefixtures("blender")
 
@@ -29,11 +29,19 @@ JOBS = {
 }
 
 
-@pytest.mark.parametrize("how", [delete, remove])
-@pytest.mark.parametrize("name", list(JOBS))
-def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
-    library: Path, name: str, how: object
-) -> None:
+def edit(mesh: bpy.types.Object) -> None:
+    """Put the body into Edit Mode."""
+    edit_mode(mesh, True)
+
+
+def edit_bones(mesh: bpy.types.Object) -> None:
+    """Put the body's armature into Edit Mode."""
+    mesh.parent.hide_set(False)
+    edit_mode(mesh.parent, True)
+
+
+def begun(library: Path, name: str) -> tuple[bpy.types.Object, jobs.Steps]:
+    """A body and a job on it, some steps on."""
     make, count = JOBS[name]
     body = make_study(library, "motions patches signals" if name == "rank" else "motions patches")
     if name == "bake by frame":
@@ -42,11 +50,42 @@ def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
     steps = make(body, library)
     for _ in range(count):
         next(steps)
-    how(body)
+    return body, steps
+
+
+def ended_with(steps: jobs.Steps, sentence: str) -> None:
+    """Go on with a job and see it end."""
     operator = type("Operator", (), {"report": lambda *_: None})()
     assert jobs.run_now(operator, "Job", steps) == {"CANCELLED"}
-    assert jobs.message == jobs.Message(GONE, True, "Job")
+    assert jobs.message == jobs.Message(sentence, True, "Job")
     assert jobs.running is None
+
+
+@pytest.mark.parametrize("how", [delete, remove])
+@pytest.mark.parametrize("name", list(JOBS))
+def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
+    library: Path, name: str, how: object
+) -> None:
+    body, steps = begun(library, name)
+    how(body)
+    ended_with(steps, GONE)
     if name == "bake by frame":
         assert bpy.context.scene.frame_current == 17
     assert make_study(library, "patches")
+
+
+@pytest.mark.parametrize("how", [edit, edit_bones])
+@pytest.mark.parametrize("name", list(JOBS))
+def test_a_body_put_into_edit_mode_ends_the_job_with_a_sentence(
+    library: Path, name: str, how: object
+) -> None:
+    body, steps = begun(library, name)
+    clips = len(body.w2w.clips)
+    how(body)
+    ended_with(steps, EDITED)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    if name == "import":
+        assert len(body.w2w.clips) < clips  # what had come in is taken back
+    if name == "bake by frame":
+        assert bpy.context.scene.frame_current == 17
+    assert bpy.ops.w2w.place_patches() == {"FINISHED"}

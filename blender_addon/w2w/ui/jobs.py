@@ -3,42 +3,27 @@
 
 A job is a generator that yields its `Step`s. It changes Blender's data only between yields, cleans up in
 `finally`, and puts everything back when it is closed early (GeneratorExit) or fails. In a window a modal
-operator runs it a few milliseconds at a time; without one it runs through at once.
+operator (`job_windows`) runs it a few milliseconds at a time; without one it runs through at once.
 """
 
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import bpy
 
 from ..core.motion.source import UnusableMotion
-
-BUDGET = 0.03
-"""Seconds of work between two redraws."""
-
-SHOWN_EVERY = 0.2
-"""Least seconds between two redraws that show how far a job is: drawing takes its time from the work."""
 
 POLL = 0.02
 """Seconds to wait for a thread before the window gets its turn."""
 
 KNOWN_FROM, KNOWN_AFTER = 0.03, 3.0
 """Fraction done, and seconds gone, from which the time that is left can be told."""
-
-PASSED_ON = {
-    "MOUSEMOVE",
-    "INBETWEEN_MOUSEMOVE",
-    "MIDDLEMOUSE",
-    "WHEELUPMOUSE",
-    "WHEELDOWNMOUSE",
-    "TRACKPADPAN",
-}
-"""Events that reach the rest of Blender while a job runs: looking around is harmless."""
 
 EXPECTED = (ValueError, UnusableMotion, OSError, ImportError)
 """What core and scene raise with a sentence for people."""
@@ -68,11 +53,29 @@ class Job:
     fraction: float = 0.0
     text: str = ""
     begun: float = field(default_factory=time.monotonic)
+    windows: dict[int, bpy.types.Timer] = field(default_factory=dict)
+    """The timers of the windows that it holds input back from, by these windows' addresses."""
 
     def how_far(self) -> str:
         """Percent done and, as soon as it is known, about how long the rest will take."""
         left = time_left(self.fraction, time.monotonic() - self.begun)
         return f"{self.fraction:.0%}, {left}" if left else f"{self.fraction:.0%}"
+
+    def stop(self) -> str:
+        """End it early; says what it leaves."""
+        self.steps.close()
+        kept = self.kept()
+        return f"{self.title} stopped: {kept}" if kept else f"{self.title} cancelled: nothing was changed"
+
+    def why_failed(self, error: Exception) -> str:
+        """An error as a sentence; how one came about that nobody foresaw goes to the console."""
+        if isinstance(error, EXPECTED) and str(error).strip():
+            return str(error)
+        traceback.print_exception(error)
+        if isinstance(error, MemoryError):
+            return f"{self.title} needs more memory than is free: close other programs, or take fewer patches"
+        what = f"{type(error).__name__}: {error}".rstrip(": ")
+        return f"{self.title} failed, please report this and what the system console says: {what}"
 
 
 class Message(NamedTuple):
@@ -215,7 +218,7 @@ def _is_done(future: Future) -> bool:
     return future.done()
 
 
-def _advance(job: Job, budget: float) -> str | None:
+def advance(job: Job, budget: float) -> str | None:
     """Work for a while; the job's outcome where that finished it."""
     deadline = time.perf_counter() + budget
     while True:
@@ -231,97 +234,14 @@ def _run_through(operator: bpy.types.Operator) -> set[str]:
     global running, message
     job = running
     try:
-        text = _advance(job, float("inf"))
-    except EXPECTED as error:
-        return show_error(operator, str(error))
+        text = advance(job, float("inf"))
+    except Exception as error:
+        return show_error(operator, job.why_failed(error))
     finally:
         running = None
     message = Message(text, False, job.title)
     operator.report({"INFO"}, text)
     return {"FINISHED"}
-
-
-class W2W_OT_run_job(bpy.types.Operator):
-    """Work in the background; Esc cancels"""
-
-    bl_idname = "w2w.run_job"
-    bl_label = "W2W Job"
-    bl_options = {"INTERNAL"}
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Start the timer that drives the job."""
-        if running is None:
-            return {"CANCELLED"}
-        self.timer = context.window_manager.event_timer_add(0.01, window=context.window)
-        self.shown = float("-inf")
-        context.window_manager.modal_handler_add(self)
-        self.show(context)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Do a slice of the work on each tick."""
-        global message
-        if running is None:
-            return self.end(context, {"CANCELLED"})
-        if event.type == "ESC" and event.value == "PRESS":
-            running.steps.close()
-            kept = self.note_kept()
-            text = f"stopped: {kept}" if kept else "cancelled: nothing was changed"
-            message = Message(f"{running.title} {text}", False, running.title)
-            return self.end(context, {"CANCELLED"})
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"} if event.type in PASSED_ON else {"RUNNING_MODAL"}
-        try:
-            text = _advance(running, BUDGET)
-        except EXPECTED as error:
-            show_error(self, str(error))
-            self.note_kept()
-            return self.end(context, {"CANCELLED"})
-        except Exception:
-            self.end(context, {"CANCELLED"})
-            raise
-        if text is None:
-            self.show(context)
-            return {"RUNNING_MODAL"}
-        message = Message(text, False, running.title)
-        bpy.ops.ed.undo_push(message=running.title)
-        self.report({"INFO"}, text)
-        return self.end(context, {"FINISHED"})
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator itself: another file is being opened, or Blender quits."""
-        if running is not None:
-            running.steps.close()
-        self.end(context, {"CANCELLED"})
-
-    def note_kept(self) -> str:
-        """What the ended job leaves behind, a step of undo then; empty where it leaves nothing."""
-        kept = running.kept()
-        if kept:
-            bpy.ops.ed.undo_push(message=running.title)
-        return kept
-
-    def show(self, context: bpy.types.Context) -> None:
-        """Progress in the status bar and, by a redraw, in the panel; what else there is to see stays."""
-        if time.monotonic() - self.shown < SHOWN_EVERY:
-            return
-        self.shown = time.monotonic()
-        far = running.how_far()
-        context.workspace.status_text_set(f"{running.title}: {far}   {running.text}      Esc: cancel")
-        for area in _views(context):
-            for region in area.regions:
-                if region.type == "UI":
-                    region.tag_redraw()
-
-    def end(self, context: bpy.types.Context, result: set[str]) -> set[str]:
-        """Put the window back as it was."""
-        global running
-        running = None
-        context.window_manager.event_timer_remove(self.timer)
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
-        redraw(context)
-        return result
 
 
 class W2W_OT_dismiss_message(bpy.types.Operator):
@@ -339,14 +259,14 @@ class W2W_OT_dismiss_message(bpy.types.Operator):
 
 def redraw(context: bpy.types.Context) -> None:
     """Redraw every 3D view."""
-    for area in _views(context):
+    for area in views(context):
         area.tag_redraw()
 
 
-def _views(context: bpy.types.Context) -> list[bpy.types.Area]:
+def views(context: bpy.types.Context) -> list[bpy.types.Area]:
     """Every 3D view."""
     screens = [window.screen for window in context.window_manager.windows]
     return [area for screen in screens for area in screen.areas if area.type == "VIEW_3D"]
 
 
-CLASSES: tuple[Any, ...] = (W2W_OT_run_job, W2W_OT_dismiss_message)
+CLASSES = (W2W_OT_dismiss_message,)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Jobs that work on a body: they end with a sentence where the body is removed meanwhile."""
+"""Jobs that work on a body: they end with a sentence where it is removed or edited meanwhile."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import bpy
 from .jobs import Step, Steps
 
 GONE = "The body was removed while this ran: nothing of it was kept"
+
+EDITED = "The body was put into Edit Mode while this ran: leave Edit Mode and start again"
 
 P = ParamSpec("P")
 
@@ -37,6 +39,8 @@ def on_body(make: Callable[Concatenate[bpy.types.Object, P], Steps]) -> Callable
 def _watched(mesh: bpy.types.Object, steps: Steps) -> Generator[Step, None, str]:
     try:
         while is_there(mesh):
+            if _is_edited(mesh):
+                raise ValueError(EDITED)
             try:
                 step = next(steps)
             except StopIteration as stop:
@@ -49,3 +53,9 @@ def _watched(mesh: bpy.types.Object, steps: Steps) -> Generator[Step, None, str]
         except ReferenceError:  # what it would put back went with the body
             if is_there(mesh):
                 raise
+
+
+def _is_edited(mesh: bpy.types.Object) -> bool:
+    """Whether the body or its armature is in Edit Mode, in which neither shows its motion."""
+    armatures = [part.object for part in mesh.modifiers if part.type == "ARMATURE" and part.object]
+    return any(item.mode == "EDIT" for item in (mesh, *armatures))
