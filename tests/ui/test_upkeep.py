@@ -13,7 +13,7 @@ from w2w.core.colours import score_range
 from w2w.scene.patches import PATCH, empties_by_patch, patch_empties
 from w2w.ui import jobs, upkeep
 from w2w.ui.scores import colour_range
-from w2w.ui.state import patches_of, utility_of
+from w2w.ui.state import current_body, patches_of, utility_of
 
 from .made_study import make_study
 
@@ -148,6 +148,34 @@ def test_a_deleted_body_takes_its_patches_along_and_no_others(library: Path, how
     assert "mine" in bpy.data.objects
     assert len(bpy.data.collections) == 3  # two bodies, one with patches
     assert bpy.context.scene.w2w.body is None
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_unlinking_the_collection_of_a_body_deletes_nothing(library: Path, beside: bool) -> None:
+    body = make_study(library)
+    if beside:
+        assert bpy.ops.w2w.side_by_side() == {"FINISHED"}
+    before, chosen = sorted(bpy.data.objects.keys()), bpy.context.scene.collection.children
+    (home,) = body.users_collection
+    bpy.context.view_layer.update()
+    chosen.unlink(home)
+    bpy.context.view_layer.update()
+    assert upkeep.take_along() is None
+    assert sorted(bpy.data.objects.keys()) == before
+    assert current_body(bpy.context) is None
+    chosen.link(home)
+    bpy.context.view_layer.update()
+    assert current_body(bpy.context) is body
+    assert len(body.w2w.patch_collection.objects) == 48
+
+
+def test_a_body_in_an_unlinked_collection_is_deleted_all_the_same(library: Path) -> None:
+    body = make_study(library, "patches")
+    (home,) = body.users_collection
+    bpy.context.scene.collection.children.unlink(home)
+    home.objects.unlink(body)
+    upkeep.take_along()
+    assert not [item for item in bpy.data.objects if PATCH in item]
 
 
 def test_an_empty_that_was_set_free_stays(library: Path) -> None:

@@ -11,7 +11,6 @@ from ..scene.character import MARK
 from ..scene.patches import PATCH
 from ..scene.second_body import BESIDE, remove_beside
 from . import jobs, results
-from .on_body import is_there
 
 BUSY = 0.5
 """Seconds until it is looked again whether a job has ended."""
@@ -38,28 +37,35 @@ def updated(scene: bpy.types.Scene, *_: object) -> None:
 
 
 def take_along() -> float | None:
-    """Remove what bodies in no scene any more leave: patches, sensors on characters, second bodies."""
+    """Remove what deleted bodies leave: patches, sensors on characters, second bodies."""
     if jobs.running is not None:
         return BUSY
-    lost, beside = {*_lost_empties(), *_lost_marks()}, _lost_beside()
+    kept = _kept()
+    lost, beside = {*_lost_empties(kept), *_lost_marks(kept)}, _lost_beside(kept)
     homes = {collection for item in lost for collection in item.users_collection}
     emptied = [home for home in homes if not home.children and lost.issuperset(home.objects)]
     bpy.data.batch_remove([*lost, *emptied])
     remove_beside(beside)
     for scene in bpy.data.scenes:
-        if scene.library is None and scene.w2w.body is not None and not is_there(scene.w2w.body):
+        if scene.library is None and scene.w2w.body is not None and scene.w2w.body not in kept:
             scene.w2w.body = None
     return None
 
 
-def _lost_empties() -> Iterator[bpy.types.Object]:
-    """Empties whose body is in no scene; where it is no object any more, they were a collection's own."""
+def _kept() -> set[bpy.types.Object]:
+    """Objects that were not deleted: a collection has them, be it unlinked, for it can be linked again."""
+    homes = (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes))
+    return {item for home in homes for item in home.objects}
+
+
+def _lost_empties(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
+    """Empties whose body is deleted; where it is no object any more, they were a collection's own."""
     lost: dict[object, bool] = {}
     for item in bpy.data.objects:
         if PATCH not in item or item.library is not None:
             continue
         if item.parent is not None:
-            key, check = item.parent, lambda item=item: not is_there(item.parent)
+            key, check = item.parent, lambda item=item: item.parent not in kept
         else:  # one that people set free is parented as an OBJECT is
             key, check = item.users_collection[:1], lambda item=item: item.parent_type != "OBJECT"
         if key not in lost:
@@ -68,21 +74,19 @@ def _lost_empties() -> Iterator[bpy.types.Object]:
             yield item
 
 
-def _lost_marks() -> Iterator[bpy.types.Object]:
-    """Sensors on characters whose body is in no scene; people may keep them among other things."""
-    studies = [item for item in bpy.data.objects if item.type == "MESH" and is_there(item)]
-    shown = {item.w2w.marks for item in studies if item.w2w.marks is not None}
+def _lost_marks(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
+    """Sensors on characters whose body is deleted; people may keep them among other things."""
+    shown = {item.w2w.marks for item in kept if item.type == "MESH" and item.w2w.marks is not None}
     for home in bpy.data.collections:
         ours = home.library is None and home not in shown and all(MARK in item for item in home.objects)
         if ours:
             yield from home.objects
 
 
-def _lost_beside() -> list[bpy.types.Object]:
-    """Second bodies whose body is in no scene."""
+def _lost_beside(kept: set[bpy.types.Object]) -> list[bpy.types.Object]:
+    """Second bodies whose body is deleted."""
     copies = [item for item in bpy.data.objects if BESIDE in item and item.library is None]
-    studies = [item for item in bpy.data.objects if item.type == "MESH" and is_there(item)] if copies else ()
-    shown = {item.w2w.beside for item in studies}
+    shown = {item.w2w.beside for item in kept if item.type == "MESH"}
     return [item for item in copies if item not in shown]
 
 
