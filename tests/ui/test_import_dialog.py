@@ -84,6 +84,21 @@ def test_a_clip_without_an_activity_is_not_one(library: Path) -> None:
     assert not bpy.ops.w2w.rank_patches.poll()
 
 
+def test_each_import_reads_the_labels_and_the_folder_anew(folder: Path) -> None:
+    make_study(folder, "")
+    (folder / "labels.csv").write_text("file,activity\nwaving 1.npz,greeting\n")
+    bpy.ops.w2w.import_labelled(directory=str(folder))
+    assert labels() == {"waving 1.npz": "greeting"}
+    for text, extra in (("waving 1.npz,hailing", None), ("waving 1.npz,hailing\nnew.npz,bow", "new.npz")):
+        bpy.ops.w2w.tick_clips(which="ALL")
+        bpy.ops.w2w.remove_clips()
+        (folder / "labels.csv").write_text(f"file,activity\n{text}\n")
+        if extra:
+            shutil.copy(folder / "kicking/kicking 1.npz", folder / extra)
+        bpy.ops.w2w.import_labelled(directory=str(folder))
+        assert labels() == dict(row.split(",") for row in text.split("\n"))
+
+
 class Written:
     """A layout that keeps the texts drawn into it."""
 

@@ -61,6 +61,8 @@ class W2W_OT_import_labelled(bpy.types.Operator):
         "it is tested on what it was trained on",
         options={"SKIP_SAVE"},
     )
+    planned: tuple[object, ImportPlan | LibraryError] | None = None
+    """The plan made last, and for which settings; another opening of the dialog reads the folder anew."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -103,15 +105,11 @@ class W2W_OT_import_labelled(bpy.types.Operator):
         names = tuple(file.name for file in self.files if file.name)
         listed = tuple(listed_files(current_body(context)))
         settings = (self.directory, names, self.labelled_by, self.csv, self.again, listed)
-        if _last.get("settings") != settings:
-            _last.update(settings=settings, plan=_plan(*settings))
-        if isinstance(_last["plan"], LibraryError):
-            raise _last["plan"]
-        return _last["plan"]
-
-
-_last: dict[str, object] = {}
-"""The plan made last, and for which settings."""
+        if self.planned is None or self.planned[0] != settings:
+            self.planned = settings, _plan(*settings)
+        if isinstance(self.planned[1], LibraryError):
+            raise self.planned[1]
+        return self.planned[1]
 
 
 def _plan(
