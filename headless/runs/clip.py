@@ -112,8 +112,6 @@ def _do_clip(task: ClipTask) -> ClipResult:
     try:
         with unthreaded_products():  # the same bytes everywhere
             details, files = _make(task)
-    except (UnusableMotion, ValueError) as error:  # core says ValueErrors for people: too short, not finite
-        return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source))
     except MemoryError:
         reason = f"it needs more than {task.memory / 2**30:g} GiB of memory (see --clip-memory)"
         return _conclude(task, ClipResult(task.clip, reason, {}, source))
@@ -123,9 +121,8 @@ def _do_clip(task: ClipTask) -> ClipResult:
         return ClipResult(task.clip, "it went away while it was being read", {}, source)
     except NoBlenderError:
         raise  # no fault of the clip's, so no record of it
-    except Exception as error:  # a fault of ours costs this clip, not the night
-        reason = f"W2W failed on it, please report this: {type(error).__name__}: {error}"
-        return _conclude(task, ClipResult(task.clip, reason, {}, source))
+    except Exception as error:  # even a fault of ours costs this clip, not the night
+        return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source))
     return _conclude(task, ClipResult(task.clip, "", details, source), files)
 
 

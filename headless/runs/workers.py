@@ -275,7 +275,5 @@ def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
             return f"it needs more than {MEMORY / 2**30:g} GiB of memory"
         except OSError as error:
             return unreadable(error)
-        except (UnusableMotion, ValueError) as error:
-            return reason_of(error)
         except Exception as error:
-            return f"W2W failed on it, please report this: {type(error).__name__}: {error}"
+            return reason_of(error)

@@ -9,11 +9,12 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.study import record
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.study import StudyConfig, record
 from w2w.scene.actions import read_action
 from w2w.scene.body import armature_of, body_of
 from w2w.scene.patches import patch_empties
-from w2w.ui import signal_cache
+from w2w.ui import baking, jobs, signal_cache
 from w2w.ui.baking import bake_steps
 from w2w.ui.state import (
     BAKED,
@@ -47,6 +48,25 @@ def test_another_sensor_makes_signals_stale_and_the_old_one_brings_them_back(lib
     assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {STALE}
     study.sensor = "bmi270"
     assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {BAKED}
+
+
+def test_a_fault_of_ours_at_one_clip_costs_that_clip_alone(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    describe = baking.describe
+
+    def faulty(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:
+        if recording.clip == "kicking_kicking_1":
+            raise IndexError("out of bounds")
+        return describe(recording, config)
+
+    monkeypatch.setattr(baking, "describe", faulty)
+    body = make_study(library, "motions patches signals")
+    failed = [clip.name for clip in body.w2w.clips if not clip.signals]
+    assert failed == ["kicking_kicking_1"]
+    assert jobs.message.text.endswith(
+        "Not baked: kicking_kicking_1 (W2W failed on it, please report this: IndexError: out of bounds)"
+    )
 
 
 def test_ranking_bakes_again_what_the_cache_has_lost(library: Path) -> None:

@@ -17,6 +17,7 @@ from ..core.clip_ranking import LabelledClip, copies_among, rank_clips
 from ..core.findings.label_notes import copies_sentence
 from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import motion_signature
+from ..core.motion.source import reason_of
 from ..core.patches.caught import HAS_CAUGHT
 from ..core.patches.patches import PatchSet
 from ..core.ranking.inputs import PatchBlocks, clip_inputs
@@ -29,7 +30,7 @@ from ..scene.body import body_of
 from ..scene.garments import GarmentBaker
 from . import results, signal_cache
 from .garment_properties import baker_steps
-from .jobs import EXPECTED, Step, Steps, in_thread
+from .jobs import Step, Steps, in_thread
 from .on_body import is_there, on_body
 from .preferences import cache_folder
 from .state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
@@ -79,9 +80,9 @@ def bake_steps(
             yield Step(fraction, name)
             try:
                 yield from _bake_clip(mesh, baker, index, fraction, fraction + share)
-            except EXPECTED as error:
-                failed[name] = str(error)
-                _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {error}")
+            except Exception as error:  # even a fault of ours costs this clip alone
+                failed[name] = reason_of(error)
+                _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {failed[name]}")
         if len(failed) == len(indices) and not keep:
             raise ValueError(f"No clip could be baked: {_some(_reasons(failed))}")
         finished = True

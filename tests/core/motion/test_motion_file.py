@@ -82,7 +82,9 @@ def test_a_link_into_a_content_store_is_a_file(tmp_path):
     assert size_and_head(tmp_path / "walk.fbx") == (5, b"12345")
 
 
-@pytest.mark.parametrize("error", [ValueError(), AssertionError("  "), KeyError(b"Vertices")])
+@pytest.mark.parametrize(
+    "error", [ValueError(), AssertionError("  "), KeyError(b"Vertices"), AttributeError("no bones")]
+)
 def test_no_reason_is_empty_or_a_bare_key(error):
     assert reason_of(error).startswith(f"W2W failed on it, please report this: {type(error).__name__}")
     assert reason_of(UnusableMotion("it is cut short")) == "it is cut short"

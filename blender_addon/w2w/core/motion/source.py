@@ -98,11 +98,11 @@ def refuse_too_long(n_frames: int, n_bones: int) -> None:
 
 
 def reason_of(error: Exception) -> str:
-    """Why a file cannot be used, from what reading it raised: never empty."""
+    """Why a file cannot be used, from what reading it raised: never empty; a fault of ours is said as one."""
     text = str(error).strip()
-    if text and not isinstance(error, KeyError):  # whose text is a bare key
+    if text and isinstance(error, (UnusableMotion, ValueError, OSError, MemoryError)):
         return text
-    return f"W2W failed on it, please report this: {type(error).__name__} {text}".rstrip()
+    return f"W2W failed on it, please report this: {type(error).__name__}: {text}".rstrip(": ")
 
 
 def refuse_rate(rate: float) -> None:
