@@ -5,15 +5,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-import platform
 import shutil
 import socket
-import sys
-import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -135,20 +131,7 @@ def _not_recorded(out: Path, clip: str) -> list[str]:
     return [name for name in names if name not in recorded]
 
 
-LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "pygeodesic", "potpourri3d", "bpy")
 HEADLESS = Path(__file__).resolve().parents[1]
-
-
-def versions() -> dict[str, str]:
-    """Version of W2W, of Python, of Blender and of each library that results depend on."""
-    found = {"w2w": _own_version(), "python": platform.python_version()}
-    for name in LIBRARIES:
-        version = _version(name)
-        if version:
-            found[name] = version
-    if "bpy" not in found and "bpy" in sys.modules:  # the Blender program
-        found["bpy"] = sys.modules["bpy"].app.version_string
-    return found
 
 
 @cache
@@ -163,19 +146,3 @@ def code_sha256() -> str:
         digest.update(f"{name}/{path.relative_to(root).as_posix()}".encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
-
-
-def _own_version() -> str:
-    """W2W's version, as an installed extension or a tree says it, else as pip does."""
-    try:
-        manifest = (HEADLESS.parent / "blender_manifest.toml").read_text(encoding="utf-8")
-        return tomllib.loads(manifest)["version"]
-    except OSError:
-        return _version("where-to-wear")
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return ""

@@ -28,7 +28,7 @@ from w2w.core.study import StudyConfig, place_patches
 from w2w.core.threads import unthreaded_products
 
 from .clip_task import ClipTask
-from .folder import code_sha256, forget_running, remove_leftovers, versions
+from .folder import code_sha256, forget_running, remove_leftovers
 from .garments import fit_garments
 from .monitor import RunMonitor
 from .rank_in_workers import spread_here
@@ -131,7 +131,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
 
 def write_config(study: Study) -> None:
     """Save every parameter, the versions and the hashes of all inputs beside the results."""
-    content = config_content(study, versions())
+    content = config_content(study)
     write_json(study.results.out / "config.json", content | {"code_sha256": code_sha256()})
 
 

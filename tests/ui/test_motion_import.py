@@ -16,7 +16,7 @@ from w2w.core.motion.library import MOTION_SUFFIXES
 from w2w.core.motion.motion import Motion
 from w2w.scene.actions import read_action
 from w2w.scene.body import armature_of
-from w2w.ui import jobs, menus
+from w2w.ui import jobs, menus, motion_import
 from w2w.ui.motion_import import import_steps, wanted
 
 from .made_study import make_study, names_in_file
@@ -45,6 +45,23 @@ def test_unusable_files_stay_in_the_list_and_say_why(library: Path, tmp_path: Pa
     bpy.ops.w2w.tick_clips(which="PROBLEM")
     bpy.ops.w2w.remove_clips()
     assert len(body.w2w.clips) == 0
+
+
+def test_a_fault_of_ours_at_one_file_costs_that_file_alone(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = motion_import.read_motion
+
+    def faulty(path: Path) -> object:
+        if path.stem == "kicking 1":
+            raise AttributeError("no bones")
+        return read(path)
+
+    monkeypatch.setattr(motion_import, "read_motion", faulty)
+    body = make_study(library, "motions")
+    problems = {clip.problem for clip in body.w2w.clips if clip.problem}
+    assert problems == {"W2W failed on it, please report this: AttributeError: no bones"}
+    assert sum(clip.action is not None for clip in body.w2w.clips) == 8
 
 
 def test_relabelling_ticked_clips_relabels_their_actions(library: Path) -> None:

@@ -4,15 +4,19 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
+import scipy
 from typer.testing import CliRunner
 
 import w2w
+from w2w.core.files import file_sha256
+from w2w.core.findings.versions import versions
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
@@ -51,6 +55,35 @@ def test_the_command_line_and_python_read_a_study_of_the_panel(library: Path, tm
     ranking = w2w.open_results(tmp_path / "saved")
     np.testing.assert_array_equal(ranking.utility.f1, utility_of(body.w2w).f1)
     assert ranking.together([place.patch for place in body.w2w.chosen])
+
+
+def test_a_folder_of_the_panel_names_versions_and_inputs(
+    library: Path, finished_run: Path, tmp_path: Path
+) -> None:
+    body = make_study(library)
+    file = Path(body.w2w.clips[4].file)
+    save(tmp_path / "saved")
+    config = json.loads((tmp_path / "saved" / "config.json").read_text())
+    assert config["versions"] == versions()
+    assert config["versions"]["scipy"] == scipy.__version__
+    assert config["inputs"][f"{file.parent.name}_{file.stem}".replace(" ", "_")] == file_sha256(file)
+    assert set(config["inputs"].values()) == {file_sha256(file) for file in library.rglob("*.npz")}
+    run = json.loads((finished_run / "config.json").read_text())
+    open_file(finished_run / "study.blend")
+    summary = save(tmp_path / "again")
+    again = json.loads((tmp_path / "again" / "config.json").read_text())
+    assert again["inputs"] == {entry["file"]: run["inputs"][entry["file"]] for entry in summary["used"]}
+
+
+def test_a_file_changed_since_it_was_imported_is_named_as_it_was(library: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "own"
+    shutil.copytree(library, folder)
+    body = make_study(folder)
+    file = Path(body.w2w.clips[0].file)
+    sha256 = file_sha256(file)
+    file.write_bytes(b"another take")
+    save(tmp_path / "saved")
+    assert sha256 in json.loads((tmp_path / "saved" / "config.json").read_text())["inputs"].values()
 
 
 def test_a_saved_study_opens_again_with_its_signals(library: Path, tmp_path: Path) -> None:

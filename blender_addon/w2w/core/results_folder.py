@@ -108,6 +108,11 @@ class StudyResults:
         return json.loads((self.out / "summary.json").read_text(encoding="utf-8"))
 
     @cached_property
+    def source_hashes(self) -> dict[str, str]:
+        """Hash of each file that a clip was read from, by its path in the library."""
+        return json.loads((self.out / "config.json").read_text(encoding="utf-8")).get("inputs", {})
+
+    @cached_property
     def windows(self) -> tuple[ClipWindows, ...]:
         """The windows of each clip."""
         return tuple(ClipWindows.read(self.out, clip.name) for clip in self.clips)

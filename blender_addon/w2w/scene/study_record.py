@@ -57,6 +57,8 @@ class StoredClip:
         Name of its action in the file.
     problem : str
         Why it could not be used; empty where it was.
+    source_sha256 : str
+        Hash of the file that it was read from.
     """
 
     name: str
@@ -71,6 +73,7 @@ class StoredClip:
     signals: str = ""
     action: str = ""
     problem: str = ""
+    source_sha256: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +126,7 @@ def record_of(study: StudyResults, body: Body) -> StudyRecord:
                 scale=entry.get("scale", 1.0),
                 motion_key=clip.motion_key,
                 signals=signals_key(study.out, entry["clip"]),
+                source_sha256=study.source_hashes.get(entry["file"], ""),
             )
             for entry, clip in zip(study.summary["used"], study.clips, strict=True)
         ]

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import bpy
 
 from ..core.file_names import shown
+from ..core.files import file_sha256
 from ..core.motion.import_plan import ImportPlan, same_files
-from ..core.motion.source import UnusableMotion, reason_of
+from ..core.motion.source import reason_of
 from ..core.wording import free_name
 from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
@@ -76,7 +77,7 @@ def import_steps(
                 source = yield from _read(item, number, len(wanted))
                 add_clip(mesh, armature, carry(source, body), item)
                 unlabelled += not item.activity
-            except (UnusableMotion, ValueError) as error:
+            except Exception as error:  # even a fault of ours costs this clip alone
                 failed += 1
                 _add_failed(mesh, item.path, item.shown, reason_of(error))
         for name, reason in left_out:
@@ -138,10 +139,12 @@ def add_clip(
 ) -> bpy.types.PropertyGroup:
     """Write a motion as an action of the body and list it."""
     name = _free_name(mesh, item.name)
+    source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
     motion = carried.motion.labelled(item.activity, item.subject, name)
     action = write_action(armature, motion, name)
     clip = mesh.w2w.clips.add()
-    clip.name, clip.file, clip.subject = name, "" if item.take else str(item.path), item.subject
+    clip.name, clip.subject = name, item.subject
+    clip.file, clip.source_sha256 = source
     with without_updates():  # activities are listed when all clips are in
         clip.action, clip.activity = action, item.activity
     clip.n_frames, clip.rate = motion.n_frames, motion.rate

@@ -115,6 +115,7 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
     motion_key: StringProperty(
         name="Motion", description="Clips of an equal key show the same motion; empty where nothing is known"
     )
+    source_sha256: StringProperty(options={"HIDDEN"})
     stored_as: StringProperty(
         name="Stored As", description="Name of its files in the results folder that it was opened from"
     )

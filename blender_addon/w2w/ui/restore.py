@@ -159,7 +159,7 @@ def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.ty
     clip.skeleton, clip.scale = stored.skeleton, stored.scale
     clip.signals, clip.problem = stored.signals, stored.problem
     clip.stored_as = stored.name if stored.signals else ""
-    clip.motion_key = stored.motion_key
+    clip.motion_key, clip.source_sha256 = stored.motion_key, stored.source_sha256
     if action is None and not stored.problem:
         clip.problem = "its motion is no longer where the run left it"
 

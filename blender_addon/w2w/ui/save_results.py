@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import platform
 from pathlib import Path
 
 import bpy
@@ -84,7 +83,6 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
         tuple(saved),
         utility_of(study) if len(clips) == len(ranked) and not reweighed else None,
         _library(study, saved, left_out),
-        {"python": platform.python_version(), "bpy": bpy.app.version_string},
         covers,
     )
     yield from in_thread(lambda told: write_folder(folder, parts, told), f"writing {folder.name}", 0.3, 1.0)
@@ -117,6 +115,7 @@ def _saved(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str)
             "duration_s": round(clip.n_frames / clip.rate, 4),
             "scale": clip.scale,
         },
+        clip.source_sha256,
     )
 
 

@@ -58,6 +58,8 @@ class SavedClip:
         Files with its signals: its own, then those of its copies, which may not have been kept.
     details : dict
         What the summary is to say of it, beside its windows.
+    source_sha256 : str
+        Hash of the file that it was read from; empty where there is none.
     """
 
     clip: Clip
@@ -65,6 +67,7 @@ class SavedClip:
     features: Path
     recordings: tuple[Path, ...]
     details: dict[str, Any]
+    source_sha256: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +84,6 @@ class StudyParts:
         The ranking of these clips; None where they are to be ranked.
     library : Library
         The clips again, and what was left out.
-    versions : dict of str to str
-        Of the programs at work.
     covers : mapping of str to Cover
         What each garment of the config covers.
     """
@@ -93,7 +94,6 @@ class StudyParts:
     clips: tuple[SavedClip, ...]
     utility: UtilityMap | None
     library: Library
-    versions: dict[str, str]
     covers: Mapping[str, Cover] = field(default_factory=dict)
 
 
@@ -147,7 +147,7 @@ def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
     worn, advice = choose_to_wear(study, config, advice, prepared_tests(study, config, pooling))
     together = sensors_together(study, advice.subset.order)
     finished = Study(parts.library, config, parts.body, tuple(results), study, advice, worn, together)
-    write_json(out / "config.json", config_content(finished, parts.versions))
+    write_json(out / "config.json", config_content(finished))
     write_results(finished)
 
 
@@ -165,7 +165,7 @@ def _write_clip(out: Path, saved: SavedClip, patches: PatchSet) -> ClipResult:
     write_npz(features_file(out, clip.name), windows)
     own = int(windows["counts"][0])
     details = {"windows": own, "test_windows": int(windows["is_test"].sum())}
-    return ClipResult(clip, "", {**saved.details, **details}, "")
+    return ClipResult(clip, "", {**saved.details, **details}, saved.source_sha256)
 
 
 def recording_of(

@@ -27,6 +27,7 @@ from .garments import garment_content
 from .label_notes import label_content
 from .own_placements import own_scores
 from .sources import shown_in, source_caution
+from .versions import versions
 
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "rank_high", "cluster")
@@ -120,12 +121,12 @@ def _worn_on(study: Study) -> dict[str, Any]:
     return {"garments": found} if found else {}
 
 
-def config_content(study: Study, versions: dict[str, str]) -> dict[str, Any]:
+def config_content(study: Study) -> dict[str, Any]:
     """Every parameter, the versions and the hashes of all inputs."""
     return {
         "parameters": study.config.as_dict(),
         "body": {"name": study.body.name, "sha256": file_sha256(study.results.out / WORK / "body.npz")},
-        "versions": versions,
+        "versions": versions(),
         "labelled_by": study.library.labelled_by,
         "inputs": {result.clip.file: result.source_sha256 for result in study.clips},
     }
