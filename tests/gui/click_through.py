@@ -66,7 +66,7 @@ def step_motions(driver: Driver) -> Script:
     library = make_library()
     objects = len(bpy.data.objects)
     yield from driver.press("w2w.import_folder")
-    yield from choose_folder(driver, library)
+    yield from driver.choose_folder(library)
     yield from driver.turns(30)
     yield from driver.look("2_labels")
     yield from driver.key("RET")
@@ -354,20 +354,6 @@ def make_library() -> Path:
         for number, source in enumerate(real_clips(activity, "fbx")[:CLIPS_EACH], start=1):
             (library / activity / f"{source.stem} {number}.fbx").symlink_to(source)
     return library
-
-
-def choose_folder(driver: Driver, folder: Path) -> Script:
-    """Go to a folder in the file browser and accept it."""
-    manager = bpy.context.window_manager
-    yield from driver.until(lambda: len(manager.windows) > 1, 20)
-    yield from driver.turns(5)
-    window = manager.windows[-1]
-    area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
-    area.spaces.active.params.directory = f"{folder}/".encode()
-    yield from driver.turns(5)
-    region = next(region for region in area.regions if region.type == "WINDOW")
-    with bpy.context.temp_override(window=window, area=area, region=region):
-        bpy.ops.file.execute()
 
 
 play(

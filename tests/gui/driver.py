@@ -235,6 +235,19 @@ class Driver:
         x, y = yield from self.find(wanted)
         yield from self.click(x, y)
 
+    def choose_folder(self, folder: Path) -> Script:
+        """Go to a folder in the file browser, which has a window of its own, and accept it."""
+        manager = bpy.context.window_manager
+        yield from self.until(lambda: len(manager.windows) > 1, 20)
+        yield from self.turns(5)
+        window = manager.windows[-1]
+        area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
+        area.spaces.active.params.directory = f"{folder}/".encode()
+        yield from self.turns(5)
+        region = next(region for region in area.regions if region.type == "WINDOW")
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            bpy.ops.file.execute()
+
     def under_mouse(self, region: bpy.types.Region) -> str:
         """Command of the button under the mouse, or the path of its property."""
         manager = bpy.context.window_manager

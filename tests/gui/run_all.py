@@ -35,8 +35,8 @@ def prepare(driver: Driver) -> Script:
 def stop_and_go_on(driver: Driver) -> Script:
     """Press Run All, Esc after some clips, and Run All again."""
     yield from driver.press("w2w.run_all")
-    yield from driver.until(lambda: baked() >= BAKED_FIRST, 300)
     yield from driver.look("2_baking")
+    yield from driver.until(lambda: baked() >= BAKED_FIRST, 300)
     yield from driver.key("ESC")
     yield from idle(driver)
     report["baked_after_esc"] = baked()

@@ -24,13 +24,18 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def report(shared_data: Path) -> dict[str, Any]:
     """What the window showed."""
+    return run_in_window("run_all.py", OUT, {"W2W_CLIPS": inside(copy_clips(shared_data, OUT))})
+
+
+def copy_clips(shared_data: Path, out: Path) -> Path:
+    """Real clips in folders by activity, which a window sees."""
     newest_zip()  # skips before files are copied where the window cannot be tried
-    shutil.rmtree(OUT, ignore_errors=True)
+    shutil.rmtree(out, ignore_errors=True)
     for activity in ACTIVITIES:
-        (OUT / "clips" / activity).mkdir(parents=True)
+        (out / "clips" / activity).mkdir(parents=True)
         for file in sorted((shared_data / "bvh/bandai_namco").glob(f"dataset-1_{activity}_*.bvh")):
-            shutil.copy(file, OUT / "clips" / activity)
-    return run_in_window("run_all.py", OUT, {"W2W_CLIPS": inside(OUT / "clips")})
+            shutil.copy(file, out / "clips" / activity)
+    return out / "clips"
 
 
 def test_esc_keeps_the_clips_that_are_baked_and_the_next_press_does_the_rest(report: dict[str, Any]) -> None:
