@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from w2w.core.findings.advice_content import joint_of
+from w2w.core.findings.advice_content import joint_of, next_worn
 from w2w.core.findings.counts import interval_caution, interval_text
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
@@ -45,7 +45,7 @@ def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, conso
 
 
 def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
-    """Print the sensors to wear together, and what they would reach on other clips."""
+    """Print the sensors to wear together, and what they would reach on other clips, what to add."""
     made = worn.promise
     console.print(f"[bold]{capital(worn.sentence())}.[/bold]")
     table = Table(title="Worn together, sensor by sensor", title_justify="left")
@@ -62,6 +62,8 @@ def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
     console.print(table)
     if worn.every_pair:
         console.print("The first two are the best of all pairs, each tried.")
+    if following := next_worn(worn, patches):
+        console.print(f"{capital(following['sentence'])}.", markup=False)
 
 
 def show_advice(

@@ -135,6 +135,8 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
         return
     draw_rows(layout, study, study.worn, numbered=True)
     draw_text(layout, context, _sentence(worn["sentence"]))
+    if following := worn.get("next_sensor"):
+        draw_text(layout, context, _sentence(following["sentence"]))
     if left_out(study):
         draw_text(
             layout, context, "Chosen from a ranking without the activities that are left out.", icon="INFO"

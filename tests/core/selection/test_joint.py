@@ -39,11 +39,12 @@ def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(
     order = grow(tests.whole, free, joint.LARGEST_SET, alone(tests)[0]).order
     made = promise(tests, free, order, chosen_by_halves, tuple(v[order[0]] for v in alone(tests)))
     count = len(chosen.order)
-    most = made.mean[: chosen.tried].max()
+    tried = count + len(chosen.further)
+    most = made.mean[:tried].max()
     assert most - joint.WORTH <= chosen.promise.mean[-1] <= most
     assert count == 1 or made.mean[count - 2] < most - joint.WORTH
-    assert count < chosen.tried
-    assert chosen.sentence().endswith(f"up to {chosen.tried} sensors promise no more than 0.1 above that")
+    assert count < tried
+    assert chosen.sentence().endswith(f"up to {tried} sensors promise no more than 0.1 above that")
 
 
 def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
@@ -52,6 +53,18 @@ def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
     assert len(chosen.order) == 1
     for found, given in zip((chosen.promise.mean, chosen.promise.low), alone(tests), strict=False):
         assert found[0] == pytest.approx(given[chosen.order[0]])
+
+
+@pytest.mark.parametrize("every_pair", [False, True])
+def test_what_goes_best_with_a_set_that_is_enough_is_told(tests, every_pair):
+    wished = terms(2, required=[[10]])
+    chosen = choose_together(tests, alone(tests), wished, target=0.01, every_pair=every_pair)
+    assert chosen.order == (10,)
+    both = (10, *chosen.further)
+    assert both == grow(tests.whole, wished, 2, alone(tests)[0]).order
+    expected = promise(tests, wished, both, chosen_by_halves, tuple(v[10] for v in alone(tests)))
+    np.testing.assert_allclose(chosen.with_next.mean, expected.mean)
+    assert choose_together(tests, alone(tests), terms(1, required=[[10]]), target=0.01).with_next is None
 
 
 def test_every_activity_must_reach_what_is_asked_of_every_one(tests):

@@ -46,7 +46,7 @@ def study(tmp_path_factory):
 
 
 def chosen(out, *options):
-    (out / "choice.json").unlink(missing_ok=True)
+    (out / "choice.json").unlink(missing_ok=True)  # no command replaces a single file
     code, output = run("place", out, "--out", out / "choice.json", *options)
     assert code == 0, output
     return json.loads((out / "choice.json").read_text()), output
@@ -158,6 +158,18 @@ def test_every_activity_may_be_asked_to_reach_an_f1(study):
     free = chosen(out, "--target", 0.05)[0]["worn_together"]
     assert free["reached"]
     assert len(free["places"]) == 1
+
+
+def test_what_goes_best_with_a_sensor_that_is_enough_alone_is_told(study):
+    """The example of docs/designer.md: there is a watch anyway."""
+    asked, output = chosen(study[0], "--must", "left thigh", "--max", 2, "--target", 0.05)
+    (thigh,) = asked["worn_together"]["places"]
+    following = asked["worn_together"]["next_sensor"]
+    assert "thigh" in thigh["region"]
+    assert following["patch"] != thigh["patch"]
+    assert following["expected_f1"] >= thigh["expected_f1_so_far"]
+    assert f"add is {following['name']}; with it, the set reaches an expected F1 of" in output
+    assert chosen(study[0], "--max", 1, "--target", 0.05)[0]["worn_together"]["next_sensor"] is None
 
 
 def hashes(folder):

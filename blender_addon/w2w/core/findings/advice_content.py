@@ -96,6 +96,21 @@ def worn_content(worn: JointSet, utility: UtilityMap, patches: PatchSet) -> dict
             }
             for number, patch in enumerate(worn.order, start=1)
         ],
+        "next_sensor": next_worn(worn, patches),
+    }
+
+
+def next_worn(worn: JointSet, patches: PatchSet) -> dict[str, Any] | None:
+    """What goes best with a set; None where no more sensors are allowed."""
+    made = worn.with_next
+    if made is None:
+        return None
+    name = patches.names[worn.further[0]]
+    return {
+        "patch": worn.further[0],
+        "name": name,
+        **expected_content(made, len(made.mean)),
+        "sentence": f"the best sensor to add is {name}; with it, the set reaches {made.text()}",
     }
 
 

@@ -176,8 +176,10 @@ class JointSet:
         What each activity counts.
     every_pair : bool
         Whether the first two are the best of all pairs.
-    tried : int
-        Up to how many sensors were looked at.
+    further : tuple of int
+        Patches that were tried after these, in order of choice.
+    with_next : Promise, optional
+        Of these patches and the first of `further`.
     """
 
     order: tuple[int, ...]
@@ -189,7 +191,8 @@ class JointSet:
     cost: float
     weights: np.ndarray
     every_pair: bool = False
-    tried: int = 0
+    further: tuple[int, ...] = ()
+    with_next: Promise | None = None
 
     @property
     def raw_mean(self) -> np.ndarray:
@@ -212,8 +215,9 @@ class JointSet:
             )
         if self.reached:
             return f"{text})"
-        if self.tried > count:
-            return f"{text}); up to {self.tried} sensors promise no more than {WORTH:g} above that"
+        if self.further:
+            tried = count + len(self.further)
+            return f"{text}); up to {tried} sensors promise no more than {WORTH:g} above that"
         return f"{text}); no more sensors are allowed, or more add nothing"
 
 
@@ -247,9 +251,10 @@ def choose_together(
         return _choose(tests, expected, terms, *wishes)
     if len(terms.required) > 1:
         return _choose(tests, expected, terms, *wishes, every_pair=True)
-    alone = _choose(tests, expected, replace(terms, max_size=1), *wishes)
-    if alone.reached:
+    alone = _choose(tests, expected, terms, *wishes)
+    if len(alone.order) == 1 and alone.reached:
         return alone
+    alone = _choose(tests, expected, replace(terms, max_size=1), *wishes)
     together = _choose(tests, expected, terms, *wishes, every_pair=True)
     more = together.promise.mean[-1] - alone.promise.mean[-1]
     return together if together.reached or more > WORTH else alone
@@ -289,7 +294,8 @@ def _choose(
         float(terms.cost[list(order[:enough])].sum()),
         tests.weights,
         every_pair,
-        len(order),
+        order[enough:],
+        made.first(enough + 1) if enough < len(order) else None,
     )
 
 
