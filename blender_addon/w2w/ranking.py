@@ -13,7 +13,7 @@ import numpy as np
 
 from .core.body.body import Body
 from .core.clip_ranking import WindowLabels, rank_together, set_tests
-from .core.csv_tables import csv_text
+from .core.csv_tables import apart, csv_text
 from .core.files import write_text
 from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
@@ -216,20 +216,17 @@ class Ranking:
         """One row a patch: number, name, region, expected F1 with its interval, and F1 on these clips."""
         chosen = range(len(self.patches)) if patches is None else patches
         utility = self.utility
+        before = ("patch", "name", "region", "expected_mean", "expected_low", "expected_high")
+        after = ("mean", "mean_low", "mean_high")
+        names = apart(self.activities, (*before, *after))
         return [
             {
                 "patch": int(patch),
                 "name": self.names[patch],
                 "region": self.patches.regions[patch],
-                "expected_mean": float(utility.expected_mean[patch]),
-                "expected_low": float(utility.expected_low[patch]),
-                "expected_high": float(utility.expected_high[patch]),
-                **{
-                    name: float(value) for name, value in zip(self.activities, utility.f1[patch], strict=True)
-                },
-                "mean": float(utility.mean[patch]),
-                "mean_low": float(utility.mean_low[patch]),
-                "mean_high": float(utility.mean_high[patch]),
+                **{name: float(getattr(utility, name)[patch]) for name in before[3:]},
+                **{name: float(value) for name, value in zip(names, utility.f1[patch], strict=True)},
+                **{name: float(getattr(utility, name)[patch]) for name in after},
             }
             for patch in chosen
         ]

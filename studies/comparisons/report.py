@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from w2w.core.csv_tables import csv_text
+from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, json_number, write_json, write_text
 from w2w.core.ranking.agreement import Agreement
 from w2w.core.study import plain
@@ -122,8 +122,9 @@ def _f1_table(found: SiteValidation) -> str:
     for side, scores in (("real", found.real), ("simulated", found.simulated)):
         table = np.stack([scores.f1, *scores.f1_interval], axis=-1)
         means = np.stack([scores.mean, *scores.mean_interval], axis=-1)
+        names = (*apart(scores.activities, ["mean"]), "mean")
         for row, site in enumerate(found.sites):
-            for activity, cells in zip((*scores.activities, "mean"), (*table[row], means[row]), strict=True):
+            for activity, cells in zip(names, (*table[row], means[row]), strict=True):
                 lines.append([side, site, activity, *(f"{value:.{DIGITS}f}" for value in cells)])
     return csv_text(lines)
 

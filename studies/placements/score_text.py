@@ -11,7 +11,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from w2w.core.csv_tables import csv_text
+from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.counts import interval_text
 from w2w.core.ranking.f1 import FEWEST_CLIPS
@@ -56,6 +56,10 @@ def show_scores(rows: Sequence[ScoreRow], columns: Sequence[str], title: str, co
     )
 
 
+MEAN, EXPECTED_MEAN = "mean", "expected mean"
+"""What stands in the column of activities where a line is of a mean over them."""
+
+
 def write_scores(
     path: Path,
     rows: Sequence[ScoreRow],
@@ -68,11 +72,13 @@ def write_scores(
     With a map, the last lines, "expected mean", are what other clips would show; of them
     `same_as_best` means the best patch of all.
     """
+    names = [row.activity for row in rows if row.activity]
+    name_of = {"": MEAN, **dict(zip(names, apart(names, (MEAN, EXPECTED_MEAN)), strict=True))}
     lines = [
         ["group", "activity", "placement", "patch", "f1", "low", "high", "same_as_best", "motions", "windows"]
     ]
     for row in rows:
-        head = (row.group or "all", row.activity or "mean")
+        head = (row.group or "all", name_of[row.activity])
         for number, (column, patch) in enumerate(zip(columns, patches, strict=True)):
             scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
             same = "yes" if row.best[number] else "no"
@@ -82,7 +88,7 @@ def write_scores(
         cells = [f"{values[patch]:.{DIGITS}f}" for values in scores]
         equal = "yes" if utility.as_good[patch] else "no"
         tested = (len(np.unique(utility.clip)), len(utility.truth))
-        lines.append(["all", "expected mean", column, patch, *cells, equal, *tested])
+        lines.append(["all", EXPECTED_MEAN, column, patch, *cells, equal, *tested])
     write_text(path, csv_text(lines))
 
 

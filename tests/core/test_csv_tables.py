@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2w.core.csv_tables import csv_text, read_table
+from w2w.core.csv_tables import apart, csv_text, read_table
 
 
 @pytest.mark.parametrize(
@@ -17,6 +17,13 @@ from w2w.core.csv_tables import csv_text, read_table
 def test_formulas_are_defused(cell):
     ((written, number),) = csv.reader(io.StringIO(csv_text([[cell, 1]]), newline=""))
     assert (written, number) == (f"'{cell}", "1")
+
+
+@given(st.lists(st.sampled_from(["mean", "Mean", "mean (activity)", "walk"]), unique=True))
+def test_activities_are_told_from_other_columns_and_from_each_other(activities):
+    headings = apart(activities, ["patch", "mean"])
+    assert len({"patch", "mean", *headings}) == 2 + len(activities)
+    assert [name for name in activities if name == "walk"] == [name for name in headings if name == "walk"]
 
 
 def test_no_line_end_begins_a_row():

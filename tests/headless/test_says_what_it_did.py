@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run on labels with mistakes in them and windows too long: what it says, and the same wherever it lies."""
 
+import csv
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +12,15 @@ import pytest
 from typer.testing import CliRunner
 
 from w2w.core.files import write_npz
+from w2w.core.findings.summary import patch_table
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.utility import UtilityMap
 from w2w.headless.app import APP
 from w2w.headless.options import _folder_name
 from w2w.headless.reports.pictures import picture_names
-from w2w.studies.placements.score_table import ScoreRow
-from w2w.studies.placements.score_text import _cell
+from w2w.ranking import Ranking
+from w2w.studies.placements.score_table import ScoreRow, score_table
+from w2w.studies.placements.score_text import _cell, write_scores
 
 LABELS = """sep=;
 file;activity;subject
@@ -148,6 +154,30 @@ def test_the_console_says_first_what_the_sensors_reach_together(places):
 def test_the_table_runs_nothing_in_a_spreadsheet(places):
     header = (places[0][0] / "utility.csv").read_text().splitlines()[0]
     assert header.startswith("patch,region,vertex,'=cmd|'/c calc'!A1,aux,walking,mean")
+
+
+def test_every_column_and_line_has_a_name_of_its_own_whatever_activities_are_called(drawn_results, tmp_path):
+    utility, patches = (
+        UtilityMap.load(drawn_results / "utility.npz"),
+        PatchSet.load(drawn_results / ".w2w" / "patches.npz"),
+    )
+    called = ("mean", "Patch", "region")
+    assert len(utility.activities) == len(called)
+    utility = replace(utility, activities=called)
+    clusters = np.zeros(len(patches), int)
+    header, first, *_ = csv.reader(patch_table(utility, patches, clusters).splitlines())
+    assert header[3:6] == ["mean (activity)", "Patch (activity)", "region (activity)"]
+    assert len({name.casefold() for name in header}) == len(header)
+    np.testing.assert_allclose([float(cell) for cell in first[3:6]], utility.f1[0], atol=1e-6)
+    ranking = Ranking(utility, patches, *[None] * 4)
+    row = ranking.table()[0]
+    assert (row["patch"], row["region"]) == (0, patches.regions[0])
+    assert row["mean"] == pytest.approx(utility.mean[0])
+    assert row["mean (activity)"] == pytest.approx(utility.f1[0, 0])
+    write_scores(tmp_path / "tables.csv", score_table(utility, [0], {}), ["wrist"], [0], utility)
+    with (tmp_path / "tables.csv").open() as stream:
+        listed = [row["activity"] for row in csv.DictReader(stream)]
+    assert listed == ["mean (activity)", "Patch", "region", "mean", "expected mean"]
 
 
 @pytest.mark.parametrize(("clips", "shown"), [(2, "few clips"), (4, "few clips"), (5, ".70-1")])

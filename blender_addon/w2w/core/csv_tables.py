@@ -108,6 +108,24 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
     return stream.getvalue()
 
 
+def apart(names: Sequence[str], others: Iterable[str]) -> list[str]:
+    """Names of activities to stand beside others in a table: those that are taken get a word more.
+
+    Examples
+    --------
+    >>> apart(["walking", "mean"], ["patch", "mean"])
+    ['walking', 'mean (activity)']
+    """
+    taken = {name.casefold() for name in others}
+    found = []
+    for name in names:
+        heading = name
+        while heading.casefold() in taken or (heading != name and heading in names):
+            heading += " (activity)"
+        found.append(heading)
+    return found
+
+
 def _harmless(cell: object) -> object:
     if not isinstance(cell, str):
         return cell

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..clip_files import WORK
-from ..csv_tables import csv_text
+from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
 from ..motion.library import Library
 from ..patches.patches import PatchSet
@@ -29,6 +29,7 @@ from .own_placements import own_scores
 from .sources import shown_in, source_caution
 from .versions import versions
 
+BEFORE_ACTIVITIES = ("patch", "region", "vertex")
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "rank_high", "cluster")
 
@@ -73,7 +74,8 @@ def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) ->
 
     Patches of one `cluster` say the same.
     """
-    rows = [["patch", "region", "vertex", *utility.activities, *AFTER_ACTIVITIES]]
+    others = (*BEFORE_ACTIVITIES, *AFTER_ACTIVITIES)
+    rows = [[*BEFORE_ACTIVITIES, *apart(utility.activities, others), *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
         means = (utility.mean, utility.mean_low, utility.mean_high)
         expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
