@@ -21,9 +21,10 @@ from .commands.run import run
 from .commands.sensors import sensors
 from .commands.status import status
 from .commands.synth import synth
-from .console import NOTHING_TO_DO
+from .console import NOTHING_TO_DO, too_little_memory
 from .needs_blender import NoBlenderError
 from .reports.html import report
+from .standard_streams import end_where_output_fails
 from .stopping import ignore_signals, stop_on_signals
 from .studies import add_studies
 from .temporary import use_own_temporary_folder
@@ -82,12 +83,16 @@ def main(arguments: list[str] | None = None, program: str = "w2w") -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name the terminal cannot spell must not end a run
             stream.reconfigure(errors="backslashreplace")
+    end_where_output_fails()
     stop_on_signals()
     use_own_temporary_folder()
     try:
         APP(args=arguments, prog_name=program)
     except NoBlenderError as error:
         print(error, file=sys.stderr)
+        raise SystemExit(NOTHING_TO_DO) from None
+    except MemoryError as error:
+        print(f"No result: {too_little_memory(error)}", file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None
     finally:
         ignore_signals()

@@ -42,3 +42,9 @@ def why_not(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename} cannot be opened: {error.strerror}"
     return str(error)
+
+
+def too_little_memory(error: MemoryError) -> str:
+    """What was raised for want of memory as a sentence."""
+    why = f" ({error})" if str(error) else ""
+    return f"there is too little memory{why}: close other programs, or take fewer patches or workers"

@@ -5,17 +5,18 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Callable
 
 from .blender import find_libraries
+from .standard_streams import open_closed_streams
 from .stopping import stop_on_signals
 
 
 def main() -> None:
     """Run the command line; ends the process with its exit code."""
+    open_closed_streams()
     stop_on_signals()
-    from .app import main as run
-
-    run()
+    _commands()()
 
 
 def run_script(*command: str) -> None:
@@ -27,6 +28,7 @@ def run_script(*command: str) -> None:
         With the command's exit code, or a sentence where W2W's libraries are missing.
     """
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    open_closed_streams()
     find_libraries()
     _run([*command, *arguments], "w2w")
 
@@ -39,6 +41,7 @@ def run_arguments(arguments: list[str]) -> int:
     int
         The exit code.
     """
+    open_closed_streams()
     try:
         find_libraries()
         _run(arguments, "blender --command w2w")
@@ -53,6 +56,21 @@ def run_arguments(arguments: list[str]) -> int:
 def _run(arguments: list[str], program: str) -> None:
     if "bpy" in sys.modules:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # Blender's own would not stop a run
-    from .app import main
+    _commands()(arguments, program)
 
-    main(arguments, program)
+
+def _commands() -> Callable[..., None]:
+    """The command line, imported.
+
+    Raises
+    ------
+    SystemExit
+        With a sentence, where there is no room for W2W's libraries.
+    """
+    try:
+        from .app import main
+    except (ImportError, MemoryError) as error:
+        if isinstance(error, ImportError) and "failed to map segment" not in str(error):
+            raise
+        raise SystemExit("There is too little memory for W2W to start (see ulimit -v).") from None
+    return main

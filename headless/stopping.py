@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
@@ -20,6 +21,9 @@ STOPPED = "Stopped. What is finished is kept: the same command goes on from here
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 SHOW_CURSOR = "\x1b[?25h"
 """A progress bar has hidden it."""
+
+SAY_S = 1.0
+"""Seconds that a last word may take: nobody may be reading."""
 
 
 class _Stop:
@@ -44,14 +48,24 @@ class _Stop:
 
     def say(self, code: int) -> None:
         """Say it on the screen, or for machines."""
-        with suppress(Exception):  # it may have been stopped in the middle of a write
-            sys.stdout.flush()
+        _try(sys.stdout.flush)
         if self.line is not None:
             text = self.line(code) + "\n"
         else:
             text = f"{SHOW_CURSOR if os.isatty(self.screen) else ''}\n{STOPPED}\n"
-        with suppress(OSError):  # the terminal may be gone
-            os.write(self.screen, text.encode())
+        _try(lambda: os.write(self.screen, text.encode()))
+
+
+def _try(work: Callable[[], object]) -> None:
+    """Do it within a second, if it can be done: the terminal may be gone, a pipe full, a write half done."""
+
+    def tried() -> None:
+        with suppress(Exception):
+            work()
+
+    thread = threading.Thread(target=tried, daemon=True)
+    thread.start()
+    thread.join(SAY_S)
 
 
 _STOP = _Stop()

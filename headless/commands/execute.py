@@ -18,7 +18,7 @@ from w2w.core.motion.library import BLENDER_SUFFIXES, Library
 from w2w.core.ranking.folds import check_testable
 from w2w.core.results_folder import sensors_together
 
-from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE
+from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
 from ..needs_blender import NoBlenderError, check_installed
 from ..reports import comparison, console_tables, draw, html, pictures
 from ..runs.folder import SUMMARY, TABLES, FolderBusyError, check_results, make_folders, only_run
@@ -99,17 +99,18 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
                 html.write_report(out)
         if plan.pictures:  # last, for Blender may fail to draw where all else is well
             failed = draw.draw_study(study, monitor)
-    except (StudyError, EngineError, NoBlenderError) as error:
-        monitor.announce("failed", str(error))
+    except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
+        why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
+        monitor.announce("failed", why)
         if isinstance(error, StudyError):
             _remove_results(plan, out)
-        write_failure(out, plan.library, str(error), error.clips if isinstance(error, StudyError) else ())
+        write_failure(out, plan.library, why, error.clips if isinstance(error, StudyError) else ())
         if isinstance(error, StudyError):
             console_tables.show_skipped(
                 console_tables.skipped_files(error.clips, plan.library), monitor.console
             )
             console_tables.show_window_warning(error.clips, plan.config.windows, monitor.console)
-        raise ended(f"No result: {error}", NOTHING_TO_DO, monitor) from error
+        raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
     except KeyboardInterrupt as error:
         raise ended(f"\n{STOPPED}", INTERRUPTED, monitor) from error
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))

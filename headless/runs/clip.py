@@ -27,7 +27,7 @@ from ..blender import forget_scripts_path
 from ..needs_blender import NoBlenderError
 from .clip_records import finished, mark_source, marked_source, write_record
 from .clip_task import ClipTask, unfinished
-from .guard import guarded, timed_out, untimed
+from .guard import allowed_memory, guarded, timed_out, untimed
 from .load_clip import load_clip
 from .worn import caught_in, worn_in
 
@@ -65,6 +65,9 @@ def work_in_worker(task: ClipTask) -> ClipResult:
 def record_death(task: ClipTask) -> ClipResult:
     """The result of a clip that killed its worker, kept so that no later run tries it again."""
     source = marked_source(task)
+    if not timed_out(task.marker) and allowed_memory() < task.memory:
+        task.marker.unlink(missing_ok=True)
+        return _out_of_memory(task, source)
     if timed_out(task.marker):
         reason = f"it took longer than the limit of {task.limit_s:g} s (see --clip-limit)"
     else:
@@ -113,8 +116,7 @@ def _do_clip(task: ClipTask) -> ClipResult:
         with unthreaded_products():  # the same bytes everywhere
             details, files = _make(task)
     except MemoryError:
-        reason = f"it needs more than {task.memory / 2**30:g} GiB of memory (see --clip-memory)"
-        return _conclude(task, ClipResult(task.clip, reason, {}, source))
+        return _out_of_memory(task, source)
     except OSError:
         if task.clip.path.exists():
             raise  # the output folder's fault: the disk is full or gone
@@ -122,8 +124,20 @@ def _do_clip(task: ClipTask) -> ClipResult:
     except NoBlenderError:
         raise  # no fault of the clip's, so no record of it
     except Exception as error:  # even a fault of ours costs this clip, not the night
+        if isinstance(error, ImportError) and allowed_memory() < task.memory:  # a library found no room
+            return _out_of_memory(task, source)
         return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source))
     return _conclude(task, ClipResult(task.clip, "", details, source), files)
+
+
+def _out_of_memory(task: ClipTask, source: str) -> ClipResult:
+    """The result of a clip that needs too much memory, kept unless it was not W2W that allowed so little."""
+    allowed = allowed_memory()
+    if allowed < task.memory:
+        reason = f"it takes more than the {allowed / 2**30:.1f} GiB of memory that W2W may use here (ulimit)"
+        return ClipResult(task.clip, reason, {}, source)
+    reason = f"it needs more than {task.memory / 2**30:g} GiB of memory (see --clip-memory)"
+    return _conclude(task, ClipResult(task.clip, reason, {}, source))
 
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:

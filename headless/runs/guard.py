@@ -133,14 +133,21 @@ def _says(said: Path, words: str) -> bool:
         return False
 
 
+def allowed_memory() -> float:
+    """Bytes that this process may take by limits that W2W did not set (`ulimit`); infinite without any."""
+    if resource is None:
+        return float("inf")
+    limits = (resource.getrlimit(resource.RLIMIT_DATA)[1], resource.getrlimit(resource.RLIMIT_AS)[0])
+    return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=float("inf"))
+
+
 @contextlib.contextmanager
 def _memory_limit(memory: int) -> Iterator[None]:
     if resource is None:
         yield
         return
     before, most = resource.getrlimit(resource.RLIMIT_DATA)
-    allowed = memory if most == resource.RLIM_INFINITY else min(memory, most)
-    resource.setrlimit(resource.RLIMIT_DATA, (allowed, most))
+    resource.setrlimit(resource.RLIMIT_DATA, (int(min(memory, allowed_memory())), most))
     try:
         yield
     finally:

@@ -38,7 +38,7 @@ from .blender_executor import BlenderExecutor
 from .clip import get_ready, record_death, work_in_worker
 from .clip_task import ClipTask
 from .cluster import EngineError, run_on_cluster
-from .guard import LIMIT_S, MEMORY, end_with, guarded, timed_out
+from .guard import LIMIT_S, MEMORY, allowed_memory, end_with, guarded, timed_out
 from .load_clip import load_clip
 
 Result = TypeVar("Result")
@@ -257,7 +257,7 @@ def load_alone(
     if found is None:
         raise UnusableMotion(
             f"Blender crashed on it, or it took longer than {LIMIT_S:g} s or more than "
-            f"{MEMORY / 2**30:g} GiB: it is damaged, or far too long"
+            f"{min(MEMORY, allowed_memory()) / 2**30:.1f} GiB: it is damaged, or far too long"
         )
     if isinstance(found, str):
         raise UnusableMotion(found)
@@ -272,7 +272,7 @@ def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
         except NoBlenderError:
             raise
         except MemoryError:
-            return f"it needs more than {MEMORY / 2**30:g} GiB of memory"
+            return f"it needs more than {min(MEMORY, allowed_memory()) / 2**30:.1f} GiB of memory"
         except OSError as error:
             return unreadable(error)
         except Exception as error:

@@ -21,6 +21,7 @@ from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe
+from w2w.headless.console import too_little_memory
 from w2w.headless.runs import clip as clip_work
 from w2w.headless.runs import clip_records
 from w2w.headless.runs import guard as worker_guard
@@ -215,3 +216,32 @@ def test_a_disk_that_is_full_after_the_clips_loses_nothing(tmp_path, monkeypatch
     assert {path: path.stat().st_mtime_ns for path in (out / "signals").iterdir()} == kept
     assert run(library, tmp_path / "undisturbed")[0] == 0
     assert hashes(out) == hashes(tmp_path / "undisturbed")
+
+
+def test_a_run_that_finds_too_little_memory_says_so_and_keeps_it(motions, tmp_path, monkeypatch):
+    def too_much(*_):
+        raise MemoryError("Unable to allocate 1.26 MiB")
+
+    monkeypatch.setattr(execute, "run_study", too_much)
+    done = CliRunner().invoke(APP, ["run", str(motions), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 1
+    sentence = too_little_memory(MemoryError("Unable to allocate 1.26 MiB"))
+    assert f"No result: {sentence}" in " ".join(done.output.split())
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["problem"] == sentence
+
+
+@pytest.mark.parametrize("failure", [MemoryError(), ImportError("failed to map segment")])
+def test_a_clip_is_not_given_up_for_a_limit_that_is_not_w2ws(task, monkeypatch, failure):
+    def fails(_):
+        raise failure
+
+    monkeypatch.setattr(clip_work, "_make", fails)
+    monkeypatch.setattr(clip_work, "allowed_memory", lambda: 2.0**30)
+    result = do_clip(task)
+    assert result.reason == "it takes more than the 1.0 GiB of memory that W2W may use here (ulimit)"
+    task.marker.write_text("")
+    assert record_death(task).reason == result.reason
+    assert not task.record_file.exists()
+    monkeypatch.setattr(clip_work, "allowed_memory", lambda: float("inf"))
+    assert "it needs more than 4 GiB" in do_clip(task).reason or isinstance(failure, ImportError)
+    assert task.record_file.exists()
