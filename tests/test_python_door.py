@@ -265,6 +265,94 @@ def test_errors_are_sentences(tmp_path, call, sentence):
         call(tmp_path)
 
 
+WRONG = {
+    "an unknown classifier": (
+        lambda s, _: w2w.rank(s, classifier="forest"),
+        "there are ridge, trees, multi3net",
+    ),
+    "a bare estimator": (
+        lambda s, _: w2w.rank(s, classifier=DummyClassifier()),
+        r"EstimatorClassifier\(Dummy",
+    ),
+    "an estimator's class": (
+        lambda *_: w2w.EstimatorClassifier(DummyClassifier),
+        r"DummyClassifier\(\.\.\.\)",
+    ),
+    "no classifier": (lambda s, _: w2w.rank(s, classifier=None), "not None"),
+    "a class": (lambda s, _: w2w.rank(s, classifier=w2w.EstimatorClassifier), "a classifier is a name"),
+    "a list": (lambda s, _: w2w.rank(list(s)), "synthesize"),
+    "motions": (lambda s, _: w2w.rank(s.motions), "synthesize"),
+    "no signals": (lambda s, _: w2w.rank(s[:0]), "one motion at least"),
+    "half a fold": (lambda s, _: w2w.rank(s, folds=2.5), "whole number"),
+    "windows by features": (
+        lambda s, _: w2w.rank(s, "multi3net", features="both"),
+        "leave features='both' out",
+    ),
+    "one background": (lambda s, _: w2w.rank(s, background="waving"), "a list of activities"),
+    "weights by list": (lambda s, _: w2w.rank(s, weights=["waving"]), "give each a number"),
+    "a weight in words": (lambda s, _: w2w.rank(s, weights={"waving": "3"}), "weight of 'waving'"),
+    "no sensor": (lambda s, _: w2w.synthesize(s.motions, s.patches, sensor=None), "not None"),
+    "a sensor's file": (
+        lambda s, _: w2w.synthesize(s.motions, s.patches, sensor=Path("a.json")),
+        "read_sensor",
+    ),
+    "a number of patches": (lambda s, _: w2w.synthesize(s.motions, 16), "sample_patches"),
+    "no motions": (lambda s, _: w2w.synthesize([], s.patches), "no motion to record"),
+    "a folder": (lambda s, _: w2w.synthesize("MY_CLIPS", s.patches), "no motion to record"),
+    "percent": (lambda _, r: r.smallest_set(90), "at most 1, not 90"),
+    "no target": (lambda _, r: r.smallest_set(0), "above 0"),
+    "not a number": (lambda _, r: r.smallest_set(float("nan")), "not nan"),
+    "percent together": (lambda _, r: r.wear_together(90), "at most 1, not 90"),
+    "percent of each": (lambda _, r: r.wear_together(0.9, every_activity=90), "from 0 to 1, not 90"),
+    "half a sensor": (lambda _, r: r.smallest_set(0.9, max_sensors=1.5), "whole number"),
+    "a wish": (lambda *_: w2w.Constraints(forbid="head"), "list of words"),
+    "a number's wish": (lambda *_: w2w.Constraints(must=(3,)), "list of words"),
+    "costs by name": (lambda *_: w2w.Constraints(costs={"leg": 2.0}), "pairs such as"),
+    "costs in words": (lambda *_: w2w.Constraints(costs=(("leg", "2"),)), "pairs such as"),
+    "wishes by name": (lambda _, r: r.smallest_set(constraints={"forbid": ["head"]}), "Constraints"),
+    "several at once": (lambda _, r: r.at(["left wrist"]), "a placement is a name"),
+    "a patch too many": (lambda _, r: r.together([24]), "from 0 to 23, not 24"),
+    "a patch from the end": (lambda _, r: r.table([-1]), "from 0 to 23, not -1"),
+    "a patch's name": (lambda _, r: r.together(["left wrist"]), "not 'left wrist'"),
+    "a body's name": (lambda *_: w2w.load("MY_CLIPS", body="female"), "not 'female'"),
+    "facts by name": (lambda *_: w2w.load("MY_CLIPS", pose={"rate": 30}), "PoseFacts"),
+    "half a patch": (lambda *_: w2w.sample_patches(w2w.Body.bundled(), 2.5), "whole number"),
+    "a gender in words": (lambda *_: w2w.shaped(w2w.Body.bundled(), gender="female"), "between -1 and 1"),
+    "a list of placements": (lambda *_: w2w.patches_at(w2w.Body.bundled(), ["pod"]), "strap pod"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_wrong_is_a_value_error_that_says_what_to_change(signals, ranking, case):
+    call, sentence = WRONG[case]
+    with pytest.raises(ValueError, match=sentence):
+        call(signals, ranking)
+
+
+def test_labels_of_one_file_are_refused(library):
+    with pytest.raises(ValueError, match="give the folder"):
+        w2w.load(library / "waving" / "waving 0.npz", labels=library.parent / "labels.csv")
+
+
+def test_a_part_of_motions_or_signals_is_used_like_the_whole(signals, ranking):
+    motions = replace(signals.motions, motion_keys=tuple(f"key {n}" for n in range(len(signals))))
+    assert motions[3:5].motion_keys == ("key 3", "key 4")
+    assert motions[3:5].body is motions.body
+    part = signals[5:]
+    assert len(part) == len(part.motions) == len(signals) - 5
+    assert part[0].clip == signals[5].clip
+    assert w2w.rank(part).activities == ranking.activities[1:]
+
+
+def test_beside_a_clone_the_package_is_found(tmp_path):
+    """And not the folder, whose own `__init__.py` is the extension's door."""
+    (tmp_path / "w2w").symlink_to(ROOT, target_is_directory=True)
+    code = "import w2w, w2w.loading; assert w2w.loading.load is w2w.load; print(w2w.Body.bundled().name)"
+    run = [sys.executable, "-c", code]
+    done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_patches_of_another_body_are_refused(library, few):
     wrong = replace(few, labels=few.labels[:-1])
     with pytest.raises(ValueError, match="sample patches on the motions' body"):

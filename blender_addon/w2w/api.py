@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -52,7 +52,13 @@ class Signals(Sequence[ImuRecording]):
     patches: PatchSet
     motions: Motions
 
-    def __getitem__(self, index: int) -> ImuRecording:
+    @overload
+    def __getitem__(self, index: int) -> ImuRecording: ...
+    @overload
+    def __getitem__(self, index: slice) -> Signals: ...
+    def __getitem__(self, index: int | slice) -> ImuRecording | Signals:
+        if isinstance(index, slice):
+            return Signals(self.recordings[index], self.patches, self.motions[index])
         return self.recordings[index]
 
     def __len__(self) -> int:
@@ -100,6 +106,10 @@ def synthesize(
     if not isinstance(motions, Motions):
         several = (motions,) if isinstance(motions, Motion) else tuple(motions)
         motions = Motions(several, body or Body.bundled(), (), ("",) * len(several))
+    if not len(motions) or not all(isinstance(motion, Motion) for motion in motions):
+        raise ValueError("there is no motion to record: load gives them")
+    if not isinstance(motions.body, Body) or not isinstance(patches, PatchSet):
+        raise ValueError("patches are those that sample_patches or patches_at gives of a Body")
     if len(patches.labels) != len(motions.body.vertices):
         raise ValueError(
             f"the patches are of a body of {len(patches.labels)} vertices and the motions of one of "
@@ -157,8 +167,15 @@ def rank(
     Raises
     ------
     ValueError
-        If fewer than two activities can be tested, or an activity given is no clip's; the message says why.
+        If fewer than two activities can be tested, an activity given is no clip's, or the classifier, the
+        windows, the folds or the features are none; the message says why.
     """
+    if not isinstance(signals, Signals) or not len(signals):
+        raise ValueError("signals are those that synthesize gives, of one motion at least")
+    if isinstance(background, str) or not isinstance(weights or {}, Mapping):
+        raise ValueError(
+            "background is a list of activities, and weights give each a number: {'falling': 3.0}"
+        )
     counted = tuple(background), tuple((weights or {}).items())
     check_counting({recording.activity for recording in signals}, *counted)
     spec = WindowSpec(window, window / 2 if stride is None else stride)
@@ -170,8 +187,13 @@ def rank(
         background=counted[0],
         weights=counted[1],
         features=features,
+        classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     as_features = inputs_of(classifier) == "features"
+    if features != SUMMARY and not as_features:
+        raise ValueError(
+            f"this classifier learns from the windows themselves: leave features={features!r} out"
+        )
     used, found, inputs, skipped = [], [], [], []
     for number, (recording, motion) in enumerate(zip(signals, signals.motions, strict=True)):
         name = recording.clip or f"clip {number}"

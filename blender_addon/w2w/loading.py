@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 
@@ -41,7 +42,13 @@ class Motions(Sequence[Motion]):
     skipped: tuple[tuple[str, str], ...] = ()
     motion_keys: tuple[str, ...] = ()
 
-    def __getitem__(self, index: int) -> Motion:
+    @overload
+    def __getitem__(self, index: int) -> Motion: ...
+    @overload
+    def __getitem__(self, index: slice) -> Motions: ...
+    def __getitem__(self, index: int | slice) -> Motion | Motions:
+        if isinstance(index, slice):
+            return replace(self, motions=self.motions[index], motion_keys=self.motion_keys[index])
         return self.motions[index]
 
     def __len__(self) -> int:
@@ -111,8 +118,14 @@ def load(
     ValueError
         If no file can be used; the message says why.
     """
-    body = body or Body.bundled()
+    body = Body.bundled() if body is None else body
+    if not isinstance(body, Body):
+        raise ValueError(f"body is a Body, such as load_body or shaped give, not {body!r}")
+    if not isinstance(pose, PoseFacts):
+        raise ValueError(f"pose is PoseFacts(rate=30), say, not {pose!r}")
     path = Path(path)
+    if path.is_file() and labels is not None:
+        raise ValueError("labels are of the files in a folder: give the folder")
     if path.is_file():
         motion = _read(path, body, bone_maps, pose)
         if not motion.activity:

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -143,7 +144,7 @@ class Ranking:
         ValueError
             If the constraints cannot be met.
         """
-        wishes = (constraints or Constraints()).terms(self.patches)
+        wishes = self._wished(constraints, target, max_sensors)
         choose, by_half = (exact_subset, exact_by_half) if exact else (greedy_subset, greedy_by_half)
         f1 = self.utility.counted_f1
         subset = choose(f1, target, max_sensors, **wishes)
@@ -185,11 +186,41 @@ class Ranking:
         ValueError
             If the constraints cannot be met, or the classifier is not the ridge.
         """
-        wishes = (constraints or Constraints()).terms(self.patches)
+        wishes = self._wished(constraints, target, max_sensors, every_activity)
         terms = Terms.checked(self.utility.counted_f1, max_sensors, **wishes)
         if self._set_tests is None:
             raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
         return choose_together(self._set_tests, self._expected, terms, target, every_activity, every_pair)
+
+    def _wished(
+        self,
+        constraints: Constraints | None,
+        target: float,
+        max_sensors: int | None,
+        every_activity: float = 0.0,
+    ) -> dict[str, Any]:
+        """The constraints as terms, once all that is wished is in range."""
+        if not isinstance(constraints, Constraints | None):
+            raise ValueError(
+                f"constraints are given as Constraints(forbid=('head',)), not as {constraints!r}"
+            )
+        replace(self.config, target=target, max_places=max_sensors, every_activity=every_activity)
+        return (constraints or Constraints()).terms(self.patches)
+
+    def _checked(self, patches: Sequence[int]) -> list[int]:
+        """Numbers of patches.
+
+        Raises
+        ------
+        ValueError
+            If one of them is none.
+        """
+        for patch in patches:
+            if not (isinstance(patch, Integral) and 0 <= patch < len(self.patches)):
+                raise ValueError(
+                    f"patches are numbered from 0 to {len(self.patches) - 1}, not {patch!r}; `at` tells"
+                )
+        return [int(patch) for patch in patches]
 
     @cached_property
     def _set_tests(self) -> SetTests | None:
@@ -209,12 +240,17 @@ class Ranking:
         -------
         tuple of UtilityMap
             Each of one row, by the folds and the classifier of the ranking; the last is of all.
+
+        Raises
+        ------
+        ValueError
+            If a number is no patch's.
         """
-        return rank_together(patches, self.inputs, self.labels, self.config, self.classifier)
+        return rank_together(self._checked(patches), self.inputs, self.labels, self.config, self.classifier)
 
     def table(self, patches: Sequence[int] | None = None) -> list[dict[str, Any]]:
         """One row a patch: number, name, region, expected F1 with its interval, and F1 on these clips."""
-        chosen = range(len(self.patches)) if patches is None else patches
+        chosen = range(len(self.patches)) if patches is None else self._checked(patches)
         utility = self.utility
         before = ("patch", "name", "region", "expected_mean", "expected_low", "expected_high")
         after = ("mean", "mean_low", "mean_high")

@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from errno import ENOENT
 from pathlib import Path
 from tokenize import TokenError
 from typing import Any, BinaryIO
@@ -53,6 +54,8 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
         The temporary file, opened for writing in binary mode.
     """
     path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}.", suffix=UNFINISHED)
     try:
         Path(temporary).chmod(0o666 & ~_umask())

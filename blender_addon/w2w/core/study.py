@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.feature_kinds import SUMMARY, check_features, features_of
 from .ranking.further_features import further_features
 from .ranking.same_motion import same_motion_groups
-from .ranking.utility import CLASSIFIERS, inputs_of
+from .ranking.utility import inputs_of
 from .ranking.windows import WindowSpec, cut_windows
 from .selection.constraints import Constraints
 
@@ -124,21 +125,23 @@ class StudyConfig:
         if not 0 <= self.every_activity <= 1:
             raise ValueError(f"every_activity must be an F1 from 0 to 1, not {self.every_activity}")
         for name, weight in self.weights:
-            if not (np.isfinite(weight) and weight >= 0):
+            if not (isinstance(weight, Real) and np.isfinite(weight) and weight >= 0):
                 raise ValueError(f"the weight of {name!r} must be 0 or more, not {weight}")
-        if self.folds < 2:
-            raise ValueError(f"folds must be at least 2, not {self.folds}")
-        if self.classifier not in CLASSIFIERS:
-            known = ", ".join(CLASSIFIERS)
-            raise ValueError(f"no classifier is called {self.classifier!r}; there are {known}")
+        if not (isinstance(self.folds, Integral) and self.folds >= 2):
+            raise ValueError(f"folds must be a whole number from 2 on, not {self.folds!r}")
+        if self.max_places is not None and not (
+            isinstance(self.max_places, Integral) and self.max_places > 0
+        ):
+            raise ValueError(f"the most sensors must be a whole number from 1 on, not {self.max_places!r}")
+        inputs = inputs_of(self.classifier)
         check_features(self.features)
-        if self.features != SUMMARY and inputs_of(self.classifier) != "features":
+        if self.features != SUMMARY and inputs != "features":
             raise ValueError(
                 f"{self.classifier} learns from the windows themselves: leave features={self.features!r} out"
             )
         if self.root_band_hz is not None and not self.root_band_hz > 0:
             raise ValueError(f"root_band_hz must be positive, or None for none, not {self.root_band_hz}")
-        if self.further.features and inputs_of(self.classifier) == "windows":
+        if self.further.features and inputs == "windows":
             names = ", ".join(self.further.features)
             raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")
         if self.garments and self.further != NOTHING:

@@ -12,6 +12,7 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -268,7 +269,7 @@ def _solve(measure: Callable[[float], float], wanted: float, name: str, unit: st
 def _check_ranges(given: dict[str, float]) -> None:
     for name, value in given.items():
         low, high = RANGES[name]
-        if not low <= value <= high:
+        if not (isinstance(value, Real) and low <= value <= high):
             raise ValueError(f"{name} must lie between {low:g} and {high:g}, not {value!r}")
 
 

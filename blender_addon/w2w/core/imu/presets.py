@@ -44,6 +44,10 @@ def preset(name: str) -> SensorModel:
     ValueError
         If there is no such preset; the message lists them.
     """
+    if not isinstance(name, str):
+        raise ValueError(
+            f"a sensor is a preset's name or a SensorModel (read_sensor reads a file), not {name!r}"
+        )
     wanted = _plain(name)
     for known, model in PRESETS.items():
         if _plain(known) == wanted:

@@ -93,6 +93,8 @@ def resolve(name: str, body: Body, patches: PatchSet) -> int:
     ValueError
         If nothing is called that; the message names what comes closest.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
     wanted = plain_words(name)
     own = {patch.lower(): index for index, patch in enumerate(patches.names)}
     sites = {site.name.lower(): site for site in SENSOR_SITES}

@@ -43,6 +43,8 @@ def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> P
         If there are none, a name is empty or given twice, a vertex is not the body's, a position is
         more than 5 cm from the skin, or two placements are at the same vertex.
     """
+    if not isinstance(placements, Mapping):
+        raise ValueError(f"placements are given as {{'strap pod': 1234}}, not as {placements!r}")
     names, centres = _checked(body, placements)
     return _patches(body, centres, names, seed=0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 from pathlib import Path
 from typing import Literal
 
@@ -217,9 +218,13 @@ def _sample_pairs(
 
 
 def _check(body: Body, n: int, mode: str, symmetric: bool) -> None:
+    if not isinstance(body, Body):
+        raise ValueError(f"patches are sampled on a Body, not on {body!r}")
     n_vertices = len(body.vertices)
-    if not 1 <= n <= n_vertices:
-        raise ValueError(f"n must be between 1 and the body's {n_vertices} vertices, not {n}")
+    if not (isinstance(n, Integral) and 1 <= n <= n_vertices):
+        raise ValueError(
+            f"n must be a whole number between 1 and the body's {n_vertices} vertices, not {n!r}"
+        )
     if mode not in ("exact", "fast"):
         raise ValueError(f'mode must be "exact" or "fast", not "{mode}"')
     if symmetric and (body.mirror is None or not (body.mirror == np.arange(n_vertices)).any()):

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..colours import LEAST_SPAN
 from ..files import load_arrays, write_npz
+from .classifiers.estimator import own
 from .classifiers.extra_trees import ExtraTrees
 from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
@@ -361,7 +362,9 @@ def unavailable(classifier: str) -> str:
 
 def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Any:
     if not isinstance(classifier, str):
-        return classifier
+        return own(classifier)
+    if classifier not in CLASSIFIERS:
+        raise ValueError(f"no classifier is called {classifier!r}; there are {', '.join(CLASSIFIERS)}")
     model = CLASSIFIERS[classifier](seed=seed)
     resumes = work is not None and hasattr(model, "checkpoints")
     return replace(model, checkpoints=work / model.name) if resumes else model

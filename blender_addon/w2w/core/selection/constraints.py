@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ class Constraints:
     Raises
     ------
     ValueError
-        If a cost is not positive.
+        If a wish is no list of words, or a cost is not positive.
     """
 
     only: tuple[str, ...] = ()
@@ -43,6 +44,13 @@ class Constraints:
     costs: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
+        for name in ("only", "forbid", "must"):
+            words = getattr(self, name)
+            if not isinstance(words, list | tuple) or not all(isinstance(word, str) for word in words):
+                raise ValueError(f"{name} is a list of words, such as ('head', 'left wrist'), not {words!r}")
+        pairs = isinstance(self.costs, list | tuple) and all(len(pair) == 2 for pair in self.costs)
+        if not pairs or not all(isinstance(cost, Real) for _, cost in self.costs):
+            raise ValueError(f"costs are pairs such as ('leg', 2.0), not {self.costs!r}")
         for words, cost in self.costs:
             if not (np.isfinite(cost) and cost > 0):
                 raise ValueError(f"the cost of {words!r} must be a positive number, not {cost}")

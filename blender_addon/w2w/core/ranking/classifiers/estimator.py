@@ -51,6 +51,8 @@ class EstimatorClassifier:
     def __post_init__(self) -> None:
         if self.inputs not in ("features", "windows"):
             raise ValueError(f'inputs must be "features" or "windows", not {self.inputs!r}')
+        if isinstance(self.estimator, type):
+            raise ValueError(f"the estimator must be made first: {self.estimator.__name__}(...)")
         for method in ("fit", "predict"):
             if not callable(getattr(self.estimator, method, None)):
                 raise ValueError(f"the estimator {self.estimator!r} has no method {method!r}")
@@ -99,3 +101,17 @@ class EstimatorClassifier:
         from copy import deepcopy
 
         return deepcopy(self.estimator)
+
+
+def own(classifier: Any) -> Any:
+    """A classifier of one's own, once it is sure to be one."""
+    if (
+        not isinstance(classifier, type)
+        and hasattr(classifier, "inputs")
+        and hasattr(classifier, "predict_folds")
+    ):
+        return classifier
+    if hasattr(classifier, "fit") and hasattr(classifier, "predict"):
+        name = classifier.__name__ if isinstance(classifier, type) else type(classifier).__name__
+        raise ValueError(f"wrap the estimator: w2w.EstimatorClassifier({name}(...))")
+    raise ValueError(f"a classifier is a name such as 'ridge' or an EstimatorClassifier, not {classifier!r}")
