@@ -21,7 +21,7 @@ UNWRITTEN = "Stopped, because the output cannot be written: "
 
 def w2w(*arguments, stderr=subprocess.PIPE, **options):
     """The command line in a process of its own."""
-    command = [sys.executable, "-c", "from headless.start import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-c", "from w2w.headless.start import main; main()", *map(str, arguments)]
     return subprocess.Popen(command, cwd=ROOT, stderr=stderr, text=True, **options)
 
 
