@@ -113,6 +113,19 @@ def test_skeletons_are_known_by_name(carried):
     }
 
 
+@pytest.mark.parametrize(
+    ("file", "spine"),
+    [
+        (GAIT, ("Chest", "Chest3", "Chest4")),
+        ("bvh/pybvh/bvh_test3.bvh", ("Spine", "Spine2", "Spine3")),
+    ],
+)
+def test_the_spine_reaches_the_bone_that_carries_neck_and_arms(shared_data, file, spine):
+    source = read_bvh(shared_data / file)
+    matched = matched_joints(source)[1]
+    assert tuple(source.bones[matched[JOINT_INDEX[f"spine{number}"]]] for number in (1, 2, 3)) == spine
+
+
 @pytest.mark.slow
 def test_limbs_point_where_the_source_s_do(carried):
     angles = np.concatenate([clip["angles"] for clip in carried[0].values()])

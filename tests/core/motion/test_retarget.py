@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
+from w2w.core.motion.bone_maps import BoneMap, bundled_bone_maps
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.retarget import BY_STRUCTURE, is_crumpled, retarget
 from w2w.core.motion.skinning import joint_transforms
@@ -23,6 +24,7 @@ MIXAMO_NAMES = (
 ).split()
 
 TURN = Rotation.from_euler
+SIDES = ("left", "right")
 
 
 def arms_at(degrees):
@@ -102,7 +104,12 @@ def test_fingers_toes_and_spine_bones_may_be_missing(bundled_body, waving):
         for i, name in enumerate(MIXAMO_NAMES)
         if name not in ("Spine1", "Neck", "LeftToeBase", "LeftHandMiddle1")
     ]
-    parents = [source.parents[i] for i in kept]
+    parents = []
+    for bone in kept:
+        parent = PARENTS[bone]
+        while parent >= 0 and parent not in kept:
+            parent = PARENTS[parent]
+        parents.append(kept.index(parent) if parent >= 0 else -1)
     reduced = SourceMotion(
         tuple(source.bones[i] for i in kept),
         np.array(parents),
@@ -113,6 +120,62 @@ def test_fingers_toes_and_spine_bones_may_be_missing(bundled_body, waving):
     result = retarget(reduced, bundled_body)
     assert "spine2" not in result.bones
     np.testing.assert_allclose(result.motion.rotations[:, 16:20], waving.rotations[:, 16:20], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rig", "spine", "played"),
+    [
+        ("Mixamo", ("Spine", "Spine1", "Spine2", "Spine3"), ("Spine", "Spine2", "Spine3")),
+        ("Mixamo", ("Spine", "Spine1", "Spine2", "Spine3", "Spine4"), ("Spine", "Spine2", "Spine4")),
+        ("Mixamo", ("Spine", "Spine1", "Spine2"), ("Spine", "Spine1", "Spine2")),
+        ("Xsens BVH", ("Chest", "Chest2", "Chest3", "Chest4"), ("Chest", "Chest3", "Chest4")),
+        ("Rokoko", ("Spine1", "Spine2", "Spine3", "Spine4"), ("Spine1", "Spine3", "Spine4")),
+        ("Unreal", tuple(f"spine_0{i}" for i in range(1, 6)), ("spine_01", "spine_03", "spine_05")),
+        ("Bandai-Namco", ("Spine", "Chest", "UpperChest"), ("Spine", "Chest", "UpperChest")),
+    ],
+)
+@pytest.mark.parametrize("collars", ["on the spine", "on the neck"])
+def test_the_bone_that_carries_neck_and_arms_moves_the_chest(bundled_body, rig, spine, played, collars):
+    bone_map = next(bone_map for bone_map in bundled_bone_maps() if bone_map.name == rig)
+    names = {joint: bone_map.joints.get(name, (f"no {name}",))[0] for joint, name in enumerate(JOINT_NAMES)}
+    chest = JOINT_INDEX["spine3"]
+    bones, parents, heads = [names[0], *spine], [-1, *range(len(spine))], list(bundled_body.joints[:1])
+    heads += list(np.linspace(bundled_body.joints[3], bundled_body.joints[chest], len(spine)))
+    where = {0: 0, chest: len(spine)}
+    for joint in range(1, N_JOINTS):
+        if not JOINT_NAMES[joint].startswith("spine"):
+            parent = PARENTS[joint]
+            if collars == "on the neck" and JOINT_NAMES[joint].endswith("collar"):
+                parent = JOINT_INDEX["neck"]
+            where[joint] = len(bones)
+            bones.append(names[joint])
+            parents.append(where[parent])
+            heads.append(bundled_body.joints[joint])
+    rest = np.tile(np.eye(4), (len(bones), 1, 1))
+    rest[:, :3, 3] = heads
+    bent = rest.copy()
+    bend = TURN("x", 30, degrees=True).as_matrix()
+    above = slice(len(spine), None)  # the last spine bone and all that it carries, legs apart
+    bent[above, :3, :3] = bend
+    bent[above, :3, 3] = (rest[above, :3, 3] - rest[len(spine), :3, 3]) @ bend.T + rest[len(spine), :3, 3]
+    legs = [
+        where[JOINT_INDEX[f"{side}_{part}"]] for side in SIDES for part in ("hip", "knee", "ankle", "foot")
+    ]
+    bent[legs] = rest[legs]
+    source = SourceMotion(tuple(bones), np.array(parents), rest, np.stack([rest, bent]), 30.0)
+    result = retarget(source, bundled_body)
+    assert result.bone_map == rig
+    assert tuple(result.bones[f"spine{number}"] for number in (1, 2, 3)) == played
+    turns, _ = joint_transforms(bundled_body, result.motion)
+    np.testing.assert_allclose(turns[1, chest], bend, atol=1e-9)
+    np.testing.assert_allclose(turns[1, JOINT_INDEX["spine2"]], np.eye(3), atol=1e-9)
+
+
+def test_a_bone_map_of_the_user_s_own_keeps_its_spine(bundled_body, waving):
+    source = as_source(bundled_body, waving, arms_at(0))
+    joints = {name: (bone.lower(),) for name, bone in zip(JOINT_NAMES, MIXAMO_NAMES, strict=True)}
+    mine = BoneMap("mine", joints | {"spine2": ("spine",), "spine3": ("spine1",)})
+    assert retarget(source, bundled_body, [mine]).bones["spine3"] == "Spine1"
 
 
 def test_travel_in_centimetres_on_a_rig_in_metres_is_seen(bundled_body, waving):

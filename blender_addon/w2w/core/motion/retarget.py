@@ -22,7 +22,7 @@ from .bone_maps import BoneMap, best_match, missing_joints
 from .motion import Motion
 from .skinning import on_the_ground, relative_to_parents
 from .source import SourceMotion, UnusableMotion, unscaled_rotations
-from .structure_match import match_by_structure
+from .structure_match import match_by_structure, with_whole_spine
 
 CRUMPLED = 1e-3
 """Left and right joints of a rest pose closer than this part of its extent show no side."""
@@ -145,10 +145,11 @@ def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[
     UnusableMotion
         If neither finds all required joints; the message says which have no bone.
     """
+    maps = tuple(maps)
     bone_map, matched = best_match(source.bones, maps)
     missing = missing_joints(matched)
     if not missing:
-        return bone_map.name, matched
+        return bone_map.name, matched if bone_map in maps else with_whole_spine(source, matched)
     matched = match_by_structure(source)
     if missing_joints(matched):
         raise UnusableMotion(_unmatched(source, missing))

@@ -9,6 +9,7 @@ sides where they tell, else from where toes and knees point.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -36,6 +37,10 @@ SIDES = tuple(
 ARM_TO_LEG = (0.4, 1.15)
 LEG_TO_TRUNK = (0.8, 4.0)
 """What upper arm and forearm are of thigh and shank, and legs of the trunk, in people."""
+
+SPINE = tuple(JOINT_INDEX[f"spine{number}"] for number in (1, 2, 3))
+CARRIED = tuple(JOINT_INDEX[joint] for joint in ("left_shoulder", "right_shoulder", "neck", "head"))
+"""Joints that the last bone of the spine carries."""
 
 LEG = ("hip", "knee", "ankle", "foot")
 ARM = ("shoulder", "elbow", "wrist", "hand")
@@ -74,6 +79,31 @@ def match_by_structure(source: SourceMotion) -> dict[int, int]:
     return {}
 
 
+def with_whole_spine(source: SourceMotion, matched: dict[int, int]) -> dict[int, int]:
+    """The match of bones by name, with a spine that reaches the bone that carries neck and arms.
+
+    Rigs number their spines as they please: where that bone lies beyond the last one that was matched,
+    the three joints are spread over the bones from the pelvis to it.
+    """
+    parents = source.parents.tolist()
+    above = [_ancestors(parents, matched[joint])[1:] for joint in CARRIED if joint in matched]
+    carrier = next((bone for bone in above[0] if all(bone in line for line in above)), None)
+    line = [] if carrier is None else _ancestors(parents, carrier)
+    known = [matched[joint] for joint in (JOINT_INDEX["pelvis"], *SPINE) if joint in matched]
+    if not set(known) <= set(line) or carrier in known:
+        return matched
+    spine = line[: line.index(matched[JOINT_INDEX["pelvis"]])][::-1]
+    return {joint: bone for joint, bone in matched.items() if joint not in SPINE} | _spine_joints(spine)
+
+
+def _ancestors(parents: Sequence[int], bone: int) -> Chain:
+    """From a bone up to its root, itself first."""
+    line = [bone]
+    while parents[line[-1]] >= 0:
+        line.append(parents[line[-1]])
+    return line
+
+
 class _Tree:
     """A skeleton's bones, their children and lengths; helper bones are ignored."""
 
@@ -90,13 +120,6 @@ class _Tree:
 
     def distance(self, a: int, b: int) -> float:
         return float(np.median(np.linalg.norm(self.heads[:, a] - self.heads[:, b], axis=1)))
-
-    def ancestors(self, bone: int) -> Chain:
-        """From a bone up to its root, itself first."""
-        line = [bone]
-        while self.parents[line[-1]] >= 0:
-            line.append(self.parents[line[-1]])
-        return line
 
     def _to_leaves(self) -> tuple[list[float], Chain]:
         """Length of the longest chain from each bone to a leaf, and the child it leads to, -1 at a leaf."""
@@ -145,9 +168,9 @@ def _without_helpers(source: SourceMotion) -> list[int]:
 
 def _as_person(tree: _Tree, a: _Pair, b: _Pair) -> dict[int, int]:
     """Joints with one pair of chains as legs and the other as arms, if people are built so."""
-    legs, arms = sorted((a, b), key=lambda pair: len(tree.ancestors(pair.fork)))
-    line = tree.ancestors(arms.fork)
-    pelvis = next(bone for bone in tree.ancestors(legs.fork) if bone in line)
+    legs, arms = sorted((a, b), key=lambda pair: len(_ancestors(tree.parents, pair.fork)))
+    line = _ancestors(tree.parents, arms.fork)
+    pelvis = next(bone for bone in _ancestors(tree.parents, legs.fork) if bone in line)
     spine = line[: line.index(pelvis)][::-1]
     if not spine or {*legs.chains[0], *legs.chains[1]} & {*arms.chains[0], *arms.chains[1], *spine}:
         return {}
