@@ -44,7 +44,7 @@ def main() -> None:
     config = StudyConfig(**sensor_settings(asked.sensor), further=further)
     body = Body.bundled()
     patches = place_patches(body, config)
-    places = placement_patches(body, patches)
+    places = {name: near.patch for name, near in placement_patches(body, patches).items()}
     parts, labels = _described(asked.library, asked.labels, body, patches, list(places.values()), config)
     maps = {
         "acc and gyr": _ranked([parts["acc and gyr"]], *labels),

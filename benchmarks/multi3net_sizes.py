@@ -46,7 +46,8 @@ def main() -> None:
     parser.add_argument("--work", type=Path)
     options = parser.parse_args()
     study = StudyResults.load(options.results)
-    places = placement_patches(study.body(), study.patches, options.side)
+    found = placement_patches(study.body(), study.patches, options.side)
+    places = {name: near.patch for name, near in found.items()}
     sizes = {"default": Multi3Net(), "published": Multi3Net.full(epochs=options.epochs)}
     points, samples = {}, {}
     for name, model in sizes.items():

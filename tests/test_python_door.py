@@ -18,7 +18,8 @@ from sklearn.neighbors import KNeighborsClassifier
 import w2w
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.core.patches.naming import region_centre
+from w2w.core.patches.body_parts import find_patches
+from w2w.core.patches.naming import place
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = (16, 18)
@@ -104,18 +105,25 @@ def test_what_moves_recognises(ranking):
     assert ranking.f1.shape == (24, 3)
     regions = np.array(ranking.patches.regions)
     arms = np.flatnonzero([region.startswith("left") and "arm" in region for region in regions])
-    head = ranking.at("left ear")
+    head = find_patches(regions, ranking.names, "head")
     assert ranking.mean[arms].max() > 0.9
     assert ranking.mean[ranking.best] >= ranking.mean[head].max()
     kicking = ranking.activities.index("kicking")
-    right_foot = ranking.at("right foot")
+    right_foot = find_patches(regions, ranking.names, "right foot")
     assert ranking.f1[arms, kicking].max() > ranking.f1[right_foot, kicking].min()
+
+
+def test_a_place_far_from_every_patch_is_refused_and_one_near_enough_is_warned_of(ranking):
+    with pytest.raises(ValueError, match=r"nearest patch to 'left ear' is 15\.0 cm away \(chin\), too far"):
+        ranking.at("left ear")
+    with pytest.warns(UserWarning, match=r"nearest patch to 'chest' is [5-9]\.\d cm away"):
+        assert ranking.at("chest")
 
 
 @pytest.mark.parametrize("n_placements", [1, 3])
 def test_own_placements_are_ranked_by_their_names(library, tmp_path, n_placements):
     body = w2w.Body.bundled()
-    wrist, ankle, ear = (region_centre(body, name) for name in ("left wrist", "left ankle", "left ear"))
+    wrist, ankle, ear = (place(name, body) for name in ("left wrist", "left ankle", "left ear"))
     placements = {"strap pod": wrist, "shoe clip": body.vertices[ankle], "hearing aid": int(ear)}
     own = w2w.patches_at(body, dict(list(placements.items())[:n_placements]))
     ranking = w2w.rank(w2w.synthesize(w2w.load(library), own))

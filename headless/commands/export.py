@@ -16,7 +16,7 @@ from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
 from w2w.core.file_names import shown
 from w2w.core.results_folder import StudyResults
 
-from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE
+from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE, show_caution
 from ..runs.own_files import check_whole, published
 from ..signal_options import chosen_sensor
 from ..stopping import STOPPED
@@ -62,7 +62,7 @@ def export(
             raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or results / "export" / tool
-        write = _writer(study, tool, places, sensor)
+        write = _writer(study, tool, places, sensor, lambda text: show_caution(text, console))
         check_whole(target)
     except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)
@@ -79,7 +79,9 @@ def export(
     console.print(f"{said}: {escape(shown(target))}")
 
 
-def _writer(study: StudyResults, tool: str, places: str, sensor: str) -> Callable[[Path], str]:
+def _writer(
+    study: StudyResults, tool: str, places: str, sensor: str, say: Callable[[str], None]
+) -> Callable[[Path], str]:
     """What fills a folder and says what it wrote; whatever can be wrong with the arguments is found here."""
     config = study.config()
     if tool in WINDOWED or tool in RECORDED:
@@ -87,7 +89,7 @@ def _writer(study: StudyResults, tool: str, places: str, sensor: str) -> Callabl
             raise ValueError(
                 f"--for {tool} writes the signals that the run made: give the sensor to `w2w run`"
             )
-        signals = StudySignals.at(study, places)
+        signals = StudySignals.at(study, places, say)
         kind = "windows" if tool in WINDOWED else "clips"
         write = {**WINDOWED, **RECORDED}[tool]
         return lambda folder: f"{write(folder, signals)} {kind} of {_listed(signals.names)}"

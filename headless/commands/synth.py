@@ -15,10 +15,9 @@ from w2w.core.file_names import shown
 from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import DEFAULT_SENSOR
-from w2w.core.imu.virtual import at_patches
+from w2w.core.imu.virtual import sensor_at
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.patches.naming import resolve
 from w2w.core.study import StudyConfig, place_patches
 from w2w.core.study import record as record_at
 
@@ -70,15 +69,14 @@ def synth(
         )
         config = placeable(config, console)
         body = Body.bundled()
-        patches = place_patches(body, config)
-        chosen = resolve(patch, body, patches)
+        patches = sensor_at(body, patch, lambda body: place_patches(body, config))
     except ValueError as error:
         console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     name = shown(clip.name)
     try:
         _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
-        recording = record_at(body, at_patches(patches, [chosen]), motion, config)
+        recording = record_at(body, patches, motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
         else:
@@ -86,7 +84,7 @@ def synth(
     except (UnusableMotion, ValueError, OSError) as error:
         console.print(f"[red]No signal of {escape(name)}: {escape(str(error))}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
-    worn_at = patches.names[chosen]
+    worn_at = patches.names[0]
     signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {config.sensor} at the {worn_at}"
     console.print(f"{signal}: {escape(shown(out))}")
     if plot is not None:

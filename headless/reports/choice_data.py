@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from w2w.core.patches.naming import ALL, MIDDLE, PARTS, PLACEMENTS, SIDES, find_patches
+from w2w.core.patches.body_parts import ALL, MIDDLE, PARTS, SIDES, find_patches
 from w2w.core.patches.patches import PatchSet
+from w2w.core.patches.products import PLACEMENTS
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.subsets import ROUNDING, TIE
 

@@ -16,12 +16,11 @@ from w2w.core.imu.mounting import Pair
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import at_patches, record_motion
+from w2w.core.imu.virtual import record_motion, sensor_at
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.variants import smoothed_root
-from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import sample_patches
 
 from .workers import load_alone
@@ -32,12 +31,12 @@ MOST_LOST = 0.05
 
 
 class Simulate:
-    """Makes what an ideal sensor at one patch would record.
+    """Makes what an ideal sensor at one place would record.
 
     Parameters
     ----------
     placement : str
-        As `naming.resolve` takes it.
+        A place or a patch, as `virtual.sensor_at` takes it.
     band_hz, root_band_hz : float or None
     pose : PoseFacts
 
@@ -51,10 +50,8 @@ class Simulate:
         self, placement: str, band_hz: float | None, root_band_hz: float | None, pose: PoseFacts
     ) -> None:
         self._body = Body.bundled()
-        patches = sample_patches(self._body)
-        chosen = resolve(placement, self._body, patches)
-        self.patch = patches.names[chosen]
-        self._patches = at_patches(patches, [chosen])
+        self._patches = sensor_at(self._body, placement, sample_patches)
+        self.patch = self._patches.names[0]
         self._band, self._root_band, self._pose = band_hz or None, root_band_hz, pose
 
     def __call__(self, path: Path, rate: float) -> ImuRecording:

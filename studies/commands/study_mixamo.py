@@ -16,10 +16,13 @@ from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
 from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
-from w2w.core.patches.naming import PLACEMENTS, placement_patches
+from w2w.core.patches.naming import placement_patches
+from w2w.core.patches.products import PLACEMENTS
 from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
+from w2w.core.study import place_patches
 from w2w.headless.commands.execute import execute_bodies, ready_for, refused
+from w2w.headless.console import show_caution
 from w2w.headless.reports.console_tables import wide_console
 from w2w.headless.runs.own_files import claimed, keep_apart
 from w2w.headless.runs.study import RunPlan
@@ -95,6 +98,8 @@ def mixamo(
         plan = RunPlan(taken, config, asked.engine(), asked.pictures, asked.report, WRITTEN)
         bodies = ready_for(plan, asked, out)
         check_claims(said, PAPER_GROUPS, bodies[0][1])
+        for _, body in bodies:
+            placement_patches(body, place_patches(body, config), side, lambda _: None)
     show_groups(chosen, 0 if activities else per_group, console)
     for sentence in named.missing:
         console.print(sentence, style="yellow", markup=False)
@@ -184,13 +189,14 @@ def show_groups(chosen: Mapping[str, tuple[str, ...]], per_group: int, console: 
 
 def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str, console: Console) -> None:
     """Print and write both tables and the comparison of unusual placements with common ones."""
-    patch_of = placement_patches(study.body(), study.patches, side)
+    found = placement_patches(study.body(), study.patches, side, lambda text: show_caution(text, console))
+    patch_of = {name: near.patch for name, near in found.items()}
     columns, patches = list(patch_of), list(patch_of.values())
     rows = score_table(study.utility, patches, group_of)
-    show_scores(rows, columns, f"F1 at the 11 placements, {side} side", console)
+    show_scores(rows, columns, f"F1 at the placements, {side} side", console)
     write_scores(study.out / TABLES, rows, columns, patches, study.utility)
-    unusual = [placement.name for placement in PLACEMENTS if not placement.common]
-    common = [placement.name for placement in PLACEMENTS if placement.common]
+    unusual = [one.name for one in PLACEMENTS if not one.common and one.name in found]
+    common = [one.name for one in PLACEMENTS if one.common and one.name in found]
     tested = [name for name in dict.fromkeys(group_of.values()) if name]
     members = {
         group: [name for name in study.utility.activities if group_of.get(name) == group] for group in tested
@@ -200,7 +206,7 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
             study.utility, [patch_of[name] for name in unusual], [patch_of[name] for name in common], names
         )
         for group, names in {**members, "": list(study.utility.activities)}.items()
-        if names
+        if names and unusual and common
     }
     _show_comparison(compared, unusual, common, console)
     write_text(study.out / COMPARISON, _as_csv(compared, unusual, common))

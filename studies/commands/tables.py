@@ -15,7 +15,7 @@ from w2w.core.csv_tables import read_table
 from w2w.core.motion.labels import by_label
 from w2w.core.patches.naming import placement_patches
 from w2w.core.results_folder import StudyResults
-from w2w.headless.console import USAGE, show_left_out
+from w2w.headless.console import USAGE, show_caution, show_left_out
 from w2w.headless.reports.console_tables import wide_console
 from w2w.headless.runs.own_files import check, claimed, new_file
 
@@ -52,17 +52,20 @@ def tables(
         if out is None:
             check(results, [TABLES])
         new_file(out)
+        placements = placement_patches(
+            study.body(), study.patches, side, lambda text: show_caution(text, console)
+        )
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
-    placements = placement_patches(study.body(), study.patches, side)
-    rows = score_table(study.utility, list(placements.values()), group_of)
-    show_placements(study.utility, placements, f"The 11 placements, {side} side, all activities", console)
-    show_scores(rows, list(placements), f"F1 at the 11 placements, {side} side", console)
+    patches = [found.patch for found in placements.values()]
+    rows = score_table(study.utility, patches, group_of)
+    show_placements(study.utility, placements, f"Placements, {side} side, all activities", console)
+    show_scores(rows, list(placements), f"F1 at the placements, {side} side", console)
     show_left_out(study.utility.left_out, console)
     path = out or results / TABLES
     with nullcontext() if out else claimed(results, [TABLES]):
-        write_scores(path, rows, list(placements), list(placements.values()), study.utility)
+        write_scores(path, rows, list(placements), patches, study.utility)
     console.print(f"{study.utility.protocol}, {study.utility.classifier}. Table: {path}")
 
 

@@ -24,7 +24,7 @@ from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.library import LibraryError, read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.patches.naming import patches_named
+from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.study import same_clips
 from w2w.headless.runs.load_clip import load_clip

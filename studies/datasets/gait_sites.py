@@ -13,10 +13,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
-from w2w.core.patches.naming import resolve
-from w2w.core.patches.patches import PatchSet
 
 
 class Worn(NamedTuple):
@@ -37,12 +34,6 @@ class Worn(NamedTuple):
     segment: str
     bone: str
 
-    def patch(self, body: Body, patches: PatchSet) -> int:
-        """The patch that holds the place."""
-        if isinstance(self.on_body, str):
-            return resolve(self.on_body, body, patches)
-        return int(patches.labels[self.on_body.vertex(body)])
-
 
 THIGH, SHIN, ABOVE_ANKLE = 0.5, 0.4, 0.85
 """How far down the thigh, and the lower leg, the sensors sat."""
@@ -52,7 +43,7 @@ def _leg(side: str) -> dict[str, Worn]:
     letter, outward = side[0].upper(), {"left": 1.0, "right": -1.0}[side]
 
     def limb(start: str, end: str, fraction: float, direction: tuple[float, float, float]) -> SensorSite:
-        return SensorSite("", -1, (f"{side}_{start}",), (f"{side}_{end}",), fraction, direction)
+        return SensorSite("", None, (f"{side}_{start}",), (f"{side}_{end}",), fraction, direction)
 
     shank = f"q{letter}SK", f"{side.title()}Knee"
     forward = (0.3 * outward, -1.0, 0.0)

@@ -44,7 +44,7 @@ LAST_LOWER = 4
 def _along(side: str, start: str, end: str, direction: tuple[float, float, float]) -> SensorSite:
     outward = direction[0] if side == "left" else -direction[0]
     return SensorSite(
-        f"VIDIMU {side} {start} to {end}", -1, (f"{side}_{start}",), (f"{side}_{end}",), 0.5,
+        f"VIDIMU {side} {start} to {end}", None, (f"{side}_{start}",), (f"{side}_{end}",), 0.5,
         (outward, *direction[1:]),
     )  # fmt: skip
 

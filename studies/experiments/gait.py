@@ -29,13 +29,13 @@ from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.imu.virtual import sensors_at
 from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.retarget import retarget
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.motion.source import SourceMotion
 from w2w.core.motion.variants import smoothed_root
-from w2w.core.patches.patches import sample_patches
 
 from ..datasets.gait import GaitTrial, read_gait
 from ..datasets.gait_sites import SITES
@@ -70,14 +70,11 @@ def sensed_frames(trial: GaitTrial, n_frames: int) -> slice:
 
 
 def site_poses(trial: GaitTrial, body: Body, motion: Motion) -> tuple[np.ndarray, tuple[str, ...]]:
-    """World matrices of the patches at the worn sites over the sensors' frames, and the patches' names."""
+    """World matrices of the patches at the worn sites over the sensors' frames, and their regions."""
     frames = sensed_frames(trial, motion.n_frames)
-    patches = sample_patches(body)
-    chosen = [SITES[site].patch(body, patches) for site in trial.recording.sites]
+    patches = sensors_at(body, {site: SITES[site].on_body for site in trial.recording.sites})
     part = Motion(motion.rotations[frames], motion.pelvis[frames], motion.rate)
-    return patch_matrices(body, patches.triangles, part)[:, chosen], tuple(
-        patches.names[patch] for patch in chosen
-    )
+    return patch_matrices(body, patches.triangles, part), patches.regions
 
 
 def vicon_poses(trial: GaitTrial) -> np.ndarray:

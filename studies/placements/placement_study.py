@@ -9,7 +9,8 @@ from pathlib import Path
 from rich.console import Console
 
 from w2w.core.files import write_text
-from w2w.core.patches.naming import PLACEMENTS, placement_patches
+from w2w.core.patches.naming import placement_patches
+from w2w.core.patches.products import PLACEMENTS
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
 
@@ -51,19 +52,20 @@ def write_placement_study(
     out = study.out
     trends = judge(study.utility, study.patches, claims, group_of)
     show_trends(trends, console)
-    rows, columns = figure_rows(study, group_of, side), [placement.name for placement in PLACEMENTS]
-    title = f"{len(rows)} activities at the 11 placements, {side} side"
-    placement_figure(out / FIGURE, rows, columns, [placement.common for placement in PLACEMENTS], title)
+    found = placement_patches(study.body(), study.patches, side, lambda _: None)
+    rows = figure_rows(study, group_of, [near.patch for near in found.values()])
+    title = f"{len(rows)} activities at {len(found)} placements, {side} side"
+    common = [one.common for one in PLACEMENTS if one.name in found]
+    placement_figure(out / FIGURE, rows, list(found), common, title)
     write_text(out / TRENDS, trend_csv(trends))
     write_text(out / PAGE, _page(study, title, trend_markdown(trends), missing))
     console.print(f"Figure: {out / FIGURE}\nClaims: {out / TRENDS}\nPage:   {out / PAGE}")
 
 
-def figure_rows(study: StudyResults, group_of: Mapping[str, str], side: str) -> list[ScoreRow]:
-    """The rows of the activities, group by group in the paper's order."""
-    patch_of = placement_patches(study.body(), study.patches, side)
+def figure_rows(study: StudyResults, group_of: Mapping[str, str], patches: Sequence[int]) -> list[ScoreRow]:
+    """The rows of the activities at some patches, group by group in the paper's order."""
     order = {group: number for number, group in enumerate(PAPER_GROUPS)}
-    rows = [row for row in score_table(study.utility, list(patch_of.values()), group_of) if row.activity]
+    rows = [row for row in score_table(study.utility, patches, group_of) if row.activity]
     return sorted(rows, key=lambda row: (order.get(row.group, len(order)), row.group, row.activity))
 
 

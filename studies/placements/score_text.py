@@ -14,6 +14,7 @@ from rich.table import Table
 from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.counts import interval_text
+from w2w.core.patches.naming import Nearest
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import CANNOT_RANK, mean_caution
@@ -21,15 +22,19 @@ from w2w.core.selection.headline import CANNOT_RANK, mean_caution
 from .score_table import ScoreRow
 
 
-def show_placements(utility: UtilityMap, placements: Mapping[str, int], title: str, console: Console) -> None:
-    """Print placements by the F1 expected of each, the best first."""
+def show_placements(
+    utility: UtilityMap, placements: Mapping[str, Nearest], title: str, console: Console
+) -> None:
+    """Print placements by the F1 expected of the patch nearest to each, the best first."""
     table = Table(title=title, title_justify="left")
     table.add_column("placement")
-    for heading in ("expected F1", "95 % interval", "as good as the best patch", "on these clips"):
+    headings = ("expected F1", "95 % interval", "as good as the best patch", "on these clips", "patch away")
+    for heading in headings:
         table.add_column(heading, justify="right")
     if not utility.can_rank:
         console.print(f"{CANNOT_RANK}.", style="bold yellow")
-    for name, patch in sorted(placements.items(), key=lambda item: -utility.expected_mean[item[1]]):
+    best_first = sorted(placements.items(), key=lambda item: -utility.expected_mean[item[1].patch])
+    for name, (patch, away_m) in best_first:
         low, high = utility.expected_low[patch], utility.expected_high[patch]
         table.add_row(
             name,
@@ -37,6 +42,7 @@ def show_placements(utility: UtilityMap, placements: Mapping[str, int], title: s
             interval_text(low, high, mean_caution(utility), 2),
             "yes" if utility.as_good[patch] else "no",
             f"{utility.mean[patch]:.2f}",
+            f"{100 * away_m:.1f} cm",
         )
     console.print(table)
 

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from w2w.core.files import atomic_write
-from w2w.core.patches.naming import find_patches
+from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.agreement import resampled_clips
 from w2w.headless.reports.page import ACCENT, DPI, FAINT, HAIRLINE, INK

@@ -21,8 +21,8 @@ SITES: dict[str, str | SensorSite] = {
     "torso": "sternum",
     "right arm": "right wrist",
     "left arm": "left wrist",
-    "right leg": SensorSite("DSADS right leg", -1, ("right_hip",), ("right_knee",), 0.85, (-1, 0, 0)),
-    "left leg": SensorSite("DSADS left leg", -1, ("left_hip",), ("left_knee",), 0.85, (1, 0, 0)),
+    "right leg": SensorSite("DSADS right leg", None, ("right_hip",), ("right_knee",), 0.85, (-1, 0, 0)),
+    "left leg": SensorSite("DSADS left leg", None, ("left_hip",), ("left_knee",), 0.85, (1, 0, 0)),
 }
 """Chest, wrists, and the outer side of the thighs just above the knees (Altun et al. 2010, section 2)."""
 

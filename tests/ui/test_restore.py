@@ -13,7 +13,7 @@ import w2w as extension
 from w2w.core.clip_files import signals_file
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
-from w2w.core.patches.naming import find_patches
+from w2w.core.patches.body_parts import find_patches
 from w2w.core.results_folder import StudyResults
 from w2w.scene.body import armature_of
 from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names

@@ -7,9 +7,9 @@ import json
 
 import bpy
 
-from ..core.patches.naming import MIDDLE, PARTS, PLACEMENTS, SIDES, find_patches
+from ..core.patches.body_parts import MIDDLE, PARTS, SIDES, find_patches
 from ..core.patches.patches import PatchSet
-from ..core.patches.products import PRODUCTS
+from ..core.patches.products import PLACEMENTS, PRODUCTS
 from ..core.selection.constraints import Constraints
 from ..core.study import StudyConfig
 from .state import COST, FORBID, MUST, ONLY, without_updates

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.body.regions import regions_of
-from w2w.core.patches.naming import PARTS, find_patches
+from w2w.core.patches.body_parts import PARTS, find_patches
 from w2w.core.patches.patches import sample_patches
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places by name: the 11 placements and published sensor sites, on the bundled body and on SMPL's."""
+"""Places by name on several builds, the patches that stand for them, and published sensor sites."""
 
 from __future__ import annotations
 
@@ -9,13 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from w2w.core.adopt.smpl import load_body
 from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SENSOR_SITES, has_smpl_topology
 from w2w.core.body.regions import regions_of
-from w2w.core.body.skeleton import JOINT_NAMES
-from w2w.core.patches.naming import PLACEMENTS, placement_patches, region_centre, resolve
+from w2w.core.body.shapes import shaped
+from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
+from w2w.core.patches.naming import place, placement_patches, resolve
+from w2w.core.patches.own_placements import patches_at
 from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.patches.products import PLACEMENTS
 
+SIDES = ("left", "right")
 SITES = {site.name: site for site in SENSOR_SITES}
 
 
@@ -61,46 +66,145 @@ def test_there_are_eight_common_placements_and_three_unusual_ones() -> None:
     assert unusual == {"posterior scapula", "lower spine", "lateral oblique"}
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_the_eleven_placements_are_eleven_patches_near_their_regions(bundled_body, patches, side) -> None:
+@pytest.fixture(scope="module", params=["neutral", "heavy", "SMPL male", "SMPL female"])
+def build(request, bundled_body, shared_data) -> Body:
+    """Bodies of four builds, two of them of another topology and real people's average."""
+    if request.param == "heavy":
+        return shaped(bundled_body, weight=95.0)
+    if request.param.startswith("SMPL"):
+        sex = request.param.split()[1][0]
+        return load_body(shared_data / "smpl_body" / f"{sex}_smpl_average_A40.obj")
+    return bundled_body
+
+
+def _joint(body: Body, name: str) -> np.ndarray:
+    return body.joints[JOINT_INDEX[name]]
+
+
+def _between(body: Body, vertex: int, start: str, end: str) -> float:
+    """How far from one joint to the next a vertex lies."""
+    bone = _joint(body, end) - _joint(body, start)
+    return float((body.vertices[vertex] - _joint(body, start)) @ bone / (bone @ bone))
+
+
+def _follows(body: Body, name: str, *joints: str) -> float:
+    """By how much a sensor at a place follows some joints."""
+    (triangle,) = patches_at(body, {"sensor": place(name, body)}).triangles
+    return float(body.weights[triangle][:, [JOINT_INDEX[joint] for joint in joints]].sum(axis=1).mean())
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_watch_lies_on_the_back_of_the_wrist_and_follows_hand_and_forearm(build, side) -> None:
+    vertex = place(f"{side} wrist dorsal", build)
+    assert vertex == place(f"{side} wrist", build) == place(f"{side} watch", build)
+    assert 0.95 < _between(build, vertex, f"{side}_elbow", f"{side}_wrist") < 1.02
+    assert build.vertex_normals[vertex, 2] > 0.9  # the back of the hand is up in the T-pose
+    assert 0.25 < _follows(build, f"{side} wrist", f"{side}_wrist", f"{side}_hand") < 0.6
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_instep_is_the_top_of_the_arch_and_does_not_follow_the_toes(build, side) -> None:
+    vertex = place(f"{side} instep", build)
+    assert vertex == place(f"{side} foot", build) == place(f"{side} shoe", build)
+    assert 0.4 < _between(build, vertex, f"{side}_ankle", f"{side}_foot") < 0.65
+    assert build.vertex_normals[vertex, 2] > 0.6
+    assert _follows(build, f"{side} instep", f"{side}_foot") < 0.01
+    assert _follows(build, f"{side} instep", f"{side}_ankle") > 0.9
+
+
+def test_the_sacrum_is_eight_centimetres_above_the_hips(build) -> None:
+    vertex = place("sacrum", build)
+    hips = (_joint(build, "left_hip") + _joint(build, "right_hip")) / 2
+    assert 0.06 < build.vertices[vertex, 2] - hips[2] < 0.1
+    assert abs(build.vertices[vertex, 0] - hips[0]) < 0.01
+    assert build.vertex_normals[vertex, 1] > 0.85
+    assert _follows(build, "sacrum", "pelvis") > 0.9
+
+
+def test_places_are_the_same_on_both_sides(build) -> None:
+    for region in regions_of(build)[1]:
+        if not region.startswith("left "):
+            continue
+        left, right = (place(region.replace("left", side), build) for side in SIDES)
+        if build.mirror is not None:
+            assert build.mirror[left] == right, region
+    for one in PLACEMENTS:  # on people's average, to a centimetre or two
+        left, right = (build.vertices[place(one.on(side), build)] for side in SIDES)
+        middle = _joint(build, "left_hip")[0] + _joint(build, "right_hip")[0]
+        assert np.linalg.norm([middle, 0, 0] + left * [-1, 1, 1] - right) < 0.025 or not one.sided
+
+
+def test_round_a_limb_the_outside_is_meant_on_every_build(build) -> None:
+    codes, names = regions_of(build)
+    for words, region in {
+        "left thigh": "left thigh lateral",
+        "right knee": "right knee lateral",
+        "left forearm": "left forearm dorsal",
+        "scapula right": "right posterior scapula",
+    }.items():
+        assert names[codes[place(words, build)]] == region
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_eleven_placements_are_eleven_patches_near_their_places(bundled_body, patches, side) -> None:
     found = placement_patches(bundled_body, patches, side)
-    assert len(set(found.values())) == len(found) == 11
-    for placement in PLACEMENTS:
-        centre = bundled_body.vertices[region_centre(bundled_body, placement.on(side))]
-        patch = bundled_body.vertices[patches.vertices[found[placement.name]]]
-        assert np.linalg.norm(patch - centre) < 0.05
-        assert found[placement.name] == resolve(
-            f"{side} {placement.name}" if placement.sided else placement.name, bundled_body, patches
-        )
+    assert len({near.patch for near in found.values()}) == len(found) == 11
+    for one in PLACEMENTS:
+        centre = bundled_body.vertices[place(one.on(side), bundled_body)]
+        away = np.linalg.norm(bundled_body.vertices[patches.vertices] - centre, axis=1)
+        patch, away_m = found[one.name]
+        assert away_m == pytest.approx(away[patch])
+        assert away_m < min(0.05, away.min() + 0.01)  # the nearest over the skin, or nearly
+        named = f"{side} {one.name}" if one.sided else one.name
+        assert patch == resolve(named, bundled_body, patches)
 
 
-def test_left_and_right_placements_are_on_their_sides(bundled_body, patches) -> None:
-    for placement in PLACEMENTS:
-        if placement.sided:
-            left, right = (
-                bundled_body.vertices[
-                    patches.vertices[resolve(f"{s} {placement.name}", bundled_body, patches)]
-                ]
-                for s in ("left", "right")
-            )
-            assert left[0] > 0 > right[0]
+def test_a_placement_without_side_is_the_left_one(bundled_body) -> None:
+    assert place("Wrist", bundled_body) == place("left wrist", bundled_body)
 
 
-def test_a_placement_without_side_is_the_left_one(bundled_body, patches) -> None:
-    assert resolve("Wrist", bundled_body, patches) == resolve("left wrist", bundled_body, patches)
-
-
-def test_words_and_patch_names_resolve(bundled_body, patches) -> None:
+def test_a_patch_s_own_name_means_that_patch(bundled_body, patches) -> None:
     assert resolve(patches.names[77], bundled_body, patches) == 77
-    assert patches.regions[resolve("scapula right", bundled_body, patches)] == "right posterior scapula"
-    assert "left knee" in patches.regions[resolve("left knee", bundled_body, patches)]
+
+
+@pytest.mark.filterwarnings("ignore:the nearest patch")
+@pytest.mark.parametrize("n", [16, 48, 96])
+def test_no_patch_stands_for_a_place_that_it_is_far_from(bundled_body, n) -> None:
+    few = sample_patches(bundled_body, n, mode="fast")
+    seen = set()
+    for region in regions_of(bundled_body)[1]:
+        if region in few.names:
+            continue
+        said = []
+        vertex = place(region, bundled_body)
+        patch = few.labels[vertex]
+        away = 100 * np.linalg.norm(
+            bundled_body.vertices[few.vertices[patch]] - bundled_body.vertices[vertex]
+        )
+        if away > 10:
+            with pytest.raises(
+                ValueError, match=rf"'{region}' is {away:.1f} cm away .* more than {n} patches"
+            ):
+                resolve(region, bundled_body, few, said.append)
+        else:
+            assert resolve(region, bundled_body, few, said.append) == patch
+            assert len(said) == (away > 5)
+            assert all(f"{away:.1f} cm away ({few.names[patch]})" in sentence for sentence in said)
+        seen.add(int(away > 5) + int(away > 10))
+    assert seen == ({0, 1, 2} if n < 96 else {0, 1})
+
+
+def test_python_is_warned_of_a_patch_that_is_not_near(bundled_body) -> None:
+    few = sample_patches(bundled_body, 96, mode="fast")
+    with pytest.warns(UserWarning, match="the nearest patch to 'chest' is .* cm away"):
+        resolve("chest", bundled_body, few)
 
 
 def test_an_unknown_place_is_met_with_suggestions(bundled_body, patches) -> None:
     with pytest.raises(ValueError, match=r'called "lft wirst"; did you mean .*left wrist'):
         resolve("lft wirst", bundled_body, patches)
     with pytest.raises(ValueError, match="no placement"):
-        resolve("", bundled_body, patches)
+        place("", bundled_body)
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,9 @@ import pytest
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import record_motion
+from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.carriers import random_poses
-from w2w.core.patches.naming import find_patches, resolve
+from w2w.core.patches.naming import resolve
 from w2w.core.patches.own_placements import patches_at, read_placements, with_placements
 from w2w.core.patches.patches import PatchSet, sample_patches
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from w2w.core.body.regions import regions_of
-from w2w.core.patches.naming import ALL, find_patches, resolve
+from w2w.core.patches.body_parts import ALL, find_patches
+from w2w.core.patches.naming import place
 from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.products import PRODUCTS
 
@@ -24,22 +25,24 @@ def test_products_are_made_of_regions_that_a_body_has(bundled_body):
 
 
 @pytest.mark.parametrize("name", PRODUCTS)
-def test_a_product_is_one_patch_to_wear_and_all_it_touches_to_wish_for(name, bundled_body, patches):
-    patch = resolve(name, bundled_body, patches)
+def test_a_product_is_one_place_to_wear_and_all_patches_it_touches_to_wish_for(name, bundled_body, patches):
+    codes, names = regions_of(bundled_body)
+    region = names[codes[place(name, bundled_body)]]
+    assert region.removeprefix("left ") in PRODUCTS[name].reach
     touched = find_patches(patches.regions, patches.names, name)
-    assert patch in touched
     sides = [find_patches(patches.regions, patches.names, f"{side} {name}") for side in ("left", "right")]
     assert set(np.concatenate(sides)) <= set(touched)
-    assert all(patches.regions[place].startswith("right ") for place in sides[1])
+    assert all(patches.regions[patch].startswith("right ") for patch in sides[1])
 
 
-def test_the_other_side_is_asked_for_by_name(bundled_body, patches):
-    assert patches.regions[resolve("right watch", bundled_body, patches)] == "right wrist dorsal"
-    assert patches.regions[resolve("right phone in pocket", bundled_body, patches)] == "right front pocket"
+def test_the_other_side_is_asked_for_by_name(bundled_body):
+    codes, names = regions_of(bundled_body)
+    assert names[codes[place("right watch", bundled_body)]] == "right wrist dorsal"
+    assert names[codes[place("right phone in pocket", bundled_body)]] == "right front pocket"
     with pytest.raises(ValueError, match="did you mean"):
-        resolve("wach", bundled_body, patches)
+        place("wach", bundled_body)
 
 
 def test_a_finger_is_still_one_finger(patches):
     rings = find_patches(patches.regions, patches.names, "left ring finger")
-    assert {patches.regions[place] for place in rings} == {"left ring finger"}
+    assert {patches.regions[patch] for patch in rings} == {"left ring finger"}

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from w2w.core.patches.naming import patches_named
+from w2w.core.patches.body_parts import patches_named
 from w2w.core.selection.subsets import exact_subset, greedy_subset, marginal_gain
 
 MAPS = arrays(

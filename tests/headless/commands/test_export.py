@@ -33,7 +33,7 @@ def w2w(*arguments):
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """A finished run of eight made clips at 24 places."""
+    """A finished run of eight made clips at 96 places."""
     folder = tmp_path_factory.mktemp("export")
     library, time = folder / "motions", np.arange(150) / 30
     for activity, pace in (("slow", 0.5), ("fast", 2.0)):
@@ -45,7 +45,7 @@ def results(tmp_path_factory):
             pelvis = np.stack([time / 5, 0 * time, np.ones_like(time)], axis=1)
             Motion(turns.reshape(-1, 24, 3, 3), pelvis, 30.0).save(library / activity / f"{number}.npz")
     code, output = w2w(
-        "run", library, "--out", folder / "out", "--patches", 24, "--folds", 2, "--no-pictures",
+        "run", library, "--out", folder / "out", "--patches", 96, "--folds", 2, "--no-pictures",
         "--no-report", "--workers", 1, "--sensor", "ideal",
     )  # fmt: skip
     assert code == 0, output
@@ -219,7 +219,7 @@ def test_opensim_and_xsens(results, bundled_body, tmp_path):
     np.testing.assert_allclose(np.abs((turned * quaternions[:, 0]).sum(axis=1)), 1, atol=1e-6)
     patches = PatchSet.load(results / ".w2w" / "patches.npz")
     assert recording.n_samples == len(turned)
-    assert len(patches) == 24
+    assert len(patches) == 96
 
 
 @pytest.mark.slow
@@ -272,6 +272,13 @@ def test_wrong_use_is_a_sentence(results, tmp_path, options, code, message):
     found, output = w2w("export", results, "--out", tmp_path / "out", *options)
     assert (found, message in output) == (code, True), output
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_patch_that_is_not_near_its_place_is_said(results, tmp_path):
+    code, output = w2w("export", results, "--for", "parquet", "--places", "chest", "--out", tmp_path / "out")
+    assert code == 0
+    assert "Caution: the nearest patch to 'chest' is " in output
 
 
 @pytest.mark.slow

@@ -139,3 +139,10 @@ class _Changed:
 def _apart(a, b):
     turns = (a @ b.swapaxes(-1, -2)).reshape(-1, 3, 3)
     return np.degrees(Rotation.from_matrix(turns).magnitude())
+
+
+def test_a_place_far_from_every_patch_is_refused(results, tmp_path):
+    options = ("--for", "parquet", "--places", "left ear", "--out", tmp_path / "out")
+    with pytest.raises(AssertionError, match="too far to stand for it"):
+        w2w("export", results, *options)
+    assert not (tmp_path / "out").exists()

@@ -5,7 +5,7 @@ import base64
 
 import numpy as np
 
-from w2w.core.patches.naming import find_patches
+from w2w.core.patches.body_parts import find_patches
 from w2w.core.results_folder import StudyResults
 from w2w.headless.reports.choice_data import choice_data, words_of
 

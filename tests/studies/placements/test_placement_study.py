@@ -58,5 +58,5 @@ def test_figure_verdicts_and_page(study, groups, tmp_path):
 
 
 def test_rows_stand_in_the_papers_order_of_groups(study, groups):
-    rows = figure_rows(study, groups, "left")
+    rows = figure_rows(study, groups, [0, 5])
     assert [row.group for row in rows] == ["locomotion_posture", "asymmetric", "communicative_gesture"]

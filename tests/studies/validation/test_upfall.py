@@ -3,7 +3,7 @@
 
 import pytest
 
-from w2w.core.patches.naming import patches_named
+from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.patches import sample_patches
 from w2w.studies.datasets.upfall import UPFALL_ACTIVITIES, UPFALL_SITES
 from w2w.studies.validation.protocol import BY_POSTURE

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where published methods read their virtual sensors on SMPL's mesh, and where that is on any body."""
+"""Points of a body by landmarks: sensors of published methods, and places that are not a region's middle."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ SMPL_FACES_SHA256 = "9e96e167056f19d9dc0fe3533177ebd5230b203297c219cab15e9e72b31
 
 @dataclass(frozen=True)
 class SensorSite:
-    """A virtual sensor of a published method: a vertex of SMPL, and where that is on any body.
+    """A point of the skin by its place between joints, on any body.
 
     Parameters
     ----------
     name : str
-        Method and place, e.g. "TransPose left forearm".
-    smpl_vertex : int
+        For a virtual sensor of a published method, method and place, e.g. "TransPose left forearm".
+    smpl_vertex : int or None
         Vertex of SMPL that the method's code reads.
     start, end : tuple of str
         Joints between which it lies; of several, their middle.
@@ -34,7 +34,7 @@ class SensorSite:
     """
 
     name: str
-    smpl_vertex: int
+    smpl_vertex: int | None
     start: tuple[str, ...]
     end: tuple[str, ...]
     fraction: float
@@ -42,7 +42,7 @@ class SensorSite:
 
     def vertex(self, body: Body) -> int:
         """Vertex of the site: the published one on SMPL's mesh, the nearest equivalent on others."""
-        if has_smpl_topology(body):
+        if self.smpl_vertex is not None and has_smpl_topology(body):
             return self.smpl_vertex
         start, end = (
             body.joints[[JOINT_INDEX[joint] for joint in joints]].mean(axis=0)
@@ -63,7 +63,11 @@ def _sites(methods: tuple[str, ...], *sites: SensorSite) -> tuple[SensorSite, ..
 
 
 def _limb_site(
-    name: str, vertex: int, joints: tuple[str, str], fraction: float, direction: tuple[float, float, float]
+    name: str,
+    vertex: int | None,
+    joints: tuple[str, str],
+    fraction: float,
+    direction: tuple[float, float, float],
 ) -> SensorSite:
     """A site on the limb that its name begins with the side of; `direction` is the left side's."""
     side = name.split()[0]
@@ -72,7 +76,9 @@ def _limb_site(
     return SensorSite(name, vertex, start, end, fraction, (outward, *direction[1:]))
 
 
-def _trunk_site(name: str, vertex: int, level: float, direction: tuple[float, float, float]) -> SensorSite:
+def _trunk_site(
+    name: str, vertex: int | None, level: float, direction: tuple[float, float, float]
+) -> SensorSite:
     """A site on the trunk at a height of 0, the hip joints, to 1, the shoulder joints."""
     hips, shoulders = (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder"))
     return SensorSite(name, vertex, hips, shoulders, level, direction)
@@ -120,6 +126,18 @@ DIP: Huang et al. 2018, doi:10.1145/3272127.3275108. TransPose: Yi et al. 2021,
 doi:10.1145/3450626.3459786. PIP: Yi et al. 2022, doi:10.1109/CVPR52688.2022.01282. PNP: Yi et al.
 2024, doi:10.1145/3641519.3657436. IMUPoser: Mollyn et al. 2023, doi:10.1145/3544548.3581392.
 MobilePoser: Xu et al. 2024, doi:10.1145/3654777.3676461. LIP: Zuo et al. 2024, Loose Inertial Poser.
+"""
+
+PLACES: tuple[SensorSite, ...] = (
+    *(_limb_site(f"{side} wrist dorsal", None, _FOREARM, 0.985, (0, 0, 1)) for side in ("left", "right")),
+    *(_limb_site(f"{side} instep", None, ("ankle", "foot"), 0.55, (0, 0, 1)) for side in ("left", "right")),
+    _trunk_site("sacrum", None, 0.157, (0, 1, 0)),
+)
+"""Where sensors sit in regions whose middle is elsewhere.
+
+A watch lies at the joint, where the skin follows forearm and hand; the instep is the top of the arch, and
+the region reaches to the ball of the foot; the sacrum's flat back is some 8 cm above the hip joints, and
+the region reaches down between the buttocks.
 """
 
 

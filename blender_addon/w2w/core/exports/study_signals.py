@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,7 +12,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..body.body import Body
-from ..body.landmarks import SENSOR_SITES
 from ..body.skeleton import N_JOINTS
 from ..clip_files import signals_file
 from ..imu.channels import READINGS, Reading
@@ -20,7 +20,7 @@ from ..imu.sensor import SensorModel
 from ..motion.motion import Motion
 from ..motion.resample import at_rate
 from ..motion.skinning import patch_matrices
-from ..patches.naming import resolve
+from ..patches.naming import place, resolve
 from ..patches.own_placements import patches_at
 from ..patches.patches import PatchSet
 from ..results_folder import StudyResults
@@ -48,19 +48,21 @@ class StudySignals:
     patches: tuple[int, ...]
 
     @classmethod
-    def at(cls, study: StudyResults, places: str) -> StudySignals:
+    def at(
+        cls, study: StudyResults, places: str, say: Callable[[str], object] = warnings.warn
+    ) -> StudySignals:
         """The run at places given by their names, ``all`` of them, or by default those it chose.
 
         Raises
         ------
         ValueError
-            If a name means no place, or two mean the same.
+            If a name means no place, or no patch is near it (`naming.resolve`), or two mean the same.
         """
         if places.strip().lower() == ALL:
             return cls(study, tuple(range(len(study.patches))))
         if not places.strip():
             return cls(study, _chosen(study))
-        found = [resolve(name, study.body(), study.patches) for name in _names(places)]
+        found = [resolve(name, study.body(), study.patches, say) for name in _names(places)]
         _refuse_same(_names(places), [study.patches.names[patch] for patch in found])
         return cls(study, tuple(found))
 
@@ -96,7 +98,7 @@ class StudySignals:
 
 
 def placed(study: StudyResults, names: list[str]) -> PatchSet:
-    """Sensors at vertices: of published sites, of vertex numbers, of the run's own places.
+    """Sensors at vertices: of the run's patches, of vertex numbers, and right at named places.
 
     Raises
     ------
@@ -104,16 +106,14 @@ def placed(study: StudyResults, names: list[str]) -> PatchSet:
         If a name means nothing, or two mean one vertex.
     """
     body = study.body()
-    sites = {site.name.lower(): site for site in SENSOR_SITES}
+    patch_at = dict(zip(map(str.lower, study.patches.names), study.patches.vertices.tolist(), strict=True))
     where = {}
     for name in names:
         plain = plain_words(name)
         if plain.isdigit():
             where[f"vertex {int(plain)}"] = int(plain)
-        elif plain in sites:
-            where[name] = sites[plain].vertex(body)
         else:
-            where[name] = int(study.patches.vertices[resolve(name, body, study.patches)])
+            where[name] = patch_at[plain] if plain in patch_at else place(name, body)
     return patches_at(body, where)
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +13,10 @@ from ..body.landmarks import SensorSite
 from ..filtering import count_resampled
 from ..motion.motion import Motion
 from ..motion.skinning import posed_patches, skinning_transforms
-from ..patches.naming import resolve
-from ..patches.patches import PatchSet, sample_patches
+from ..patches.naming import place
+from ..patches.own_placements import patches_at
+from ..patches.patches import PatchSet
+from ..wording import plain_words
 from .channels import FURTHER
 from .further import NOTHING, FurtherSensors, further_signals
 from .recording import ImuRecording
@@ -110,7 +112,7 @@ class SiteSimulator:
     ----------
     body : Body
     sites : mapping of str to (str or SensorSite)
-        Name of each sensor -> a placement by name (`placements.resolve`) or a point on a segment.
+        Name of each sensor -> a place by name (`naming.place`) or a point on a segment.
     settings : Synthesis
     sensor : SensorModel
     seed : int
@@ -125,21 +127,52 @@ class SiteSimulator:
         sensor: SensorModel,
         seed: int = 0,
     ) -> None:
-        patches = sample_patches(body)
-        chosen = [
-            resolve(site, body, patches) if isinstance(site, str) else int(patches.labels[site.vertex(body)])
-            for site in sites.values()
-        ]
+        self._patches = sensors_at(body, sites)
         self.body = body
         self.names = tuple(sites)
-        self.simulated_at = tuple(patches.names[patch] for patch in chosen)
-        self._patches = at_patches(patches, chosen)
+        self.simulated_at = self._patches.regions
         self._settings, self._sensor, self._seed = settings, sensor, seed
 
     def record(self, motion: Motion) -> ImuRecording:
         """What the sensors would record, under the sites' names and the motion's labels."""
         recording = record_motion(self.body, self._patches, motion, self._settings, self._sensor, self._seed)
         return replace(recording, sites=self.names)
+
+
+def sensors_at(body: Body, sites: Mapping[str, str | SensorSite]) -> PatchSet:
+    """A patch of its own at each place, given by its name (`naming.place`) or as a point on a segment.
+
+    Raises
+    ------
+    ValueError
+        If a name means no place, or two sites are at one vertex.
+    """
+    return patches_at(
+        body,
+        {
+            name: place(site, body) if isinstance(site, str) else site.vertex(body)
+            for name, site in sites.items()
+        },
+    )
+
+
+def sensor_at(body: Body, name: str, sample: Callable[[Body], PatchSet]) -> PatchSet:
+    """One sensor at a place by its name, or at the patch of a sample that is called so.
+
+    Raises
+    ------
+    ValueError
+        If neither a place nor a patch is called that.
+    """
+    try:
+        found = sensors_at(body, {name: name})
+        return replace(found, own_names=found.regions)
+    except ValueError:
+        patches = sample(body)
+        names = [patch.lower() for patch in patches.names]
+        if plain_words(name) not in names:
+            raise
+        return at_patches(patches, [names.index(plain_words(name))])
 
 
 def at_patches(patches: PatchSet, chosen: list[int]) -> PatchSet:

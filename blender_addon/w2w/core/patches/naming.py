@@ -1,92 +1,60 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Patches by name: the usual and unusual placements of wearables.
+"""Places by name: where on a body they are, and which patch of a map stands for them.
 
-A name is resolved to the patch that holds the spot, on any body. The eight common placements are
-our reading of what the field uses (watch, armband, chest strap, belt clip, trouser pocket, ankle
-band, shoe, earbud); the three unusual ones are those the paper found strong though seldom used.
+A name means a vertex of the skin, on any body: a sensor that is simulated for it sits right there. In a
+map it means the nearest patch, if that is near enough.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import warnings
+from collections.abc import Callable
 from difflib import get_close_matches
+from typing import NamedTuple
 
 import numpy as np
 
 from ..body.body import Body
-from ..body.landmarks import SENSOR_SITES
+from ..body.landmarks import PLACES, SENSOR_SITES
 from ..body.regions import regions_of
 from ..wording import plain_words
+from .body_parts import SIDES, patches_named
 from .patches import PatchSet
-from .products import PRODUCTS
-
-
-@dataclass(frozen=True)
-class Placement:
-    """A place to wear a sensor.
-
-    Parameters
-    ----------
-    name : str
-        What it is called, e.g. "wrist".
-    region : str
-        Region at whose centre it lies; "*" stands for left or right.
-    common : bool
-        Whether wearables are usually worn there.
-    """
-
-    name: str
-    region: str
-    common: bool
-
-    @property
-    def sided(self) -> bool:
-        """Whether it exists on the left and on the right."""
-        return "*" in self.region
-
-    def on(self, side: str) -> str:
-        """Name of the region on one side."""
-        return self.region.replace("*", side)
-
-
-PLACEMENTS: tuple[Placement, ...] = (
-    Placement("wrist", "* wrist dorsal", common=True),
-    Placement("upper arm", "* upper arm lateral", common=True),
-    Placement("chest", "sternum", common=True),
-    Placement("waist", "* hip", common=True),
-    Placement("pocket", "* front pocket", common=True),
-    Placement("ankle", "* ankle lateral", common=True),
-    Placement("foot", "* instep", common=True),
-    Placement("ear", "* ear", common=True),
-    Placement("posterior scapula", "* posterior scapula", common=False),
-    Placement("lower spine", "lower spine", common=False),
-    Placement("lateral oblique", "* lateral oblique", common=False),
-)
-"""The 11 placements: 8 common ones and 3 unusual ones."""
+from .products import PLACEMENTS, PRODUCTS
 
 DEFAULT_SIDE = "left"
 """Side meant when a sided placement is named without one: where most people wear a watch."""
 
 
-def resolve(name: str, body: Body, patches: PatchSet) -> int:
-    """The patch that a name means.
+NEAR_M, FAR_M = 0.05, 0.1
+"""How far from a place the patch that stands for it may lie: without a word, and at all."""
+
+
+OUTER = ("lateral", "dorsal")
+"""The side of a limb that is meant where none is named: most straps have their sensor there."""
+
+
+class Nearest(NamedTuple):
+    """The patch that stands for a place in a map, and how far from the place its centre lies, metres."""
+
+    patch: int
+    away_m: float
+
+
+def place(name: str, body: Body) -> int:
+    """The vertex of the skin that a name means, whatever patches there are.
 
     Parameters
     ----------
     name : str
         A placement ("wrist", "right ankle"; the left one by default), a product ("watch", "shoe"), a
-        published sensor site ("TransPose head"), a patch's own name, or words that name a region
-        ("left wrist").
+        published sensor site ("TransPose head"), or words that name a region ("left wrist").
     body : Body
-    patches : PatchSet
-        Of the same body.
 
     Returns
     -------
     int
-        For a site, the patch whose cell holds it; for a region, the patch in it that lies nearest
-        to its middle, or, where no patch's centre lies in it, the one whose cell holds the middle.
+        For a region, its landmark (`landmarks.PLACES`) or the vertex in its middle.
 
     Raises
     ------
@@ -96,19 +64,62 @@ def resolve(name: str, body: Body, patches: PatchSet) -> int:
     if not isinstance(name, str):
         raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
     wanted = plain_words(name)
-    own = {patch.lower(): index for index, patch in enumerate(patches.names)}
     sites = {site.name.lower(): site for site in SENSOR_SITES}
     region_of = _region_by_name()
-    if wanted in own:
-        return own[wanted]
     if wanted in sites:
-        return int(patches.labels[sites[wanted].vertex(body)])
+        return sites[wanted].vertex(body)
     try:
-        return _patch_of_region(body, patches, region_of.get(wanted, wanted))
+        return _vertex(body, region_of.get(wanted, wanted))
     except ValueError:
         close = get_close_matches(wanted, [*region_of, *sites, *regions_of(body)[1]], n=4, cutoff=0.5)
         hint = f"; did you mean {', '.join(close)}?" if close else ""
         raise ValueError(f'no placement, sensor site or region is called "{wanted}"{hint}') from None
+
+
+def resolve(name: str, body: Body, patches: PatchSet, say: Callable[[str], object] = warnings.warn) -> int:
+    """The patch of a map that a name means.
+
+    Parameters
+    ----------
+    name : str
+        A patch's own name, or a place as `place` takes it.
+    body : Body
+    patches : PatchSet
+        Of the same body.
+    say : callable
+        Given a sentence if the patch lies more than 5 cm from the place.
+
+    Returns
+    -------
+    int
+        For a place, the patch that it belongs to, that is the nearest over the skin.
+
+    Raises
+    ------
+    ValueError
+        If nothing is called that, or no patch lies within 10 cm of the place.
+    """
+    if not isinstance(name, str):
+        raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
+    own = {patch.lower(): index for index, patch in enumerate(patches.names)}
+    if (words := plain_words(name)) in own:
+        return own[words]
+    return _nearest(name, name, body, patches, say).patch
+
+
+def _nearest(called: str, where: str, body: Body, patches: PatchSet, say: Callable[[str], object]) -> Nearest:
+    vertex = place(where, body)
+    patch = int(patches.labels[vertex])
+    away = float(np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex]))
+    sentence = f"the nearest patch to '{called}' is {100 * away:.1f} cm away ({patches.names[patch]})"
+    if away > FAR_M:
+        raise ValueError(
+            f"{sentence}, too far to stand for it: sample more than {len(patches)} patches, or add a "
+            f"placement of your own at vertex {vertex}"
+        )
+    if away > NEAR_M:
+        say(f"{sentence}: take it as a rough guide, or use more patches")
+    return Nearest(patch, away)
 
 
 def _region_by_name() -> dict[str, str]:
@@ -123,36 +134,41 @@ def _region_by_name() -> dict[str, str]:
     return region_of
 
 
-def _patch_of_region(body: Body, patches: PatchSet, words: str) -> int:
-    centre = region_centre(body, words)
-    inside = np.flatnonzero([region in _regions(body, words) for region in patches.regions])
-    if len(inside) == 0:
-        return int(patches.labels[centre])
-    offset = body.vertices[patches.vertices[inside]] - body.vertices[centre]
-    return int(inside[np.argmin(np.linalg.norm(offset, axis=1))])
-
-
-def _regions(body: Body, words: str) -> list[str]:
-    """Names of the regions that words mean: the one called so, or all that hold them."""
-    names = regions_of(body)[1]
-    return [words] if words in names else [names[number] for number in patches_named(names, words)]
-
-
-def placement_patches(body: Body, patches: PatchSet, side: str = DEFAULT_SIDE) -> dict[str, int]:
-    """Patch of each of the 11 placements on one side of the body, by placement name."""
-    return {placement.name: _patch_of_region(body, patches, placement.on(side)) for placement in PLACEMENTS}
-
-
-def region_centre(body: Body, words: str) -> int:
-    """The vertex in the middle of a region, or of all regions whose names hold the words.
+def placement_patches(
+    body: Body, patches: PatchSet, side: str = DEFAULT_SIDE, say: Callable[[str], object] = warnings.warn
+) -> dict[str, Nearest]:
+    """Patch of each of the 11 placements on one side of the body, by its name, where one is near enough.
 
     Raises
     ------
     ValueError
-        If no region's name holds them.
+        If there is none for any of them. Else `say` is given why placements are left out.
     """
+    found = {}
+    for one in PLACEMENTS:
+        try:
+            found[one.name] = _nearest(one.name, one.on(side), body, patches, say)
+        except ValueError as too_far:
+            if one is PLACEMENTS[-1] and not found:
+                raise
+            say(str(too_far))
+    return found
+
+
+def _vertex(body: Body, words: str) -> int:
+    """The vertex of a region: on the right the mirror image of that on the left, where the body knows it."""
+    if body.mirror is not None and words.startswith("right "):
+        return int(body.mirror[_vertex(body, words.replace("right", "left", 1))])
+    landmark = next((site for site in PLACES if site.name == words), None)
+    return landmark.vertex(body) if landmark else _middle(body, words)
+
+
+def _middle(body: Body, words: str) -> int:
+    """The vertex in the middle of a region, or of all whose names hold the words; round a limb, outside."""
     codes, names = regions_of(body)
-    members = np.flatnonzero(np.isin(codes, [names.index(name) for name in _regions(body, words)]))
+    regions = [words] if words in names else [names[number] for number in patches_named(names, words)]
+    outer = [region for region in regions if region.endswith(OUTER)]
+    members = np.flatnonzero(np.isin(codes, [names.index(region) for region in outer or regions]))
     points = body.vertices[members]
     # the middle of the surface, not of its vertices, which crowd where there is detail
     area = _vertex_areas(body)[members]
@@ -165,148 +181,3 @@ def _vertex_areas(body: Body) -> np.ndarray:
     corners = body.vertices[body.faces]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return np.bincount(body.faces.ravel(), np.repeat(areas / 6, 3), minlength=len(body.vertices))
-
-
-def patches_named(regions: Sequence[str], words: str) -> np.ndarray:
-    """Patches whose region's name holds all the words: "left wrist" finds "left wrist dorsal".
-
-    Parameters
-    ----------
-    regions : sequence of str, length N
-        Region of each patch, as in `PatchSet.regions`.
-    words : str
-
-    Returns
-    -------
-    ndarray of int
-
-    Raises
-    ------
-    ValueError
-        If no region's name holds them all.
-    """
-    wanted = set(words.lower().split())
-    found = [patch for patch, region in enumerate(regions) if wanted <= set(region.lower().split())]
-    if not found or not wanted:
-        known = ", ".join(sorted(set(regions)))
-        raise ValueError(f"no patch lies in a region named {words!r}; the regions are: {known}")
-    return np.array(found)
-
-
-HEAD = (
-    "ear", "behind ear", "back of head", "cheek", "chin", "eye", "forehead", "jaw", "mouth", "nose",
-    "scalp crown", "side of head", "temple",
-)  # fmt: skip
-NECK = ("nape", "neck", "throat")
-HAND = (
-    "back of hand", "hand little finger side", "hand thumb side", "index finger", "little finger",
-    "middle finger", "ring finger", "palm", "thumb",
-)  # fmt: skip
-ARM = (
-    "shoulder back", "shoulder front", "shoulder lateral", "shoulder top",
-    "upper arm back", "upper arm front", "upper arm lateral", "upper arm medial",
-    "elbow back", "elbow front", "elbow lateral", "elbow medial",
-    "forearm dorsal", "forearm little finger side", "forearm thumb side", "forearm volar",
-    "wrist dorsal", "wrist little finger side", "wrist thumb side", "wrist volar",
-)  # fmt: skip
-FOOT = ("foot lateral", "foot medial", "heel", "instep", "sole", "toes")
-LEG = (
-    "thigh back", "thigh front", "thigh lateral", "thigh medial",
-    "knee back", "knee front", "knee lateral", "knee medial",
-    "calf", "shin", "lower leg lateral", "lower leg medial",
-    "ankle back", "ankle front", "ankle lateral", "ankle medial",
-)  # fmt: skip
-BACK = (
-    "lower back",
-    "lower spine",
-    "middle back",
-    "middle spine",
-    "posterior scapula",
-    "sacrum",
-    "upper spine",
-)
-CHEST = ("chest", "sternum")
-FRONT_AND_SIDES = (
-    "abdomen", "lower abdomen", "upper abdomen", "armpit", "buttock", "collarbone", "front hip",
-    "front pocket", "front ribs", "groin", "hip", "lateral oblique", "navel", "side ribs",
-)  # fmt: skip
-
-PARTS: dict[str, tuple[str, ...]] = {
-    "head": HEAD,
-    "neck": NECK,
-    "torso": (*BACK, *CHEST, *FRONT_AND_SIDES),
-    "back": BACK,
-    "chest": CHEST,
-    "arm": (*ARM, *HAND),
-    "hand": HAND,
-    "leg": (*LEG, *FOOT),
-    "foot": FOOT,
-}
-"""Regions of each part, without their side. An arm includes its hand and a leg its foot."""
-
-ALL = (*HEAD, *NECK, *PARTS["torso"], *PARTS["arm"], *PARTS["leg"])
-"""Every region, without its side."""
-
-SIDES = ("left", "right")
-MIDDLE = "middle"
-"""Where the body has but one: sternum, spine, navel, nose."""
-
-
-def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.ndarray:
-    """Patches that a person's words mean.
-
-    Parameters
-    ----------
-    regions : sequence of str, length N
-        Region of each patch, as in `PatchSet.regions`.
-    names : sequence of str, length N
-        Name of each patch, as in `PatchSet.names`.
-    wish : str
-        A side ("left", "right", "middle": on neither), a part of the body with or without its
-        side ("head", "left arm"), a product ("belt", "right shoe"), a patch's own name, words of a
-        region's name ("left wrist", "pocket"), or one of the 11 placements ("waist").
-
-    Returns
-    -------
-    ndarray of int
-        None where the words are understood but no patch lies there.
-
-    Raises
-    ------
-    ValueError
-        If nothing on a body is called that.
-    """
-    words = plain_words(wish)
-    known = [name.lower() for name in names]
-    if words in known:
-        return np.array([known.index(words)])
-    if words == MIDDLE:
-        return np.array([patch for patch, region in enumerate(regions) if not _side(region)], dtype=int)
-    side = _side(words)
-    rest = words.removeprefix(side).strip()
-    if rest in PARTS:
-        return _on_side(regions, side, PARTS[rest])
-    if rest in PRODUCTS:
-        return _on_side(regions, side, PRODUCTS[rest].reach)
-    try:
-        return patches_named(regions, words)
-    except ValueError:
-        meant = [p.region.removeprefix("*").strip() for p in PLACEMENTS if p.name == rest]
-        known = any(rest and set(rest.split()) <= set(stem.split()) for stem in ALL)
-        if not (meant or known):
-            parts = ", ".join([*SIDES, MIDDLE, *PARTS])
-            raise ValueError(
-                f"no patch is called {wish!r}: write a part of the body ({parts}), a product "
-                f"({', '.join(PRODUCTS)}), or words of a region's name, such as 'left wrist' or 'thigh front'"
-            ) from None
-        return _on_side(regions, side, meant)
-
-
-def _on_side(regions: Sequence[str], side: str, stems: Sequence[str]) -> np.ndarray:
-    wanted = {f"{s} {stem}".strip() for stem in stems for s in ((side,) if side else ("", *SIDES))}
-    return np.array([patch for patch, region in enumerate(regions) if region in wanted], dtype=int)
-
-
-def _side(words: str) -> str:
-    first = words.split(" ", 1)[0]
-    return first if first in SIDES else ""

@@ -1,9 +1,59 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What people wear, by its everyday name: where the sensor in it sits, and where else it may."""
+"""What people wear and where: the placements of the field, and products by their everyday names.
+
+The eight common placements are our reading of what the field uses (watch, armband, chest strap, belt clip,
+trouser pocket, ankle band, shoe, earbud); the three unusual ones are those the paper found strong though
+seldom used.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A place to wear a sensor.
+
+    Parameters
+    ----------
+    name : str
+        What it is called, e.g. "wrist".
+    region : str
+        Region at whose centre it lies; "*" stands for left or right.
+    common : bool
+        Whether wearables are usually worn there.
+    """
+
+    name: str
+    region: str
+    common: bool
+
+    @property
+    def sided(self) -> bool:
+        """Whether it exists on the left and on the right."""
+        return "*" in self.region
+
+    def on(self, side: str) -> str:
+        """Name of the region on one side."""
+        return self.region.replace("*", side)
+
+
+PLACEMENTS: tuple[Placement, ...] = (
+    Placement("wrist", "* wrist dorsal", common=True),
+    Placement("upper arm", "* upper arm lateral", common=True),
+    Placement("chest", "sternum", common=True),
+    Placement("waist", "* hip", common=True),
+    Placement("pocket", "* front pocket", common=True),
+    Placement("ankle", "* ankle lateral", common=True),
+    Placement("foot", "* instep", common=True),
+    Placement("ear", "* ear", common=True),
+    Placement("posterior scapula", "* posterior scapula", common=False),
+    Placement("lower spine", "lower spine", common=False),
+    Placement("lateral oblique", "* lateral oblique", common=False),
+)
+"""The 11 placements: 8 common ones and 3 unusual ones."""
 
 
 class Product(NamedTuple):

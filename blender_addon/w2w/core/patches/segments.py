@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from .naming import ARM, FOOT, HAND, HEAD, LEG, NECK, PARTS, SIDES
+from .body_parts import ARM, FOOT, HAND, HEAD, LEG, NECK, PARTS, SIDES
 
 AROUND = ("shoulder", "upper arm", "elbow", "forearm", "wrist", "thigh", "knee", "lower leg", "ankle")
 """Parts that have a front and a back, or the like."""

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from ..csv_tables import read_table
-from ..patches.naming import find_patches
+from ..patches.body_parts import find_patches
 from ..patches.patches import PatchSet
 
 
 @dataclass(frozen=True)
 class Constraints:
-    """A designer's wishes, in words (see `naming.find_patches`).
+    """A designer's wishes, in words (see `body_parts.find_patches`).
 
     Parameters
     ----------
