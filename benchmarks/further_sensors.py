@@ -11,21 +11,22 @@ and gyr, and what each adds, with the 95 % interval over resampled clips, the sa
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.imu.channels import FURTHER
-from w2w.core.imu.virtual import at_patches
+from w2w.core.imu.virtual import sensors_at
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.patches.naming import placement_patches
+from w2w.core.patches.products import PLACEMENTS
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.further_features import further_features
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, cut_windows
-from w2w.core.study import StudyConfig, place_patches, record
+from w2w.core.study import StudyConfig, record
 from w2w.headless.runs.load_clip import load_clip
 from w2w.headless.signal_options import further_sensors, sensor_settings
 
@@ -43,24 +44,23 @@ def main() -> None:
     further = further_sensors(",".join(FURTHER), "", asked.location)
     config = StudyConfig(**sensor_settings(asked.sensor), further=further)
     body = Body.bundled()
-    patches = place_patches(body, config)
-    places = {name: near.patch for name, near in placement_patches(body, patches).items()}
-    parts, labels = _described(asked.library, asked.labels, body, patches, list(places.values()), config)
+    patches = sensors_at(body, {one.name: one.on("left") for one in PLACEMENTS})
+    parts, labels = _described(asked.library, asked.labels, body, patches, config)
     maps = {
         "acc and gyr": _ranked([parts["acc and gyr"]], *labels),
         **{name: _ranked([parts["acc and gyr"], parts[name]], *labels) for name in FURTHER},
         "all": _ranked(list(parts.values()), *labels),
     }
-    _print(list(places), maps)
+    _print(patches.names, maps)
 
 
-def _described(library, labels, body, patches, chosen, config):
+def _described(library, labels, body, patches, config):
     """Features by kind, and activity, clip, subject and test flag of each window."""
     features, rows, is_test, lost = {"acc and gyr": []} | {name: [] for name in FURTHER}, [], [], 0
     for clip in read_library(library, labels).clips:
         try:
             motion = load_clip(clip, body)[1]
-            recording = record(body, at_patches(patches, chosen), motion, config)
+            recording = record(body, patches, motion, config)
             windows = cut_windows(recording, config.windows)
         except (UnusableMotion, TooShortError, ValueError):
             lost += 1
@@ -84,7 +84,7 @@ def _ranked(parts, activity, clips, subject, is_test) -> UtilityMap:
     )  # fmt: skip
 
 
-def _print(places: list[str], maps: dict[str, UtilityMap]) -> None:
+def _print(places: Sequence[str], maps: dict[str, UtilityMap]) -> None:
     base = maps["acc and gyr"]
     print(f"{base.protocol}, {base.classifier}, {len(base.truth)} windows tested\n")
     print("| placement | acc and gyr | " + " | ".join(name for name in maps if name != "acc and gyr") + " |")

@@ -15,8 +15,9 @@ from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
 from w2w.core.file_names import shown
 from w2w.core.results_folder import StudyResults
+from w2w.core.wording import capital
 
-from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE, show_caution
+from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE
 from ..runs.own_files import check_whole, published
 from ..signal_options import chosen_sensor
 from ..stopping import STOPPED
@@ -62,7 +63,9 @@ def export(
             raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or results / "export" / tool
-        write = _writer(study, tool, places, sensor, lambda text: show_caution(text, console))
+        write = _writer(
+            study, tool, places, sensor, lambda text: console.print(f"{capital(text)}.", markup=False)
+        )
         check_whole(target)
     except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)

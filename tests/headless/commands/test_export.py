@@ -278,7 +278,7 @@ def test_wrong_use_is_a_sentence(results, tmp_path, options, code, message):
 def test_a_patch_that_is_not_near_its_place_is_said(results, tmp_path):
     code, output = w2w("export", results, "--for", "parquet", "--places", "chest", "--out", tmp_path / "out")
     assert code == 0
-    assert "Caution: the nearest patch to 'chest' is " in output
+    assert "The nearest patch to 'chest' is " in output
 
 
 @pytest.mark.slow

@@ -53,6 +53,8 @@ class StudySignals:
     ) -> StudySignals:
         """The run at places given by their names, ``all`` of them, or by default those it chose.
 
+        `say` is told how far the patch that stands for a place is from it.
+
         Raises
         ------
         ValueError
@@ -62,7 +64,7 @@ class StudySignals:
             return cls(study, tuple(range(len(study.patches))))
         if not places.strip():
             return cls(study, _chosen(study))
-        found = [resolve(name, study.body(), study.patches, say) for name in _names(places)]
+        found = [resolve(name, study.body(), study.patches, say, 0.0) for name in _names(places)]
         _refuse_same(_names(places), [study.patches.names[patch] for patch in found])
         return cls(study, tuple(found))
 

@@ -76,7 +76,13 @@ def place(name: str, body: Body) -> int:
         raise ValueError(f'no placement, sensor site or region is called "{wanted}"{hint}') from None
 
 
-def resolve(name: str, body: Body, patches: PatchSet, say: Callable[[str], object] = warnings.warn) -> int:
+def resolve(
+    name: str,
+    body: Body,
+    patches: PatchSet,
+    say: Callable[[str], object] = warnings.warn,
+    silent_m: float = NEAR_M,
+) -> int:
     """The patch of a map that a name means.
 
     Parameters
@@ -87,7 +93,9 @@ def resolve(name: str, body: Body, patches: PatchSet, say: Callable[[str], objec
     patches : PatchSet
         Of the same body.
     say : callable
-        Given a sentence if the patch lies more than 5 cm from the place.
+        Given a sentence that says how far from the place the patch lies.
+    silent_m : float
+        Up to which distance nothing is said.
 
     Returns
     -------
@@ -104,10 +112,17 @@ def resolve(name: str, body: Body, patches: PatchSet, say: Callable[[str], objec
     own = {patch.lower(): index for index, patch in enumerate(patches.names)}
     if (words := plain_words(name)) in own:
         return own[words]
-    return _nearest(name, name, body, patches, say).patch
+    return _nearest(name, name, body, patches, say, silent_m).patch
 
 
-def _nearest(called: str, where: str, body: Body, patches: PatchSet, say: Callable[[str], object]) -> Nearest:
+def _nearest(
+    called: str,
+    where: str,
+    body: Body,
+    patches: PatchSet,
+    say: Callable[[str], object],
+    silent_m: float = NEAR_M,
+) -> Nearest:
     vertex = place(where, body)
     patch = int(patches.labels[vertex])
     away = float(np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex]))
@@ -117,8 +132,8 @@ def _nearest(called: str, where: str, body: Body, patches: PatchSet, say: Callab
             f"{sentence}, too far to stand for it: sample more than {len(patches)} patches, or add a "
             f"placement of your own at vertex {vertex}"
         )
-    if away > NEAR_M:
-        say(f"{sentence}: take it as a rough guide, or use more patches")
+    if away > silent_m:
+        say(f"{sentence}: take it as a rough guide, or use more patches" if away > NEAR_M else sentence)
     return Nearest(patch, away)
 
 
