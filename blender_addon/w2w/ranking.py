@@ -99,12 +99,14 @@ class Ranking:
         return self.patches.names
 
     def at(self, *placements: str) -> list[int]:
-        """Patches of placements by name, such as "wrist", "right ankle" or "left thigh front".
+        """Patches nearest to places by name, such as "wrist", "right ankle" or "left thigh front".
+
+        Beyond 5 cm a warning says how far the patch is.
 
         Raises
         ------
         ValueError
-            If nothing on the body is called so.
+            If nothing on the body is called so, or no patch lies within 10 cm of it.
         """
         return [resolve(name, self.body, self.patches) for name in placements]
 

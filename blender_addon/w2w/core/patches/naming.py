@@ -25,10 +25,8 @@ from .products import PLACEMENTS, PRODUCTS
 DEFAULT_SIDE = "left"
 """Side meant when a sided placement is named without one: where most people wear a watch."""
 
-
 NEAR_M, FAR_M = 0.05, 0.1
 """How far from a place the patch that stands for it may lie: without a word, and at all."""
-
 
 OUTER = ("lateral", "dorsal")
 """The side of a limb that is meant where none is named: most straps have their sensor there."""
