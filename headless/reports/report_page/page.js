@@ -119,18 +119,24 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     if (viewer) viewer.paint(shares());
   }
 
-  function badges() {
-    if (!viewer || !viewer.view) return;
+  // The numbered sensors and the patch pointed at: where they stand on the canvas, and whether they are seen.
+  function marks() {
+    if (!viewer || !viewer.view || viewer.gl.isContextLost()) return [];
     const wanted = data.chosen.slice(0, 12).map((patch, i) => [patch, String(i + 1)]);
     if (shown.patch >= 0 && !data.chosen.slice(0, 12).includes(shown.patch)) wanted.push([shown.patch, ""]);
-    const holder = find("badges");
+    return wanted.map(([patch, label]) => {
+      const [x, y] = viewer.project(centres[patch]), seen = viewer.patchAt(x, y);
+      // hidden where another part of the body is before it; at an outline nothing may be seen there
+      return { x, y, label, hidden: seen >= 0 && viewer.apart(centres[seen], centres[patch]) > 0.12 };
+    });
+  }
+
+  function badges() {
+    const wanted = marks(), holder = find("badges");
     while (holder.children.length > wanted.length) holder.lastChild.remove();
     while (holder.children.length < wanted.length) holder.append(make("span"));
-    wanted.forEach(([patch, label], i) => {
-      const badge = holder.children[i], [x, y] = viewer.project(centres[patch]);
-      const seen = viewer.patchAt(x, y);
-      // hidden where another part of the body is before it; at an outline nothing may be seen there
-      const hidden = seen >= 0 && viewer.apart(centres[seen], centres[patch]) > 0.12;
+    wanted.forEach(({ x, y, label, hidden }, i) => {
+      const badge = holder.children[i];
       text(badge, label);
       badge.className = (label ? "" : "pointer") + (hidden ? " hidden" : "");
       badge.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
@@ -227,12 +233,33 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
       viewer.redraw();
       say();
     }));
-    // paper has another width, and nothing is drawn anew while a page is printed
-    const stage = canvas.parentElement;
-    window.addEventListener("beforeprint", () => { stage.style.cssText = "width: 600px; height: 460px; min-height: 0; margin: auto"; viewer.draw(); });
-    window.addEventListener("afterprint", () => { stage.style.cssText = ""; viewer.redraw(); });
+    canvas.addEventListener("webglcontextlost", () => { find("failure").hidden = false; badges(); });
+    window.addEventListener("beforeprint", print);
     find("closer").addEventListener("click", () => viewer.closer(1.25));
     find("farther").addEventListener("click", () => viewer.closer(0.8));
+  }
+
+  // Body and discs as one picture: paper has another size, and nothing is drawn anew while a page is printed.
+  function print() {
+    const paper = find("paper"), [width, height, ratio] = [600, 460, 2];
+    [paper.width, paper.height] = [width * ratio, height * ratio];
+    const ink = paper.getContext("2d", { willReadFrequently: true });
+    viewer.draw(width, height, ratio);
+    ink.drawImage(viewer.canvas, 0, 0);
+    const drawn = ink.getImageData(0, 0, paper.width, paper.height).data.some((value, at) => at % 4 === 3 && value > 0);
+    paper.hidden = !drawn; // without a body a disc says nothing
+    ink.scale(ratio, ratio);
+    Object.assign(ink, { textAlign: "center", textBaseline: "middle", font: "bold 12px sans-serif", lineWidth: 1.5 });
+    for (const { x, y, label } of marks().filter((mark) => !mark.hidden && mark.label)) {
+      ink.beginPath();
+      ink.arc(x, y, 10, 0, 2 * Math.PI);
+      ink.fillStyle = "#fff";
+      ink.fill();
+      ink.fillStyle = "#1b2430";
+      ink.stroke();
+      ink.fillText(label, x, y);
+    }
+    viewer.draw();
   }
 
   // Tells those who do not see it from where the body is seen now, once it has stopped turning.

@@ -158,9 +158,11 @@ class Viewer {
     return { matrix, eye };
   }
 
-  draw() {
-    const { gl, canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+  // As large as it is shown, or as it is told: CSS pixels, and the canvas's own to each.
+  draw(shownWidth = this.canvas.clientWidth, shownHeight = this.canvas.clientHeight, ratio = Math.min(window.devicePixelRatio || 1, 2)) {
+    const { gl, canvas } = this;
+    [this.width, this.height] = [shownWidth, shownHeight];
+    const width = Math.max(1, Math.round(shownWidth * ratio)), height = Math.max(1, Math.round(shownHeight * ratio));
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     const view = this.camera();
     this.view = view;
@@ -196,7 +198,7 @@ class Viewer {
       this.stale = false;
     }
     const pixel = new Uint8Array(4);
-    const column = Math.floor((x * width) / canvas.clientWidth), row = height - 1 - Math.floor((y * height) / canvas.clientHeight);
+    const column = Math.floor((x * width) / this.width), row = height - 1 - Math.floor((y * height) / this.height);
     gl.readPixels(column, row, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return pixel[0] + 256 * pixel[1] + 65536 * pixel[2] - 1;
@@ -206,7 +208,7 @@ class Viewer {
   project(vertex) {
     const p = this.positions.subarray(3 * vertex, 3 * vertex + 3), m = this.view.matrix;
     const [x, y, , w] = [0, 1, 2, 3].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]);
-    return [((x / w + 1) / 2) * this.canvas.clientWidth, ((1 - y / w) / 2) * this.canvas.clientHeight];
+    return [((x / w + 1) / 2) * this.width, ((1 - y / w) / 2) * this.height];
   }
 
   apart(one, other) {

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The report in headless Chromium: it draws, answers mouse and keyboard, and asks nothing of the network."""
 
+import base64
 import io
 import json
 
 import numpy as np
+import pytest
 from matplotlib.image import imread
 from scipy.spatial.transform import Rotation
 
@@ -22,8 +24,6 @@ def picture(browser):
     encoded = browser.execute_script(
         "return document.getElementById('view').toDataURL('image/png').split(',')[1]"
     )
-    import base64
-
     return imread(io.BytesIO(base64.b64decode(encoded)))
 
 
@@ -222,6 +222,47 @@ def test_labels_that_are_markup_stay_text(page, drawn_results):
     assert text(page, "#ranked-title") == " ".join(hostile.split())
     assert page.execute_script("return document.scripts.length") == 4
     assert page.execute_script("return document.images.length") == 0
+
+
+PRINTED = """
+window.dispatchEvent(new Event('beforeprint'));
+const paper = document.getElementById('paper');
+return paper.hidden ? null : paper.toDataURL('image/png').split(',')[1];
+"""
+
+
+@pytest.mark.parametrize("width", [640, 1280, 2000])
+def test_print_has_the_discs_on_the_body_whatever_the_window_s_size(page, drawn_results, width):
+    """Body and discs are one picture, so that nothing can be laid out for another size than the other."""
+    patches = PatchSet.load(drawn_results / ".w2w" / "patches.npz")
+    body = Body.load(drawn_results / ".w2w" / "body.npz")
+    spot = body.vertices[patches.vertices]
+    outermost = int(spot[:, 0].argmax())
+    chosen = f"document.dispatchEvent(new CustomEvent('w2w-chosen', {{detail: [{outermost}]}}));"
+    page.set_window_size(width, 1000)
+    settle(page)
+    before = picture(page)
+    plain, marked = (
+        imread(io.BytesIO(base64.b64decode(page.execute_script(script + PRINTED))))
+        for script in (chosen.replace(f"[{outermost}]", "[]"), chosen)
+    )
+    assert plain.shape == (920, 1200, 4)
+    rows, columns = np.nonzero(plain[..., 3] > 0.9)
+    disc = np.argwhere(np.abs(marked - plain).max(axis=2) > 0.1).mean(axis=0)
+    tip = columns.max()
+    assert abs(disc[1] - tip) < 6  # at the tip of a finger, of 2 pixels to the point
+    assert abs(disc[0] - rows[columns > tip - 4].mean()) < 12
+    np.testing.assert_array_equal(picture(page), before)  # the screen is as it was
+
+
+def test_a_disc_is_not_printed_without_the_body(page):
+    page.execute_script(
+        "document.getElementById('view').getContext('webgl2').getExtension('WEBGL_lose_context').loseContext()"
+    )
+    settle(page)
+    assert page.execute_script(PRINTED) is None
+    assert find(page, "#failure").is_displayed()
+    assert not page.find_elements("css selector", "#badges span")
 
 
 def test_no_request_leaves_the_page(page):
