@@ -20,9 +20,11 @@ from scipy.spatial.transform import Rotation
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.keypoints.fit import fit_keypoints
-from w2w.core.keypoints.joint_sets import HUMAN36M_17
+from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import joint_transforms, on_the_ground
+
+HUMAN36M_17 = JOINT_SETS["human36m-17"]
 
 RATE, SECONDS = 30.0, 30.0
 STANDS_FOR = {"spine": "spine2", "nose": "head"}

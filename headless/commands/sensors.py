@@ -16,7 +16,8 @@ from rich.table import Table
 from w2w.core.file_names import shown
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.sensor_file import TRIADS, WHOLE, write_sensor
+from w2w.core.imu.sensor_fields import TRIADS, WHOLE
+from w2w.core.imu.sensor_file import write_sensor
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 
 from ..console import NOTHING_TO_DO, USAGE

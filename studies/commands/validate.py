@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from w2w.core.file_names import shown
-from w2w.core.imu.presets import DEFAULT_SENSOR, MTW_AWINDA
+from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 from w2w.headless.commands.execute import refused
@@ -118,7 +118,7 @@ def dsads(
         list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
     ] = None,
     window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
-    sensor: Sensor = MTW_AWINDA.name,
+    sensor: Sensor = "xsens mtw awinda",
     classifier: Classifier = "ridge",
     seed: Seed = 0,
 ) -> None:
@@ -255,7 +255,7 @@ def gait(
     ],
     out: Out,
     trial: Annotated[str, typer.Option(help="Which trial.")] = "S02-Trial-Walk-1",
-    sensor: Sensor = MTW_AWINDA.name,
+    sensor: Sensor = "xsens mtw awinda",
     seed: Seed = 0,
 ) -> None:
     """A walk with nine worn Xsens sensors: signals, energies and gait phases, site by site.

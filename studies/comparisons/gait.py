@@ -14,7 +14,6 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_json, write_text
 from w2w.core.filtering import butterworth
 from w2w.core.imu.calibration_gain import Alike, held_out
-from w2w.core.imu.presets import MTW_AWINDA
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
@@ -65,7 +64,7 @@ class GaitValidation(NamedTuple):
     taught: list[PhasesTaught]
 
 
-def compare_gait(folder: Path, trial: str, seed: int = 0, sensor: SensorModel = MTW_AWINDA) -> GaitValidation:
+def compare_gait(folder: Path, trial: str, seed: int, sensor: SensorModel) -> GaitValidation:
     """Simulate a trial's sensors, with a part's errors, from its BVH and compare.
 
     Raises

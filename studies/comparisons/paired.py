@@ -10,14 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.imu.presets import BMI270
+from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
-from w2w.core.keypoints.joint_sets import BODY_34, MM_FIT_17, JointSet
+from w2w.core.keypoints.joint_sets import JOINT_SETS, JointSet
 from w2w.core.ranking.utility import inputs_of
 from w2w.core.ranking.windows import WindowSpec
 
@@ -25,6 +25,9 @@ from ..datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exerci
 from ..datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial
 from ..validation.site_windows import Use, site_windows
 from ..validation.sites import SiteValidation, validate_sites
+
+BODY_34 = JOINT_SETS["body-34"]
+MM_FIT_17 = JOINT_SETS["mm-fit-17"]
 
 MMFIT_WINDOW = WindowSpec(length_s=5.0, stride_s=1.0)
 """The length of the authors' own windows."""
@@ -50,7 +53,7 @@ class Terms:
     seed : int
     """
 
-    sensor: SensorModel = BMI270
+    sensor: SensorModel = PRESETS[DEFAULT_SENSOR]
     classifier: str = "ridge"
     folds: int = 5
     seed: int = 0

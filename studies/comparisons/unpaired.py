@@ -19,7 +19,7 @@ from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import at_patches, record_motion
 from w2w.core.keypoints.fit import fit_keypoints
-from w2w.core.keypoints.joint_sets import KINECT_20
+from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.library import LibraryError, read_library
 from w2w.core.motion.motion import Motion
@@ -33,6 +33,8 @@ from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol
 from ..validation.site_windows import SiteWindows, site_windows
 from .posture import posture
+
+KINECT_20 = JOINT_SETS["kinect-20"]
 
 KINECT_FILES = (
     f"{KINECT} is read from the folder of Inertial and Skeleton, with their .mat files, or from an npz"

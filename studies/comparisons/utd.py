@@ -18,7 +18,7 @@ from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints
-from w2w.core.keypoints.joint_sets import KINECT_20
+from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.ranking.windows import WindowSpec
 
 from ..datasets.utd_mhad import UTD_IMU_RATE, UtdTrial
@@ -26,6 +26,8 @@ from ..validation.calibrated_transfer import calibrated_transfer
 from ..validation.correlation import Correlation, magnitude_correlation
 from ..validation.transfer import Transfer, transfer
 from .paired import AS_DEFAULT, POSE_CUTOFF_HZ, Terms
+
+KINECT_20 = JOINT_SETS["kinect-20"]
 
 SITES: dict[str, str | SensorSite] = {"right wrist": "right wrist", "right thigh": "right thigh front"}
 WINDOW = WindowSpec(length_s=3.0, stride_s=3.0, short="reflect")

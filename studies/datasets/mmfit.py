@@ -20,7 +20,9 @@ from w2w.core.filtering import butterworth
 from w2w.core.imu.gaps import runs
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
-from w2w.core.keypoints.joint_sets import MM_FIT_17
+from w2w.core.keypoints.joint_sets import JOINT_SETS
+
+MM_FIT_17 = JOINT_SETS["mm-fit-17"]
 
 CAMERA_RATE = 30.0
 """Frames per second of the camera whose frame numbers are the clock of all streams."""

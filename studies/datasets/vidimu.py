@@ -20,7 +20,9 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.keypoints.joint_sets import BODY_34
+from w2w.core.keypoints.joint_sets import JOINT_SETS
+
+BODY_34 = JOINT_SETS["body-34"]
 
 IMU_RATE = 50.0
 VIDEO_RATE = 30.0

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from w2w.core.body.body import TEMPLATES
 from w2w.core.imu.presets import PRESETS, preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
@@ -20,6 +21,13 @@ def written(folder, content, name="my part.json"):
     path = folder / name
     path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     return path
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_bundled_sensor_is_written_as_a_file_of_ones_own(tmp_path, name):
+    content = json.loads((TEMPLATES / "sensors.json").read_text(encoding="utf-8"))[name]
+    assert content.pop("sources", "") or name == "ideal"
+    assert read_sensor(written(tmp_path, content | {"name": name})) == preset(name)
 
 
 def test_figures_of_a_datasheet_with_their_units(tmp_path):

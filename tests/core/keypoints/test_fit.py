@@ -7,11 +7,16 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
-from w2w.core.keypoints.joint_sets import BODY_34, HUMAN36M_17, JOINT_SETS, KINECT_20, MM_FIT_17, mirrored
+from w2w.core.keypoints.joint_sets import JOINT_SETS, mirrored
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import joint_transforms, on_the_ground
 
 from ...seen_joints import seen_as
+
+BODY_34 = JOINT_SETS["body-34"]
+HUMAN36M_17 = JOINT_SETS["human36m-17"]
+KINECT_20 = JOINT_SETS["kinect-20"]
+MM_FIT_17 = JOINT_SETS["mm-fit-17"]
 
 RATE = 30.0
 NOISE = 0.01

@@ -8,7 +8,7 @@ import pytest
 
 from w2w.core.files import write_npz
 from w2w.core.keypoints.facts import PoseFacts
-from w2w.core.keypoints.joint_sets import JOINT_SETS, unseen
+from w2w.core.keypoints.joint_sets import JOINT_SETS, JointSet, unseen
 from w2w.core.keypoints.naming import plain_joint
 from w2w.core.keypoints.pose_files import read_joints
 from w2w.core.motion.joint_files import is_joint_file, may_hold_joints
@@ -55,6 +55,22 @@ def written(folder, kind, name, positions, rate):
         return path
     (folder / "clip.json").write_text(json.dumps(facts))
     return path
+
+
+@pytest.mark.parametrize(
+    ("joints", "landmarks", "wrong"),
+    [
+        ((), {"left knee": ()}, "left knee"),
+        ((), {"head": ("skull",)}, "skull"),
+        (("nose", "nose"), {}, "twice"),
+    ],
+)
+def test_a_joint_set_that_lacks_something_is_refused(joints, landmarks, wrong):
+    whole = JOINT_SETS["coco-17"]
+    held = {**whole.landmarks, **landmarks}
+    held = {landmark: members for landmark, members in held.items() if members}
+    with pytest.raises(ValueError, match=wrong):
+        JointSet("mine", (*whole.joints, *joints), held)
 
 
 @pytest.mark.parametrize("kind", ["csv", "npy", "npz", "json"])

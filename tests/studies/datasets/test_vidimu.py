@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.keypoints.joint_sets import BODY_34
+from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.studies.datasets.vidimu import LOWER, SITES, UPPER, angular_velocity, read_trial, read_vidimu
+
+BODY_34 = JOINT_SETS["body-34"]
 
 N = 100
 SPIN = {name: np.array([0.5 * k, -1.0, 0.3]) for k, name in enumerate(SITES)}

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from .quantities import Quantity
 from .sensor import SensorModel
-from .sensor_file import TRIADS, WHOLE
+from .sensor_fields import TRIADS, WHOLE
 
 DIGITS = 6
 """Digits that a figure keeps: a form may hold it in single precision."""
