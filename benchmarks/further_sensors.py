@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How much F1 orientation, magnetometer and barometer add to accelerometer and gyroscope, place by place.
 
-    python -m benchmarks.further_sensors LIBRARY --labels labels.csv [--sensor watch] [--location 50,10]
+    python -m benchmarks.further_sensors LIBRARY --labels labels.csv [--sensor watch]
 
 Every clip is recorded at the 11 placements on the left; the same classifier then learns from acc and gyr
 alone, with each of the others, and with all, leaving one subject out at a time. Printed are macro F1 with acc
@@ -18,6 +18,7 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.imu.channels import FURTHER
+from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.virtual import sensors_at
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
@@ -28,7 +29,7 @@ from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, cut_windows
 from w2w.core.study import StudyConfig, record
 from w2w.headless.runs.load_clip import load_clip
-from w2w.headless.signal_options import further_sensors, sensor_settings
+from w2w.headless.signal_options import sensor_settings
 
 RESAMPLES = 2000
 
@@ -39,9 +40,8 @@ def main() -> None:
     parser.add_argument("library", type=Path)
     parser.add_argument("--labels", type=Path, required=True)
     parser.add_argument("--sensor", default="watch")
-    parser.add_argument("--location", default="50,10")
     asked = parser.parse_args()
-    further = further_sensors(",".join(FURTHER), "", asked.location)
+    further = FurtherSensors(tuple(FURTHER))
     config = StudyConfig(**sensor_settings(asked.sensor), further=further)
     body = Body.bundled()
     patches = sensors_at(body, {one.name: one.on("left") for one in PLACEMENTS})

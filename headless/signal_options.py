@@ -63,34 +63,29 @@ RecogniseBy = Annotated[
     str,
     typer.Option(help="Recognise by these, too, of those that --record names.", rich_help_panel=PANEL),
 ]
-Location = Annotated[
-    str,
+MagneticDip = Annotated[
+    float,
     typer.Option(
-        help="Latitude and longitude, degrees, whose magnetic field the magnetometer is in.",
+        min=-90,
+        max=90,
+        help="Angle of the earth's magnetic field below the horizontal, degrees, for the magnetometer.",
         rich_help_panel=PANEL,
     ),
 ]
-AS_LOCATED = f"{FurtherSensors().latitude:g},{FurtherSensors().longitude:g}"
 
 
-def further_sensors(record: str, features: str, location: str) -> FurtherSensors:
-    """`--record`, `--recognise-by` and `--location` as `FurtherSensors`.
+def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherSensors:
+    """`--record`, `--recognise-by` and `--magnetic-dip` as `FurtherSensors`.
 
     Raises
     ------
     ValueError
-        If a name or the location is wrong; the message names the option.
+        If a name is wrong; the message names the option.
     """
     try:
-        latitude, longitude = (float(part) for part in location.split(","))
-    except ValueError:
-        raise ValueError(
-            f"--location must be latitude and longitude in degrees, such as 50,10, not {location}"
-        ) from None
-    try:
-        return FurtherSensors(_names(record), _names(features), latitude, longitude)
+        return FurtherSensors(_names(record), _names(features), magnetic_dip)
     except ValueError as error:
-        raise ValueError(f"--record, --recognise-by, --location: {error}") from error
+        raise ValueError(f"--record, --recognise-by, --magnetic-dip: {error}") from error
 
 
 def _names(text: str) -> tuple[str, ...]:

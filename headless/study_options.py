@@ -17,6 +17,7 @@ from rich.console import Console
 
 from w2w.core.body.body import Body
 from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
+from w2w.core.imu.further import NOTHING
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.patches.own_placements import read_placements
@@ -72,7 +73,7 @@ class StudyOptions:
     convention: signal_options.Convention = signal_options.AS_DEFAULT.convention
     record: signal_options.Record = ""
     recognise_by: signal_options.RecogniseBy = ""
-    location: signal_options.Location = signal_options.AS_LOCATED
+    magnetic_dip: signal_options.MagneticDip = NOTHING.dip_deg
     window: window_options.Window = 2.0
     stride: window_options.Stride = None
     classifier: options.Classifier = "ridge"
@@ -138,7 +139,7 @@ class StudyOptions:
             garments=parse_garments(self.garment),
             synthesis=signal_options.synthesis_settings(self.rate, self.band, self.convention),
             root_band_hz=self.root_band,
-            further=signal_options.further_sensors(self.record, self.recognise_by, self.location),
+            further=signal_options.further_sensors(self.record, self.recognise_by, self.magnetic_dip),
             **signal_options.sensor_settings(self.sensor),
             windows=window_options.window_spec(self.window, self.stride),
             classifier=self.classifier,

@@ -13,7 +13,7 @@ from rich.markup import escape
 from w2w.core.body.body import Body
 from w2w.core.file_names import shown
 from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
-from w2w.core.imu.further import FurtherSensors
+from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.virtual import sensor_at
 from w2w.core.motion.library import Clip
@@ -44,7 +44,7 @@ def synth(
     root_band: signal_options.RootBand = None,
     convention: signal_options.Convention = signal_options.AS_DEFAULT.convention,
     record: signal_options.Record = "",
-    location: signal_options.Location = signal_options.AS_LOCATED,
+    magnetic_dip: signal_options.MagneticDip = NOTHING.dip_deg,
     acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
     gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
@@ -64,7 +64,7 @@ def synth(
             **signal_options.sensor_settings(sensor),
             synthesis=signal_options.synthesis_settings(rate, band, convention),
             root_band_hz=root_band,
-            further=_recorded_too(record, location, kind),
+            further=_recorded_too(record, magnetic_dip, kind),
             seed=seed,
         )
         config = placeable(config, console)
@@ -95,7 +95,7 @@ def synth(
         console.print(f"Picture: {escape(shown(plot))}")
 
 
-def _recorded_too(record: str, location: str, kind: str) -> FurtherSensors:
+def _recorded_too(record: str, magnetic_dip: float, kind: str) -> FurtherSensors:
     """What is recorded beside acc and gyr.
 
     Raises
@@ -103,7 +103,7 @@ def _recorded_too(record: str, location: str, kind: str) -> FurtherSensors:
     ValueError
         If an option is wrong, or files of this kind cannot hold it.
     """
-    further = signal_options.further_sensors(record, "", location)
+    further = signal_options.further_sensors(record, "", magnetic_dip)
     if lacking := [name for name in further.record if name not in HELD[kind]]:
         able = [name for name, held in HELD.items() if set(further.record) <= set(held)]
         raise ValueError(

@@ -15,7 +15,7 @@ from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study import StudyConfig
 from w2w.headless.app import APP
-from w2w.headless.signal_options import AS_LOCATED, further_sensors
+from w2w.headless.signal_options import further_sensors
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -126,17 +126,16 @@ def test_sensors_shows_one_whole_and_writes_it(tmp_path):
 
 
 def test_further_sensors_are_read_from_the_options():
-    found = further_sensors("Barometer, orientation", "barometer", "-33.9, 151.2")
-    assert found == FurtherSensors(("barometer", "orientation"), ("barometer",), -33.9, 151.2)
-    assert further_sensors("", "", AS_LOCATED) == NOTHING
-    for record, features, location, words in (
-        ("gps", "", AS_LOCATED, "orientation, magnetometer, barometer, not 'gps'"),
-        ("", "barometer", AS_LOCATED, "barometer must be recorded"),
-        ("", "", "here", "must be latitude and longitude in degrees, such as 50,10, not here"),
-        ("", "", "95,10", "latitude of -90 to 90"),
+    found = further_sensors("Barometer, orientation", "barometer", -64.3)
+    assert found == FurtherSensors(("barometer", "orientation"), ("barometer",), -64.3)
+    assert further_sensors("", "", NOTHING.dip_deg) == NOTHING
+    for record, features, dip, words in (
+        ("gps", "", NOTHING.dip_deg, "orientation, magnetometer, barometer, not 'gps'"),
+        ("", "barometer", NOTHING.dip_deg, "barometer must be recorded"),
+        ("", "", 95.0, "dips by -90 to 90 degrees"),
     ):
         with pytest.raises(ValueError, match=words) as caught:
-            further_sensors(record, features, location)
+            further_sensors(record, features, dip)
         assert str(caught.value).startswith("--")
 
 

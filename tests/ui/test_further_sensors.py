@@ -33,9 +33,9 @@ def test_they_are_baked_exported_and_recognised_by_as_on_the_command_line(
     body = make_study(library, "motions patches")
     study = body.w2w
     study.record, study.recognise_by = set(FURTHER), {"barometer"}
-    study.latitude, study.longitude = -33.9, 151.2
+    study.magnetic_dip = -64.3
     asked = StudyOptions(
-        patches=N_PATCHES, record=",".join(FURTHER), recognise_by="barometer", location="-33.9,151.2"
+        patches=N_PATCHES, record=",".join(FURTHER), recognise_by="barometer", magnetic_dip=-64.3
     )
     assert config_of(study).further == asked.config().further
     study.clip_index = 4

@@ -17,3 +17,4 @@ def test_a_number_that_was_not_touched_is_the_one_that_was_given(given: float) -
 def test_a_number_that_was_typed_is_the_one_that_was_typed() -> None:
     assert as_given(float(np.float32(0.7)), 1 / 3) == 0.7
     assert as_given(float(np.float32(2.125)), float("nan")) == 2.125
+    assert as_given(float(np.float32(-64.3)), 66.8) == -64.3

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Orientation, magnetometer and barometer in the panel: which are recorded, which to recognise by, where."""
+"""Orientation, magnetometer and barometer in the panel: which are recorded, and which to recognise by."""
 
 from __future__ import annotations
 
@@ -21,14 +21,10 @@ Layout = bpy.types.UILayout
 
 TEXTS = {
     "orientation": "Quaternions, as a part with sensor fusion gives them",
-    "magnetometer": "The magnetic field of the place below",
+    "magnetometer": "The earth's magnetic field, with the dip below",
     "barometer": "The pressure of the air, which tells height",
 }
 ITEMS = [(name, name.capitalize(), TEXTS[name], 1 << bit) for bit, name in enumerate(FURTHER)]
-
-DEGREE_DIGITS = 4
-"""Decimals of a degree that single precision keeps up to 180."""
-
 
 TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
 """The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
@@ -65,7 +61,7 @@ class FurtherProperties:
     recorded: BoolVectorProperty(
         name="Record",
         description="Recorded beside accelerometer and gyroscope: orientation as quaternions, as a part with "
-        "sensor fusion gives them; the magnetic field of a place; the air's pressure, which tells height",
+        "sensor fusion gives them; the earth's magnetic field; the air's pressure, which tells height",
         size=len(FURTHER),
         get=_ticked("record"),
         set=_tick("record"),
@@ -77,20 +73,12 @@ class FurtherProperties:
         get=_ticked("recognise_by"),
         set=_tick("recognise_by"),
     )
-    latitude: FloatProperty(
-        name="Latitude",
-        description="Degrees, of the place whose magnetic field the magnetometer is in",
-        default=NOTHING.latitude,
+    magnetic_dip: FloatProperty(
+        name="Magnetic Dip (°)",
+        description="Angle of the earth's magnetic field below the horizontal, for the magnetometer",
+        default=NOTHING.dip_deg,
         min=-90,
         max=90,
-        precision=1,
-    )
-    longitude: FloatProperty(
-        name="Longitude",
-        description="Degrees east, of the place whose magnetic field the magnetometer is in",
-        default=NOTHING.longitude,
-        min=-180,
-        max=180,
         precision=1,
     )
 
@@ -116,15 +104,14 @@ def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: boo
         run,
         record=_in_order(record, run.record),
         features=_in_order(by, run.features),
-        latitude=_degrees(study, "latitude", run.latitude),
-        longitude=_degrees(study, "longitude", run.longitude),
+        dip_deg=as_given(_value(study, "magnetic_dip", run.dip_deg), run.dip_deg),
     )
 
 
 def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> None:
     """Show in the panel what a run recorded."""
     study.record, study.recognise_by = set(further.record), set(further.features)
-    study.latitude, study.longitude = further.latitude, further.longitude
+    study.magnetic_dip = further.dip_deg
 
 
 def further_text(study: bpy.types.PropertyGroup) -> str:
@@ -134,7 +121,7 @@ def further_text(study: bpy.types.PropertyGroup) -> str:
     record, by = (
         ",".join(name for name in FURTHER if name in chosen) for chosen in (study.record, study.recognise_by)
     )
-    return f" record={record} by={by} at={study.latitude:g},{study.longitude:g}"
+    return f" record={record} by={by} dip={study.magnetic_dip:g}"
 
 
 def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, layout: Layout) -> None:
@@ -146,9 +133,7 @@ def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, lay
         draw_text(layout, context, "Sensors on garments record accelerometer and gyroscope alone")
         return
     if "magnetometer" in study.record:
-        column = layout.column(align=True)
-        column.prop(study, "latitude")
-        column.prop(study, "longitude")
+        layout.prop(study, "magnetic_dip")
     if inputs_of(study.classifier) != "features":
         draw_text(layout, context, f"{study.classifier} learns from accelerometer and gyroscope alone")
         return
@@ -167,11 +152,6 @@ def _draw_ticks(study: bpy.types.PropertyGroup, layout: Layout, name: str, offer
 def _value(study: bpy.types.PropertyGroup, name: str, given: Any) -> Any:
     """A property's value; that of the run opened where the panel has not set it."""
     return getattr(study, name) if study.is_property_set(name) else given
-
-
-def _degrees(study: bpy.types.PropertyGroup, name: str, given: float) -> float:
-    shown = as_given(_value(study, name, given), given)
-    return shown if shown == given else round(shown, DEGREE_DIGITS)
 
 
 def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:

@@ -8,8 +8,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.channels import FURTHER
-from w2w.core.imu.earth import height_of, magnetic_field
-from w2w.core.imu.further import NOTHING, FurtherSensors, further_signals, north_of
+from w2w.core.imu.further import (
+    LAPSE_PER_M,
+    NOTHING,
+    PRESSURE_EXPONENT,
+    SEA_LEVEL_PA,
+    FurtherSensors,
+    further_signals,
+    north_of,
+    pressure_at,
+)
 from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
@@ -17,9 +25,16 @@ from w2w.core.imu.synthesis import Synthesis, synthesize
 
 RATE, SECONDS, SPIN, LIFT = 60.0, 4.0, 1.3, 0.25
 SETTINGS = Synthesis(rate_hz=50.0, cutoff_hz=None)
-EVERY = FurtherSensors(tuple(FURTHER), latitude=48.0, longitude=2.0)
+EVERY = FurtherSensors(tuple(FURTHER), dip_deg=60.0, field_ut=48.0)
 START = Rotation.from_euler("xyz", [[10, 20, 30], [-80, 5, 200], [170, -60, 0]], degrees=True)
 """Of three sensors on one rigid body."""
+FIELD = np.array([0, 24.0, -48.0 * np.sqrt(0.75)])
+"""48 microtesla, 60 degrees below the horizontal: east, north, up."""
+
+
+def height_of(pressure):
+    """Height above the sea, m, at which the standard atmosphere has a pressure, Pa."""
+    return (1 - (pressure / SEA_LEVEL_PA) ** (1 / PRESSURE_EXPONENT)) / LAPSE_PER_M
 
 
 def turning(n=3):
@@ -46,7 +61,7 @@ def test_a_turning_body_in_a_known_field():
     found = read(EVERY)
     time = np.arange(len(found["magnetometer"])) / SETTINGS.rate_hz
     north = Rotation.from_rotvec([0, 0, north_of("a clip", 3)])
-    field = north.apply(magnetic_field(48.0, 2.0))
+    field = north.apply(FIELD)
     for number in range(3):
         turned = Rotation.from_rotvec(SPIN * time[:, None] * [0, 0, 1]) * START[number]
         np.testing.assert_allclose(found["magnetometer"][:, number], turned.inv().apply(field), atol=2e-3)
@@ -64,6 +79,13 @@ def test_a_lifted_body_in_the_standard_atmosphere():
     assert height_of(high[0, 0, 0]) == pytest.approx(1601, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("height", "pressure"), [(0, 101325), (1000, 89874.6), (3000, 70108.5), (11000, 22632.1)]
+)  # table of the International Standard Atmosphere, ISO 2533, by geopotential height
+def test_pressure_is_the_standard_atmospheres(height, pressure):
+    assert pressure_at(height) == pytest.approx(pressure, rel=1e-4)
+
+
 def test_they_sit_as_acc_and_gyr_do():
     worn = SensorModel(
         name="worn", mounting_turn_deg=15, fixed_misalignment_deg=10, worn_turn_deg=(20, 0, -70)
@@ -76,7 +98,7 @@ def test_they_sit_as_acc_and_gyr_do():
     turned = as_rotation(found["orientation"][20])
     np.testing.assert_allclose(turned.inv().apply([0, 0, 9.80665]), acc, atol=1e-3)
     assert (turned * START.inv()).magnitude().min() > 0.02
-    field = Rotation.from_rotvec([0, 0, north_of("a clip", 3)]).apply(magnetic_field(48.0, 2.0))
+    field = Rotation.from_rotvec([0, 0, north_of("a clip", 3)]).apply(FIELD)
     np.testing.assert_allclose(turned.inv().apply(field), found["magnetometer"][20], atol=1e-3)
 
 
@@ -136,8 +158,8 @@ def test_what_cannot_be_is_refused():
         FurtherSensors(("gps",))
     with pytest.raises(ValueError, match="barometer must be recorded"):
         FurtherSensors(("orientation",), ("barometer",))
-    with pytest.raises(ValueError, match="latitude of -90 to 90"):
-        FurtherSensors(latitude=91.0)
+    with pytest.raises(ValueError, match="dips by -90 to 90 degrees and has 0 to 100 microtesla, not 91"):
+        FurtherSensors(dip_deg=91.0)
     with pytest.raises(ValueError, match="rate of the sensor's own"):
         read(EVERY, SensorModel(rate_hz=25.0))
     assert read(NOTHING) == {}

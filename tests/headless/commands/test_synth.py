@@ -56,7 +56,7 @@ def test_what_else_a_part_has_is_recorded_on_request(shared_data, tmp_path, kind
     assert code == 0, output
     code, output = call(
         *options, tmp_path / name, "--record", "barometer,orientation,magnetometer",
-        "--location", "-33.9,151.2", "--plot", tmp_path / "x.png",
+        "--magnetic-dip", "-64.3", "--plot", tmp_path / "x.png",
     )  # fmt: skip
     assert code == 0, output
     plain, full = (read_recording(tmp_path / file) for file in (f"plain_{name}", name))

@@ -14,7 +14,6 @@ from ..filtering import count_resampled
 from ..rotations import decompose
 from . import errors
 from .channels import FURTHER
-from .earth import SEA_LEVEL_PA, magnetic_field, pressure_at
 from .errors import SensorStreams
 from .gaps import bridge
 from .sensor import ALL_CLIPS, SensorModel
@@ -23,10 +22,18 @@ from .trajectory import spline_windows
 
 ORIENTATION, MAGNETOMETER, BAROMETER = FURTHER
 
+SEA_LEVEL_PA = 101_325.0
+LAPSE_PER_M = 0.0065 / 288.15
+PRESSURE_EXPONENT = 9.80665 * 0.0289644 / (8.3144598 * 0.0065)
+"""International Standard Atmosphere up to 11 km: 15 degrees C at the sea, 6.5 degrees less each kilometre."""
+
+MOST_UT = 100.0
+"""The earth's own field has 22 to 67 microtesla."""
+
 
 @dataclass(frozen=True)
 class FurtherSensors:
-    """What is recorded beside specific force and angular velocity, where, and with which errors.
+    """What is recorded beside specific force and angular velocity, and with which errors.
 
     Random constants are drawn anew for every sensor and clip, Gaussian, with the given value as their
     standard deviation. A part without errors (`SensorModel.is_ideal`) has none here either.
@@ -37,8 +44,9 @@ class FurtherSensors:
         Some of "orientation", "magnetometer", "barometer".
     features : tuple of str
         Those of them that activities are recognised by, too.
-    latitude, longitude : float
-        Where on earth, degrees, for the magnetic field. Which way is north is drawn anew for every clip.
+    dip_deg, field_ut : float
+        The earth's magnetic field: degrees below the horizontal, and strength in microtesla; by default those
+        of Central Europe. Which way is north is drawn anew for every clip.
     tilt_deg, heading_deg : float
         Error of the orientation about the horizontal axes and about the vertical.
     magnetometer_noise_ut : float
@@ -60,8 +68,8 @@ class FurtherSensors:
 
     record: tuple[str, ...] = ()
     features: tuple[str, ...] = ()
-    latitude: float = 50.0
-    longitude: float = 10.0
+    dip_deg: float = 66.8
+    field_ut: float = 49.4
     tilt_deg: float = 0.5
     heading_deg: float = 1.0
     magnetometer_noise_ut: float = 0.19
@@ -81,10 +89,10 @@ class FurtherSensors:
         missing = [name for name in self.features if name not in self.record]
         if missing:
             raise ValueError(f"{', '.join(missing)} must be recorded to recognise activities by")
-        if not (abs(self.latitude) <= 90 and abs(self.longitude) <= 360):
+        if not (abs(self.dip_deg) <= 90 and 0 <= self.field_ut <= MOST_UT):
             raise ValueError(
-                f"a location has a latitude of -90 to 90 and a longitude of -180 to 180 degrees, not "
-                f"{self.latitude}, {self.longitude}"
+                f"the earth's magnetic field dips by -90 to 90 degrees and has 0 to {MOST_UT:g} microtesla, "
+                f"not {self.dip_deg}, {self.field_ut}"
             )
 
     @property
@@ -152,7 +160,7 @@ def further_signals(
 
 
 def north_of(clip: str, seed: int) -> float:
-    """Turn about the vertical from the clip's world to the earth's, rad: people face any way."""
+    """Turn about the vertical from y of the clip's world to magnetic north, rad: people face any way."""
     return float(_of_clip(clip, seed, "north").uniform(-np.pi, np.pi))
 
 
@@ -218,9 +226,9 @@ def _magnetometer(
     turned: Rotation, heights: np.ndarray, sensor: SensorModel, further: FurtherSensors,
     clip: str, seed: int, numbers: range,
 ) -> np.ndarray:  # fmt: skip
-    field = Rotation.from_rotvec([0, 0, north_of(clip, seed)]).apply(
-        magnetic_field(further.latitude, further.longitude)
-    )
+    dip = np.radians(further.dip_deg)
+    to_north = further.field_ut * np.array([0, np.cos(dip), -np.sin(dip)])
+    field = Rotation.from_rotvec([0, 0, north_of(clip, seed)]).apply(to_north)
     read = turned.inv().apply(field).reshape(*heights.shape, 3)
     if sensor.is_ideal:
         return read
@@ -230,6 +238,11 @@ def _magnetometer(
     noise = streams.normal("acc noise", 3, len(heights)).transpose(2, 0, 1)
     read = np.einsum("nij,tnj->tni", iron, read) + further.hard_iron_ut * drawn[:, :3]
     return read + further.magnetometer_noise_ut * noise
+
+
+def pressure_at(height: np.ndarray, sea_level: float = SEA_LEVEL_PA) -> np.ndarray:
+    """Pressure of the standard atmosphere, Pa, at heights above the sea, m."""
+    return sea_level * (1 - LAPSE_PER_M * np.asarray(height)) ** PRESSURE_EXPONENT
 
 
 def _barometer(
