@@ -75,7 +75,7 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-REQUIRED = ("cmap", "scipy", "sklearn", "threadpoolctl", "trimesh")
+REQUIRED = ("cmap", "plyfile", "scipy", "sklearn", "threadpoolctl", "trimesh")
 """Packages beyond Blender's own that the extension imports wherever it runs; all of them, and those of the
 command line, come with the zip."""
 
