@@ -2,7 +2,7 @@
 """Does the advice hold for others? Disjoint halves of a library choose, and each other's raw scores judge.
 
     python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 5] [--workers 2]
-        [--sets 4] [--patches 512] [--classifier ridge] [--features summary] [--no-shuffled]
+        [--sets 4] [--patches 512] [--classifier ridge] [--no-shuffled]
 
 Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity, HDM05,
 Bandai-Namco and the mixed library of real FBX and BVH clips, of activities with four motions or more. Each is
@@ -43,10 +43,8 @@ from scipy.stats import spearmanr
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
 from w2w.core.patches.skin import SkinDistances
-from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.feature_kinds import FEATURES, SUMMARY, features_of
-from w2w.core.ranking.inputs import ArrayBlocks, PatchBlocks, SomePatches, SomeWindows
+from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap
 from w2w.core.results_folder import StudyResults
@@ -77,20 +75,16 @@ class Library:
     pooling: Pooling
 
     @classmethod
-    def open(
-        cls, out: Path, n_patches: int, classifier: str = Ridge.name, features: str = SUMMARY
-    ) -> Library:
+    def open(cls, out: Path, n_patches: int, classifier: str = Ridge.name) -> Library:
         """Read what a run left, of its first patches, which lie as far apart as may be."""
         study = StudyResults.load(out)
-        config = replace(study.config(), classifier=classifier, features=features)
+        config = replace(study.config(), classifier=classifier)
         used = json.loads((out / "summary.json").read_text())["used"]
         files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in study.windows])
         skin = SkinDistances.of(study.body(), study.patches)
         some = (slice(n_patches),) * 2
         pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
-        as_run = features == study.config().features
-        inputs = SomePatches(study.inputs(classifier if as_run else Multi3Net.name), 0, len(pooling.kernel))
-        inputs = inputs if as_run else described(inputs, config)
+        inputs = SomePatches(study.inputs(classifier), 0, len(pooling.kernel))
         return cls(inputs, study.labels(), files, config, pooling).halvable()
 
     def halvable(self) -> Library:
@@ -115,17 +109,6 @@ class Library:
         """What sets are chosen and judged by, on some windows that were ranked."""
         config, inputs = replace(self.config, by_subject=by_subject), SomeWindows(self.inputs, rows)
         return set_tests(inputs, self.part(rows, activity), config, self.pooling, utility=utility)
-
-
-def described(windows: PatchBlocks, config: StudyConfig) -> ArrayBlocks:
-    """Other features of windows than the run's, some patches at a time."""
-    _, n_patches, samples, _ = windows.shape
-    rate = samples / config.windows.length_s
-    parts = [
-        features_of(windows.patches(*span), rate, config.features, config.seed)
-        for span in ((first, min(first + 16, n_patches)) for first in range(0, n_patches, 16))
-    ]
-    return ArrayBlocks(np.concatenate(parts, axis=1))
 
 
 def halves_of_clips(library: Library, rng: np.random.Generator) -> np.ndarray:
@@ -206,7 +189,7 @@ def w2w(*arguments: str) -> None:
 
 
 def prepared(name: str, scratch: Path, workers: int, *chosen: int | str) -> Library:
-    """A case's library, run once; the patches, classifier and features chosen."""
+    """A case's library, run once; the patches and classifier chosen."""
     out = scratch / f"{name}_out"
     if not (out / "summary.json").exists():
         clips = scratch / name
@@ -342,7 +325,6 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=4)
     parser.add_argument("--patches", type=int, default=512)
     parser.add_argument("--classifier", choices=CLASSIFIERS, default=Ridge.name)
-    parser.add_argument("--features", choices=FEATURES, default=SUMMARY)
     parser.add_argument("--shuffled", action=argparse.BooleanOptionalAction, default=True)
     given = parser.parse_args()
     if given.sets > 1 and given.classifier != Ridge.name:
@@ -350,9 +332,7 @@ def main() -> None:
     given.scratch.mkdir(parents=True, exist_ok=True)
     every = []
     for name in given.only:
-        library = prepared(
-            name, given.scratch, given.workers, given.patches, given.classifier, given.features
-        )
+        library = prepared(name, given.scratch, given.workers, given.patches, given.classifier)
         ways = (False, True) if CASES[name].subjects else (False,)
         for by_subject, shuffle in itertools.product(ways, (False, True) if given.shuffled else (False,)):
             found = list(judged(library, by_subject, given.halvings, shuffle, given.sets))

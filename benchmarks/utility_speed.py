@@ -26,6 +26,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -36,7 +37,7 @@ from w2w.core.files import write_json
 from w2w.core.imu.augmentation import remounted
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.agreement import rank_agreement
-from w2w.core.ranking.classifiers.extra_trees import ExtraTrees
+from w2w.core.ranking.classifiers.estimator import extra_trees
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.utility import UtilityMap, utility_map
@@ -106,10 +107,10 @@ def benchmark_map(
     features, of_features = timed(lambda: np.concatenate([window_features(part, rate) for part in windows]))
     ridge, of_ridge = timed(lambda: rank(features, labels, "ridge"))
     places = np.linspace(0, features.shape[1] - 1, sample).round().astype(int)
-    forests = ExtraTrees(workers=1)
+    forests = replace(extra_trees(), workers=1)
     trees, of_trees = timed(lambda: rank(features[:, places], labels, forests))
     scale = features.shape[1] / sample
-    others = rank(features[:, places], labels, ExtraTrees(seed=1, workers=1))
+    others = rank(features[:, places], labels, replace(extra_trees(seed=1), workers=1))
     agreement = rank_agreement(
         ridge.mean[places], trees.mean, ridge.mean_samples[:, places], trees.mean_samples
     )

@@ -127,13 +127,6 @@ Must = Annotated[
         help="Use at least one patch in each of these regions: 'left wrist'.", rich_help_panel=PANEL
     ),
 ]
-Features = Annotated[
-    str,
-    typer.Option(
-        help="What describes a window to ridge and trees: summary (statistics and spectra), minirocket "
-        "(shares of time by its kernels) or both."
-    ),
-]
 EveryActivity = Annotated[
     float,
     typer.Option(

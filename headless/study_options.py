@@ -21,7 +21,6 @@ from w2w.core.imu.further import NOTHING
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.patches.own_placements import read_placements
-from w2w.core.ranking.feature_kinds import SUMMARY
 from w2w.core.ranking.utility import unavailable
 from w2w.core.ranking.weights import read_weights
 from w2w.core.study import StudyConfig
@@ -77,7 +76,6 @@ class StudyOptions:
     window: window_options.Window = 2.0
     stride: window_options.Stride = None
     classifier: options.Classifier = "ridge"
-    features: options.Features = SUMMARY
     target: Annotated[float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")] = 0.90
     every_activity: options.EveryActivity = 0.0
     background: options.Background = ""
@@ -143,7 +141,6 @@ class StudyOptions:
             **signal_options.sensor_settings(self.sensor),
             windows=window_options.window_spec(self.window, self.stride),
             classifier=self.classifier,
-            features=self.features,
             augmentation=parse_augmentation(self.augment, self.copies),
             folds=self.folds,
             by_subject=self.by_subject,

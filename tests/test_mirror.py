@@ -19,7 +19,6 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/motion": "joint_files repair source",
     "tests/core/patches": "interpolation segments strip_graph",
     "tests/core/ranking": "joint_fit joint_pairs",
-    "tests/core/ranking/classifiers": "estimator",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/selection": "terms",
     "tests/headless": "app blender console options run start study_options temporary w2w window_options",

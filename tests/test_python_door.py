@@ -292,10 +292,6 @@ WRONG = {
     "motions": (lambda s, _: w2w.rank(s.motions), "synthesize"),
     "no signals": (lambda s, _: w2w.rank(s[:0]), "one motion at least"),
     "half a fold": (lambda s, _: w2w.rank(s, folds=2.5), "whole number"),
-    "windows by features": (
-        lambda s, _: w2w.rank(s, "multi3net", features="both"),
-        "leave features='both' out",
-    ),
     "one background": (lambda s, _: w2w.rank(s, background="waving"), "a list of activities"),
     "weights by list": (lambda s, _: w2w.rank(s, weights=["waving"]), "give each a number"),
     "a weight in words": (lambda s, _: w2w.rank(s, weights={"waving": "3"}), "weight of 'waving'"),
@@ -435,17 +431,6 @@ def test_the_documents_examples_run(library, monkeypatch):
     head = "patch,name,region,expected_mean,expected_low,expected_high,kicking,stirring,waving,mean,"
     assert (library.parent / "f1.csv").read_text().startswith(head)
     assert names["ranking"].utility.mean.shape == (24,)
-
-
-@pytest.mark.slow
-def test_minirocket_features_are_ranked_by_and_kept_in_the_config(signals, ranking):
-    found = w2w.rank(signals, features="both")
-    assert found.config.features == "both"
-    assert found.inputs.shape[2] == ranking.inputs.shape[2] + 336
-    np.testing.assert_array_equal(found.inputs[..., : ranking.inputs.shape[2]], ranking.inputs)
-    assert found.mean.shape == ranking.mean.shape
-    with pytest.raises(ValueError, match="no features are called 'rocket'"):
-        w2w.rank(signals, features="rocket")
 
 
 def test_background_and_weights_decide_the_mean(signals, ranking):

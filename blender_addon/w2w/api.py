@@ -24,7 +24,7 @@ from .core.imu.virtual import record_motion
 from .core.motion.duplicates import motion_signature
 from .core.motion.motion import Motion
 from .core.patches.patches import PatchSet
-from .core.ranking.feature_kinds import SUMMARY, features_of
+from .core.ranking.features import window_features
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap, inputs_of
 from .core.ranking.weights import check_counting
@@ -134,7 +134,6 @@ def rank(
     progress: Callable[[float], None] | None = None,
     background: Sequence[str] = (),
     weights: Mapping[str, float] | None = None,
-    features: str = SUMMARY,
 ) -> Ranking:
     """Train and test a classifier on every patch alone, never on the same clip.
 
@@ -161,14 +160,12 @@ def rank(
         Activities that are trained against and count in no mean.
     weights : mapping of str to float, optional
         What activities count in the mean, 1 by default.
-    features : {"summary", "minirocket", "both"}
-        What describes a window to classifiers that take features.
 
     Raises
     ------
     ValueError
         If fewer than two activities can be tested, an activity given is no clip's, or the classifier, the
-        windows, the folds or the features are none; the message says why.
+        windows or the folds are none; the message says why.
     """
     if not isinstance(signals, Signals) or not len(signals):
         raise ValueError("signals are those that synthesize gives, of one motion at least")
@@ -186,14 +183,9 @@ def rank(
         seed=seed,
         background=counted[0],
         weights=counted[1],
-        features=features,
         classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     as_features = inputs_of(classifier) == "features"
-    if features != SUMMARY and not as_features:
-        raise ValueError(
-            f"this classifier learns from the windows themselves: leave features={features!r} out"
-        )
     used, found, inputs, skipped = [], [], [], []
     for number, (recording, motion) in enumerate(zip(signals, signals.motions, strict=True)):
         name = recording.clip or f"clip {number}"
@@ -203,9 +195,7 @@ def rank(
             skipped.append((name, str(error)))
             continue
         inputs.append(
-            features_of(windows.signals, recording.rate, features, seed)
-            if as_features
-            else np.array(windows.signals)
+            window_features(windows.signals, recording.rate) if as_features else np.array(windows.signals)
         )
         key = signals.motions.motion_keys[number]
         used.append(LabelledClip(name, recording.activity, recording.subject, key))

@@ -9,10 +9,9 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from w2w.core.ranking.feature_kinds import SUMMARY, features_of
+from w2w.core.ranking.features import window_features
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
 from w2w.headless.console import USAGE
-from w2w.headless.options import Features
 from w2w.headless.reports.console_tables import wide_console
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import new_file
@@ -28,7 +27,6 @@ def dsads(
     ],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="csv file to write the table to.")] = None,
     classifier: Annotated[str, typer.Option(help=f"One of: {', '.join(CLASSIFIERS)}.")] = "ridge",
-    features: Features = SUMMARY,
 ) -> None:
     """Rank the real sensors of DSADS (19 activities, 8 people, 5 sites), one person left out at a time.
 
@@ -42,7 +40,7 @@ def dsads(
         with RunMonitor(console).step("reading DSADS"):
             recordings = read_dsads(data)
         with RunMonitor(console).step("ranking its sites"):
-            utility = rank_dsads(recordings, classifier, features)
+            utility = rank_dsads(recordings, classifier)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
@@ -55,7 +53,7 @@ def dsads(
         console.print(f"Table: {out}")
 
 
-def rank_dsads(recordings: tuple, classifier: str = "ridge", features: str = SUMMARY) -> UtilityMap:
+def rank_dsads(recordings: tuple, classifier: str = "ridge") -> UtilityMap:
     """Leave-one-subject-out F1 of each site, the segments of DSADS as its windows.
 
     The segments of one person and activity were cut from one recording: they are one clip.
@@ -65,13 +63,11 @@ def rank_dsads(recordings: tuple, classifier: str = "ridge", features: str = SUM
     recordings : tuple of ImuRecording
         From `read_dsads`.
     classifier : str
-    features : str
-        Of `feature_kinds.FEATURES`.
     """
     windows = np.stack([np.concatenate([r.acc, r.gyr], axis=2) for r in recordings]).astype(np.float32)
     windows = windows.transpose(0, 2, 1, 3)
     wants_features = inputs_of(classifier) == "features"
-    inputs = features_of(windows, DSADS_RATE, features) if wants_features else windows
+    inputs = window_features(windows, DSADS_RATE) if wants_features else windows
     activity = np.array([recording.activity for recording in recordings])
     subject = np.array([recording.subject for recording in recordings])
     clip = np.array([f"{a}/{s}" for a, s in zip(activity, subject, strict=True)])

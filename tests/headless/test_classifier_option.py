@@ -25,17 +25,6 @@ def test_an_unknown_classifier_is_named_and_so_are_those_that_exist(command, tmp
     assert not (tmp_path / "out").exists()
 
 
-def test_features_that_there_are_not_and_those_that_multi3net_does_not_take_are_refused(command, tmp_path):
-    result = command("--features", "rocket")
-    assert result.exit_code == 2
-    said = " ".join(result.output.split())
-    assert "no features are called 'rocket'; there are summary, minirocket, both" in said
-    result = command("--features", "both", "--classifier", "multi3net")
-    assert result.exit_code == 2
-    assert "multi3net learns from the windows themselves" in " ".join(result.output.split())
-    assert not (tmp_path / "out").exists()
-
-
 def test_multi3net_without_torch_says_how_to_get_it(command, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
     result = command("--classifier", "multi3net")

@@ -26,7 +26,7 @@ from .motion.motion import Motion
 from .motion.variants import low_passed, smoothed_root
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
-from .ranking.feature_kinds import SUMMARY, check_features, features_of
+from .ranking.features import window_features
 from .ranking.further_features import further_features
 from .ranking.same_motion import same_motion_groups
 from .ranking.utility import inputs_of
@@ -66,8 +66,6 @@ class StudyConfig:
         Copies of every clip to train on.
     classifier : str
         Name in `utility.CLASSIFIERS`.
-    features : str
-        What describes a window to classifiers that take features, of `feature_kinds.FEATURES`.
     folds : int
         Folds of the cross-validation by clip.
     by_subject : bool
@@ -107,7 +105,6 @@ class StudyConfig:
     windows: WindowSpec = field(default_factory=WindowSpec)
     augmentation: Augmentation | None = None
     classifier: str = "ridge"
-    features: str = SUMMARY
     folds: int = 5
     by_subject: bool = False
     background: tuple[str, ...] = ()
@@ -134,11 +131,6 @@ class StudyConfig:
         ):
             raise ValueError(f"the most sensors must be a whole number from 1 on, not {self.max_places!r}")
         inputs = inputs_of(self.classifier)
-        check_features(self.features)
-        if self.features != SUMMARY and inputs != "features":
-            raise ValueError(
-                f"{self.classifier} learns from the windows themselves: leave features={self.features!r} out"
-            )
         if self.root_band_hz is not None and not self.root_band_hz > 0:
             raise ValueError(f"root_band_hz must be positive, or None for none, not {self.root_band_hz}")
         if self.further.features and inputs == "windows":
@@ -159,8 +151,6 @@ class StudyConfig:
         names = ("patches", "patch_mode", "synthesis", "root_band_hz", "windows", "seed")
         chosen = {name: plain(getattr(self, name)) for name in names}
         chosen |= {"sensor_model": plain(self.sensor_model())}
-        if self.features != SUMMARY:
-            chosen |= {"features": self.features}
         for name in ("placements", "garments"):
             if getattr(self, name):
                 chosen |= {name: plain(getattr(self, name))}
@@ -337,7 +327,7 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
         If the recording is too short to give one window.
     """
     windows = cut_windows(recording, config.windows)
-    features = features_of(windows.signals, recording.rate, config.features, config.seed)
+    features = window_features(windows.signals, recording.rate)
     if config.further.features:
         others = further_features(recording, config.windows, config.further.features)
         features = np.concatenate([features, others], axis=2)

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from scipy.stats import kurtosis, skew
+from threadpoolctl import threadpool_limits
 
 from w2w.core.ranking.features import BAND_EDGES_HZ, feature_names, window_features
 
@@ -93,3 +94,13 @@ def test_a_sensor_at_rest_has_finite_features():
 def test_no_windows_give_no_features_of_the_right_width():
     features = window_features(np.zeros((0, 4, 100, 6), dtype=np.float32), RATE)
     assert features.shape == (0, 4, len(feature_names(100, RATE)))
+
+
+def test_features_are_the_same_whatever_threads_there_are():
+    """A product as large as this is split over two threads, which rounds otherwise."""
+    windows = np.random.default_rng(4).normal(size=(2, 64, 200, 6)).astype(np.float32)
+    found = []
+    for threads in (1, 2):
+        with threadpool_limits(threads):
+            found.append(window_features(windows, 100.0))
+    np.testing.assert_array_equal(*found)

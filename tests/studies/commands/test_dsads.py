@@ -32,20 +32,6 @@ def test_real_sensors_rank_as_published(shared_data, tmp_path):
     assert by_activity["cycling horizontal", "left leg"] > by_activity["cycling horizontal", "left arm"]
 
 
-@pytest.mark.slow
-def test_kernels_beside_the_summary_tell_more_of_real_activities(shared_data, tmp_path):
-    data = shared_data / "imu" / "dsads" / "dsads_acc_gyr_25hz.npz"
-    mean = {}
-    for features in ("summary", "both"):
-        out = tmp_path / f"{features}.csv"
-        result = CliRunner().invoke(APP, ["dsads", str(data), "--features", features, "--out", str(out)])
-        assert result.exit_code == 0, result.output
-        with out.open(newline="") as stream:
-            rows = [row for row in csv.DictReader(stream) if row["activity"] == "mean"]
-        mean[features] = np.mean([float(row["f1"]) for row in rows])
-    assert mean["both"] > mean["summary"] + 0.005
-
-
 def test_its_own_text_files_give_the_same_recordings(tmp_path):
     rng = np.random.default_rng(0)
     values = rng.normal(size=(2, 125, 45)).round(4)

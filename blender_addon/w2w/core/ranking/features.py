@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..blas import multiply
+from ..threads import unthreaded_products
 
 BAND_EDGES_HZ = np.array([0.3, 0.8, 1.3, 1.8, 2.4, 3.2, 4.2, 5.5, 7.5, 10.0, 15.0, 25.0])
 """Edges of the spectral bands; the bands that a rate and a length cannot resolve stay out."""
@@ -46,7 +47,7 @@ def feature_names(samples: int, rate: float) -> list[str]:
 
 
 def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
-    """Describe each window of each sensor by numbers.
+    """Describe each window of each sensor by numbers, the same whatever threads there are.
 
     Parameters
     ----------
@@ -69,8 +70,9 @@ def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
     samples, n_sensors = windows.shape[2], windows.shape[1]
     spectrum = _band_power(samples, rate)
     features = np.empty((len(windows), n_sensors, len(feature_names(samples, rate))), dtype=np.float32)
-    for window, row in zip(windows, features, strict=True):
-        row[:] = _describe(window.transpose(1, 2, 0), spectrum)
+    with unthreaded_products():
+        for window, row in zip(windows, features, strict=True):
+            row[:] = _describe(window.transpose(1, 2, 0), spectrum)
     return features
 
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from ..colours import LEAST_SPAN
 from ..files import load_arrays, write_npz
-from .classifiers.estimator import own
-from .classifiers.extra_trees import ExtraTrees
+from .classifiers.estimator import extra_trees, own
 from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
 from .expected import expect
@@ -28,7 +27,7 @@ from .pooling import Pooling
 from .trial_sums import TASK_PATCHES, Spread, Tried, try_patches
 from .weights import alike, counted_columns, mean_over, weights_of
 
-CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": ExtraTrees, "multi3net": Multi3Net}
+CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": extra_trees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
 
 LATER = (

@@ -115,3 +115,10 @@ def own(classifier: Any) -> Any:
         name = classifier.__name__ if isinstance(classifier, type) else type(classifier).__name__
         raise ValueError(f"wrap the estimator: w2w.EstimatorClassifier({name}(...))")
     raise ValueError(f"a classifier is a name such as 'ridge' or an EstimatorClassifier, not {classifier!r}")
+
+
+def extra_trees(seed: int = 0) -> EstimatorClassifier:
+    """Extremely randomised trees, a baseline (Geurts et al. 2006, doi:10.1007/s10994-006-6226-1)."""
+    from sklearn.ensemble import ExtraTreesClassifier
+
+    return EstimatorClassifier(ExtraTreesClassifier(100, random_state=seed), name="trees")

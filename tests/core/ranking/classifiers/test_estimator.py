@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The forest baseline is scikit-learn's, fold by fold, and reproducible."""
 
+from dataclasses import replace
+
 import numpy as np
 from sklearn.ensemble import ExtraTreesClassifier
 
-from w2w.core.ranking.classifiers.extra_trees import ExtraTrees
+from w2w.core.ranking.classifiers.estimator import extra_trees
 from w2w.core.ranking.utility import utility_map
 
 
@@ -25,13 +27,13 @@ def test_equals_scikit_learn_trained_fold_by_fold_whatever_the_threads_and_block
     for place in range(3):
         for f in range(4):
             test = is_test & (fold == f)
-            forest = ExtraTreesClassifier(10, random_state=4).fit(
+            forest = ExtraTreesClassifier(100, random_state=4).fit(
                 features[fold != f, place], labels[fold != f]
             )
             expected[fold[is_test] == f, place] = forest.predict(features[test, place])
     for workers, block_bytes in ((1, 1), (2, 2**20)):
         told = []
-        model = ExtraTrees(trees=10, seed=4, workers=workers, block_bytes=block_bytes)
+        model = replace(extra_trees(seed=4), workers=workers, block_bytes=block_bytes)
         named = model.predict_folds(features, labels, fold, is_test, told.append)
         np.testing.assert_array_equal(named, expected)
         assert told[-1] == 1.0
