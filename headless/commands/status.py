@@ -45,19 +45,17 @@ def is_running(out: Path) -> bool:
 
 def describe(state: RunState, running: bool) -> str:
     """The state in a few words."""
-    spent = state.spent or max(0.0, state.updated - state.started)  # runs of earlier versions
     clips = f"{state.done} of {state.clips} clips done, {state.skipped} of them skipped"
     if state.step in ("finished", "failed"):
         ending = f" {state.message}" if state.message else ""
-        return f"{state.step.capitalize()} after {_minutes(spent)}: {clips}.{ending}"
+        return f"{state.step.capitalize()} after {_minutes(state.spent)}: {clips}.{ending}"
     if not running:
-        halt = f"Stopped after {_minutes(spent)} while {state.step}"
+        halt = f"Stopped after {_minutes(state.spent)} while {state.step}"
         return f"{halt}: {clips}. The same command goes on from here."
-    text = (
-        f"Running for {_minutes(spent + max(0.0, time.time() - state.updated))}, now {state.step}: {clips}."
-    )
+    so_far = state.spent + max(0.0, time.time() - state.updated)
+    text = f"Running for {_minutes(so_far)}, now {state.step}: {clips}."
     if 0 < state.done < state.clips:
-        text += f" About {_minutes(spent / state.done * (state.clips - state.done))} of clips left."
+        text += f" About {_minutes(state.spent / state.done * (state.clips - state.done))} of clips left."
     return text
 
 

@@ -55,14 +55,3 @@ def test_a_damaged_file_is_said_by_name(files, tmp_path, kind, damage):
         )
     with pytest.raises(ValueError, match=r"damaged\.npz"):
         kind.load(path)
-
-
-def test_a_ranking_by_an_earlier_version_is_said_to_be_one(files, tmp_path):
-    path = tmp_path / "old.npz"
-    with np.load(files / "UtilityMap.npz") as whole:
-        np.savez(path, **{name: whole[name] for name in whole.files if name != "reliability"})
-    sentence = (
-        r"old\.npz is a ranking by an earlier version of W2W, without reliability: rank the clips again"
-    )
-    with pytest.raises(ValueError, match=sentence):
-        UtilityMap.load(path)

@@ -90,7 +90,7 @@ def test_a_report_without_them_says_nothing_of_them(finished, tmp_path):
     out, _ = finished
     shutil.copytree(out, tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    del summary["own_placements"]  # as an earlier version left it
+    del summary["own_placements"]  # as of a run without any
     (tmp_path / "out" / "summary.json").write_text(json.dumps(summary))
     assert run("report", tmp_path / "out")[0] == 0
     assert "Your placements" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

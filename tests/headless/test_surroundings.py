@@ -74,13 +74,6 @@ def test_a_clock_that_is_set_back_changes_no_duration(tmp_path, monkeypatch):
     assert "Stopped after 1 min 00 s" in describe(state, False)
 
 
-def test_the_state_of_an_earlier_version_is_shown(tmp_path):
-    (tmp_path / WORK).mkdir()
-    old = {"step": "finished", "clips": 3, "done": 3, "skipped": 0, "started": 100.0, "updated": 220.0}
-    (tmp_path / WORK / "state.json").write_text(json.dumps(old))
-    assert "Finished after 2 min 00 s" in describe(read_state(tmp_path), False)
-
-
 @pytest.mark.parametrize("hours", [-2, 2])
 def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(task, monkeypatch, hours):
     task.marker.write_text("")

@@ -99,7 +99,6 @@ def test_painting_again_leaves_nothing_stale(body_in_scene, patches, scores):
     add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1))
     add_heatmaps(mesh, patches, scores[:, :1], ("running",), scores[:, 0])
     assert heatmap_names(mesh) == ["Expected F1", "Expected F1: running"]
-    mesh.data.color_attributes.new("F1: walking", "BYTE_COLOR", "POINT")  # of an earlier version
     add_heatmaps(mesh, patches, scores[:, :1], ("running",), scores[:, 0], title=ON_THESE_CLIPS)
     assert heatmap_names(mesh) == ["F1 on these clips", "F1 on these clips: running"]
     remove_heatmaps(mesh)

@@ -10,10 +10,10 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.scene.actions import KEYED_AT, bone_curves, key_rate, scene_rate
+from w2w.scene.actions import bone_curves, key_rate, scene_rate
 from w2w.scene.body import armature_of
 from w2w.scene.source_beside import source_collections
-from w2w.ui import opened_files, signal_cache
+from w2w.ui import signal_cache
 from w2w.ui.baking import to_bake
 
 from .made_study import make_study
@@ -141,15 +141,6 @@ def test_keys_moved_apart_still_slow_a_clip_down(take) -> None:
                 point.co[0] = 1 + 2 * (point.co[0] - 1)
     second = signal_cache.recording(*bake_all())
     assert second.acc.shape[0] == pytest.approx(2 * first.acc.shape[0], abs=2)
-
-
-def test_a_file_from_before_keeps_the_rate_that_it_is_opened_with(take) -> None:
-    clip = take(WALK)
-    first = bake_all()
-    clip.action.pop(KEYED_AT, None)
-    opened_files.loaded()
-    bpy.context.scene.render.fps = 60
-    assert bake_all() == first
 
 
 def test_a_long_clip_is_read_at_its_own_frames(take) -> None:

@@ -21,7 +21,7 @@ from .imu.sensor_file import sensor_of_plain
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
 from .imu.worn import Worn
-from .motion.duplicates import POSES, SIZE, mirrored_signatures, move_alike
+from .motion.duplicates import POSES, mirrored_signatures, move_alike
 from .motion.motion import Motion
 from .motion.variants import low_passed, smoothed_root
 from .patches.own_placements import with_placements
@@ -335,9 +335,5 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
 
 
 def same_clips(names: Sequence[str], keys: Sequence[str], signatures: Sequence[np.ndarray]) -> np.ndarray:
-    """Which clips show one motion, by their keys or moving alike, mirrored or not; shape (C,), int.
-
-    A signature of another size than today's, as earlier versions left them, says nothing.
-    """
-    told = [row if len(row) == SIZE else row[:0] for row in signatures]
-    return same_motion_groups(names, keys, told, SAME_MOTION, mirrored_signatures, move_alike, POSES)
+    """Which clips show one motion, by their keys or moving alike, mirrored or not; shape (C,), int."""
+    return same_motion_groups(names, keys, signatures, SAME_MOTION, mirrored_signatures, move_alike, POSES)

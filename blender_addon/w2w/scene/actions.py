@@ -96,12 +96,6 @@ def show_action(armature: bpy.types.Object, action: bpy.types.Action) -> None:
         data.action_slot = action.slots[0]
 
 
-def note_rate(action: bpy.types.Action, scene: bpy.types.Scene | None = None) -> None:
-    """Note of an earlier version's action that its keys lie in a scene's time, by default the open one's."""
-    if KEYED_AT not in action and action.is_editable:
-        action[KEYED_AT] = scene_rate(scene)
-
-
 def key_rate(action: bpy.types.Action | None) -> float:
     """Frames per second of the time that an action's keys lie in; the scene's where nothing says so."""
     return scene_rate() if action is None else action.get(KEYED_AT, scene_rate())
@@ -210,9 +204,9 @@ def object_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[
     return [curve for curve in slot_curves(armature, action) if curve.data_path in OBJECT_CHANNELS]
 
 
-def scene_rate(scene: bpy.types.Scene | None = None) -> float:
-    """Frames per second of a scene, the open one by default."""
-    render = (scene or bpy.context.scene).render
+def scene_rate() -> float:
+    """Frames per second of the open scene."""
+    render = bpy.context.scene.render
     return render.fps / render.fps_base
 
 

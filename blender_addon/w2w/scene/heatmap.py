@@ -16,8 +16,6 @@ PREFIX = "Expected F1: "
 ON_THESE_CLIPS = "F1 on these clips"
 """Title of heatmaps of the raw F1."""
 
-EARLIER = ("Mean F1", "F1: ")
-"""What the mean and the activities were called by earlier versions; theirs are replaced, too."""
 DIFFERENCE = "Difference of F1"
 """The heatmap of a difference of two others."""
 
@@ -115,7 +113,8 @@ def show_heatmap(mesh: bpy.types.Object, name: str) -> None:
 def heatmap_names(mesh: bpy.types.Object) -> list[str]:
     """Names of a mesh's heatmaps, the mean first, a difference last."""
     names = mesh.data.color_attributes.keys()
-    means, prefixes = zip((MEAN, PREFIX), (ON_THESE_CLIPS, f"{ON_THESE_CLIPS}: "), EARLIER, strict=True)
+    means = (MEAN, ON_THESE_CLIPS)
+    prefixes = tuple(f"{title}: " for title in means)
     maps = [name for name in names if name in means] + [name for name in names if name.startswith(prefixes)]
     return maps + [name for name in names if name == DIFFERENCE]
 

@@ -23,9 +23,6 @@ KEPT = 8
 MOST_PACKED = 2**30
 """No patches or ranking of ours are npz files of more bytes."""
 
-ZLIB_IN_BASE64 = "eJ"
-"""First letters of a text; earlier versions packed in base 85, which Python is slow to read."""
-
 T = TypeVar("T")
 
 
@@ -93,8 +90,7 @@ def _content(text: str) -> bytes:
     """What was packed; a small text may claim to unpack to far more than anything of ours."""
     stream = zlib.decompressobj()
     try:
-        decode = base64.b64decode if text.startswith(ZLIB_IN_BASE64) else base64.b85decode
-        content = stream.decompress(decode(text), MOST_PACKED)
+        content = stream.decompress(base64.b64decode(text), MOST_PACKED)
     except (zlib.error, ValueError) as error:
         raise ValueError("packed results are damaged") from error
     if not stream.eof:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import bpy
 
-from ..scene.actions import note_rate
 from ..scene.study_record import has_record
 from . import jobs, own_placements
 from .listed_activities import list_labels
@@ -30,10 +29,6 @@ def loaded(*_: object) -> None:
             list_labels(mesh.w2w)
         elif has_record(mesh):
             _restore(mesh)
-    for scene in bpy.data.scenes:
-        for clip in (clip for body in bodies(scene) for clip in body.w2w.clips):
-            if clip.action is not None:
-                note_rate(clip.action, scene)
 
 
 @bpy.app.handlers.persistent

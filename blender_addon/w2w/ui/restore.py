@@ -13,7 +13,6 @@ import bpy
 
 from ..core.clip_files import STORED, features_file, signals_file
 from ..core.study import StudyConfig
-from ..scene.actions import note_rate
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from ..scene.study_record import StoredClip, StudyRecord, read_record, remove_record
@@ -153,8 +152,6 @@ def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.ty
     clip = study.clips.add()
     clip.name, clip.file, clip.subject = stored.name, stored.file, stored.subject
     clip.action, clip.activity = action, stored.activity
-    if action is not None:
-        note_rate(action)
     clip.n_frames, clip.rate = stored.n_frames, stored.rate
     clip.skeleton, clip.scale = stored.skeleton, stored.scale
     clip.signals, clip.problem = stored.signals, stored.problem

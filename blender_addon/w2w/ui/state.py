@@ -195,7 +195,7 @@ def patches_of(body: bpy.types.Object) -> PatchSet | None:
 
 
 def utility_of(study: bpy.types.PropertyGroup) -> UtilityMap | None:
-    """The ranking, or None where there is none that this version can read."""
+    """The ranking, or None where there is none that can be read."""
     key = study.utility_key
     if not key or key in _unreadable:
         return None
@@ -210,7 +210,7 @@ def unreadable_ranking(study: bpy.types.PropertyGroup) -> str:
     """Says so where the file holds a ranking that this version cannot read; else empty."""
     if utility_of(study) is not None or not study.utility_key:
         return ""
-    return "The ranking in this file is by an earlier version of W2W: rank the patches again"
+    return "The ranking in this file cannot be read: rank the patches again"
 
 
 def bake_settings(study: bpy.types.PropertyGroup) -> str:

@@ -136,7 +136,7 @@ def test_of_all_real_motions_only_downloads_of_one_are_one(shared_data):
 
 def test_signatures_that_say_nothing_join_no_clips(waving):
     told = motion_signature(waving)
-    untold = [np.empty(0), np.empty(0), np.zeros(SIZE - 6), np.zeros(SIZE - 6)]
+    untold = [np.empty(0)] * 4
     groups = same_clips([str(n) for n in range(6)], ["", "", "k", "k", "", ""], [*untold, told, told])
     assert groups.tolist() == [0, 1, 2, 2, 3, 3]
     assert same_clips(["a", "b"], ["", ""], untold[:2]).tolist() == [0, 1]

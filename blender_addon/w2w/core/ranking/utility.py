@@ -30,13 +30,7 @@ from .weights import alike, counted_columns, mean_over, weights_of
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": extra_trees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
 
-LATER = (
-    "expected_f1", "expected_mean", "expected_low", "expected_high", "as_good", "can_rank", "reliability",
-    "beats_average",
-)  # fmt: skip
-"""What rankings by earlier versions lack."""
-
-OPTIONAL = (*LATER, "half_f1", "weights")
+OPTIONAL = ("half_f1", "weights")
 """What may be missing on file: `half_f1` where nothing was halved, `weights` where all count alike."""
 
 
@@ -182,11 +176,6 @@ class UtilityMap:
         """
         names = [field.name for field in fields(cls) if field.name not in OPTIONAL]
         content = load_arrays(path, names, "is not a utility map", OPTIONAL)
-        if missing := [name for name in LATER if name not in content]:
-            raise ValueError(
-                f"{path} is a ranking by an earlier version of W2W, without {', '.join(missing)}: "
-                "rank the clips again"
-            )
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"].item())
         content["level"], content["can_rank"] = float(content["level"]), bool(content["can_rank"])
