@@ -121,7 +121,7 @@ def _largest_row(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for row in range(1, 4):
         better = m[row, row] > largest
         if better.any():
-            _put(q, m[row], better)
+            np.copyto(q, m[row], where=better)
             np.maximum(largest, m[row, row], out=largest)
     square = dot(q, q)
     q *= 1 / np.sqrt(square)
@@ -144,14 +144,6 @@ def _outer_square(r: np.ndarray) -> np.ndarray:
         np.add(r[i, j], r[j, i], out=m[i + 1, j + 1])
         m[j + 1, i + 1], m[axis, 0] = m[i + 1, j + 1], m[0, axis]
     return m
-
-
-def _put(old: np.ndarray, new: np.ndarray, where: np.ndarray) -> None:
-    """`np.where`, in place, on the bits of doubles: three times as fast where the choice is mixed."""
-    mask = -where.view(np.int8).astype(np.int64)
-    old, change = old.view(np.int64), old.view(np.int64) ^ new.view(np.int64)
-    change &= mask
-    old ^= change
 
 
 def unroll(quaternions: np.ndarray) -> None:
