@@ -32,7 +32,7 @@ def _is_scripts_folder(folder: Path) -> bool:
 ROOT = Path(__file__).resolve().parents[1]
 
 NEEDED = (
-    "cmap", "filelock", "jinja2", "joblib", "matplotlib", "plyfile", "rich", "scipy", "sklearn",
+    "cmap", "filelock", "jinja2", "loky", "matplotlib", "plyfile", "rich", "scipy", "sklearn",
     "threadpoolctl", "trimesh", "typer",
 )  # fmt: skip
 """What the command line imports and Blender does not bring."""

@@ -137,7 +137,7 @@ def _start_trackers() -> None:
     """
     from multiprocessing import resource_tracker as pythons
 
-    from joblib.externals.loky.backend import resource_tracker
+    from loky.backend import resource_tracker
 
     before = os.environ.get("PYTHONWARNINGS")
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker")))

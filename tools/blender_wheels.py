@@ -12,7 +12,7 @@ PROJECT = Path(__file__).resolve().parents[1]
 
 PURE_WHEELS = (
     "annotated-doc", "annotated-types", "cloudpickle", "cmap", "cycler", "filelock", "fonttools", "Jinja2",
-    "joblib", "markdown-it-py", "mdurl", "packaging", "plyfile", "pydantic", "Pygments", "pyparsing",
+    "joblib", "loky", "markdown-it-py", "mdurl", "packaging", "plyfile", "pydantic", "Pygments", "pyparsing",
     "python-dateutil", "rich", "shellingham", "threadpoolctl", "trimesh", "typer", "typing-inspection",
     "typing_extensions", "tzdata",
 )  # fmt: skip

@@ -32,7 +32,7 @@ KILL_S = 5.0
 
 
 class BlenderExecutor(Executor):
-    """Does calls in background Blender processes, as joblib's executor does in Python processes.
+    """Does calls in background Blender processes, as loky's executor does in Python processes.
 
     When a worker dies all calls that are not done fail with BrokenProcessPool. A worker whose parent dies,
     by `kill -9` too, finds its standard input closed and ends.

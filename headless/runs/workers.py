@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run clip tasks in worker processes, so that a file that crashes or hangs Blender costs only itself.
 
-On one machine the workers are joblib's (loky), or background Blenders where this is the Blender program;
+On one machine the workers are loky's, or background Blenders where this is the Blender program;
 on a cluster they are Dask's (see `cluster`). Either way a task is handed out again when its worker died, and
 a task that dies alone is a skipped clip.
 """
@@ -19,7 +19,7 @@ from functools import partial
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
-from joblib.externals.loky import ProcessPoolExecutor
+from loky import ProcessPoolExecutor
 
 from w2w.core.body.body import Body
 from w2w.core.findings.finished_study import ClipResult

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from joblib.externals.loky import ProcessPoolExecutor, process_executor
+from loky import ProcessPoolExecutor, process_executor
 from scipy.spatial.transform import Rotation
 
 from w2w.core import study

@@ -10,7 +10,7 @@ from importlib import metadata
 
 from ..body.body import PACKAGE
 
-LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "pygeodesic", "potpourri3d", "bpy")
+LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "pygeodesic", "bpy")
 
 
 def versions() -> dict[str, str]:
