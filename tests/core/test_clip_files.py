@@ -10,7 +10,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 
 SPEC = WindowSpec(length_s=1.0, stride_s=0.5)
-WINDOWS = SimpleNamespace(inputs="windows")
+WINDOWS = SimpleNamespace(inputs="windows", predict_folds=None)
 
 
 def test_clips_and_copies_in_one_order(tmp_path):
