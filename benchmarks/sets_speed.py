@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long sets to wear together take: one more sensor, six of them, the promise, and every pair.
+"""How long sets to wear together take: one more sensor, six of them, and the promise.
 
-    python -m benchmarks.sets_speed RESULTS [--no-pairs]
+    python -m benchmarks.sets_speed RESULTS
 
 Printed are seconds by the clock and of the processor: on a machine that does other things as well, only the
 second say something. The baseline is the classifier trained anew on the features of each set side by side, as
@@ -25,7 +25,7 @@ from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
-from w2w.core.selection.joint import LARGEST_SET, best_pair, choose_together, grow
+from w2w.core.selection.joint import LARGEST_SET, choose_together, grow
 from w2w.core.selection.proxy_promise import advice_promised
 from w2w.core.selection.terms import Terms
 
@@ -65,7 +65,6 @@ def compare_ways(scores: JointScores, order: Sequence[int]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("results", type=Path)
-    parser.add_argument("--no-pairs", action="store_true", help="leave out the choice among all pairs")
     given = parser.parse_args()
     study = StudyResults.load(given.results)
     config, labels, utility = study.config(), study.labels(), study.utility
@@ -95,16 +94,6 @@ def main() -> None:
     timed(
         "the promises of the paper's sets after that", lambda: advice_promised(advice, worn, terms, expected)
     )
-    if not given.no_pairs:
-        pairs = n_patches * (n_patches - 1) // 2
-        _, pair = timed(f"the best of {pairs} pairs", lambda: best_pair(tests.whole, terms, expected[0]))
-        greedy = grow(tests.whole, terms, 2, expected[0]).order
-        areas = [float(tests.whole.added(one[:1], np.array(one[1:]), False)[0]) for one in (pair, greedy)]
-        print(f"mean area under the ROC curves {areas[0]:.4f}, of the greedy pair {areas[1]:.4f}")
-        timed(
-            "the choice from the best pair on with its promise",
-            lambda: choose_together(prepared(), expected, terms, 1.0, every_pair=True),
-        )
     print(f"most memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB")
 
     def side_by_side() -> None:

@@ -167,8 +167,6 @@ def test_a_set_is_chosen_to_be_worn_together(ranking):
     assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
     assert worn.promise.mean[0] == pytest.approx(ranking.utility.expected_mean[worn.order[0]])
     assert "on other clips" in worn.sentence()
-    pair = ranking.wear_together(1.0, max_sensors=2, every_pair=True)
-    assert pair.every_pair == (len(pair.order) == 2)
     with pytest.raises(ValueError, match="ridge"):
         replace(ranking, classifier="trees").wear_together()
 

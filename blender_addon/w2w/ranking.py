@@ -161,7 +161,6 @@ class Ranking:
         every_activity: float = 0.0,
         max_sensors: int | None = None,
         constraints: Constraints | None = None,
-        every_pair: bool = False,
     ) -> JointSet:
         """Choose patches by one classifier on all of them, with what they would reach on other clips.
 
@@ -174,9 +173,6 @@ class Ranking:
         max_sensors : int, optional
         constraints : Constraints, optional
             Where sensors may and must go, and what they cost there.
-        every_pair : bool
-            Whether the set grows from the best of all pairs, each tried, where one patch does not do:
-            minutes with 512 patches.
 
         Returns
         -------
@@ -192,7 +188,7 @@ class Ranking:
         terms = Terms.checked(self.utility.counted_f1, max_sensors, **wishes)
         if self._set_tests is None:
             raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
-        return choose_together(self._set_tests, self._expected, terms, target, every_activity, every_pair)
+        return choose_together(self._set_tests, self._expected, terms, target, every_activity)
 
     def _wished(
         self,

@@ -61,10 +61,6 @@ def place(
     together: Annotated[
         bool, typer.Option(help="Test the chosen sensors together by one classifier on all of them.")
     ] = True,
-    every_pair: Annotated[
-        bool,
-        typer.Option("--every-pair", help="Wear together from the best of all pairs on: takes minutes."),
-    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -116,7 +112,7 @@ def place(
     if together:
         with console.status("Choosing sensors to wear together"):
             tests = prepared_tests(study, config)
-            worn, advice = choose_to_wear(study, config, advice, tests, every_pair)
+            worn, advice = choose_to_wear(study, config, advice, tests)
             tested = sensors_together(study, advice.subset.order)
     show_best_spot(advice, study.utility, study.patches, console)
     if worn is not None:

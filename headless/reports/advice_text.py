@@ -60,8 +60,6 @@ def show_worn(worn: JointSet, patches: PatchSet, console: Console) -> None:
             f"{worn.raw_mean[number]:.3f}",
         )
     console.print(table)
-    if worn.every_pair:
-        console.print("The first two are the best of all pairs, each tried.")
     if following := next_worn(worn, patches):
         console.print(f"{capital(following['sentence'])}.", markup=False)
 

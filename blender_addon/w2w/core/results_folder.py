@@ -206,7 +206,6 @@ def choose_to_wear(
     config: StudyConfig,
     advice: Advice,
     tests: SetTests | None,
-    every_pair: bool = False,
 ) -> tuple[JointSet | None, Advice]:
     """Choose the patches to wear together, and tell what the advice's sets would reach on other clips.
 
@@ -219,8 +218,6 @@ def choose_to_wear(
         Chosen under the same.
     tests : SetTests or None
         From `prepared_tests`.
-    every_pair : bool
-        Whether sets grow from the best of all pairs, which takes minutes.
 
     Returns
     -------
@@ -239,7 +236,7 @@ def choose_to_wear(
     if tests is None:
         return None, advice
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    worn = choose_together(tests, expected, terms, config.target, config.every_activity, every_pair)
+    worn = choose_together(tests, expected, terms, config.target, config.every_activity)
     return worn, advice_promised(advice, tests, terms, expected)
 
 

@@ -4,10 +4,8 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking import joint_scores
 from w2w.core.ranking.joint_fit import Training
 from w2w.core.ranking.joint_scores import JointScores
-from w2w.core.ranking.map_scores import class_auc, class_auc_at_most
 
 N, W, D, A = 6, 60, 5, 3
 RIDGE = 0.1
@@ -78,60 +76,3 @@ def test_an_activity_without_training_is_never_named(library):
     for scores in joint.each_first([0, 1]):
         assert (scores[:, 2] == -np.inf).all()
         assert np.isfinite(scores[:, :2]).all()
-
-
-@pytest.mark.parametrize("tile", [1, 2**30])
-def test_every_pair_equals_the_definition(library, monkeypatch, tile):
-    monkeypatch.setattr(joint_scores, "TILE_BYTES", tile)
-    features, labels, trainings = library
-    joint = JointScores(features, labels, trainings, RIDGE)
-    candidates, wanted = [5, 0, 3, 1], np.ones((4, 4), dtype=bool)
-    wanted[1, 3] = False
-    judged = []
-
-    def judge(scores):
-        judged.extend(scores)
-        return np.arange(len(judged) - len(scores), len(judged))
-
-    monkeypatch.setattr(joint, "_workers", 1)
-    values = joint.of_pairs(candidates, wanted, judge)
-    assert len(judged) >= 5
-    for i, j in zip(*np.triu_indices(4, 1), strict=True):
-        if not wanted[i, j]:
-            assert values[i, j] == -np.inf
-            continue
-        pair = [candidates[i], candidates[j]]
-        scores = judged[int(values[i, j])]
-        by_definition = joint.each_first(pair)[1]
-        np.testing.assert_allclose(scores, by_definition, atol=1e-4 * np.abs(by_definition).max())
-        doubly = [side_by_side(features[pair], labels, training, RIDGE) for training in trainings]
-        np.testing.assert_allclose(scores, np.concatenate(doubly), atol=2e-3 * np.abs(scores).max())
-    assert np.isneginf(values[np.tril_indices(4)]).all()
-
-
-@pytest.mark.parametrize("dear", [False, True])
-def test_pairs_given_up_are_never_the_best(library, monkeypatch, dear):
-    monkeypatch.setattr(joint_scores, "AT_ONCE", 1)
-    features, labels, _ = library
-    features += np.random.default_rng(1).normal(size=features.shape, scale=2).astype(np.float32)
-    folds = np.arange(W).reshape(6, 10)
-    trainings = [Training(np.setdiff1d(np.arange(W), fold), fold) for fold in folds]
-    joint = JointScores(features, labels, trainings, RIDGE, workers=1)
-    candidates, wanted = list(range(len(features))), np.ones((len(features),) * 2, dtype=bool)
-    tested, weight = labels[joint.windows], np.ones(len(joint.windows))
-    price = np.add.outer(*[np.arange(1.0, 1.0 + len(features))] * 2) if dear else np.ones(wanted.shape)
-
-    def judge(scores):
-        return class_auc(scores, tested, weight).mean(axis=-1)
-
-    def limit(scores):
-        return class_auc_at_most(scores, tested, weight).mean(axis=-1)
-
-    every = joint.of_pairs(candidates, wanted, judge)
-    some = joint.of_pairs(candidates, wanted, judge, limit, price)
-    assert np.unravel_index((some / price).argmax(), some.shape) == np.unravel_index(
-        (every / price).argmax(), every.shape
-    )
-    given_up = np.isneginf(some) & np.isfinite(every)
-    assert given_up.any() or features.shape[2] > W  # few windows: one patch is as good as another
-    np.testing.assert_array_equal(some[~given_up], every[~given_up])

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen together: what complements is found, wishes are kept, the promise is what other clips give."""
 
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from w2w.core.selection import joint, set_tests
-from w2w.core.selection.joint import best_pair, choose_together, chosen_by_halves, grow
+from w2w.core.selection.joint import choose_together, chosen_by_halves, grow
 from w2w.core.selection.promise import promise
 
 from .made_sets import NAMES, N, alone, library, prepare, terms
@@ -55,10 +55,9 @@ def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
         assert found[0] == pytest.approx(given[chosen.order[0]])
 
 
-@pytest.mark.parametrize("every_pair", [False, True])
-def test_what_goes_best_with_a_set_that_is_enough_is_told(tests, every_pair):
+def test_what_goes_best_with_a_set_that_is_enough_is_told(tests):
     wished = terms(2, required=[[10]])
-    chosen = choose_together(tests, alone(tests), wished, target=0.01, every_pair=every_pair)
+    chosen = choose_together(tests, alone(tests), wished, target=0.01)
     assert chosen.order == (10,)
     both = (10, *chosen.further)
     assert both == grow(tests.whole, wished, 2, alone(tests)[0]).order
@@ -170,47 +169,6 @@ def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_one_befo
     )  # another activity is the worst each time
     further = grow(tests.whole, terms(5, required=[[0], [9], [10]]), 5)
     assert {0, 9, 10} <= set(further.order)
-
-
-@pytest.mark.parametrize("worst", [False, True])
-def test_the_best_pair_is_the_best_of_all(tests, worst):
-    def value(pair):
-        return float(tests.whole.added(pair[:1], np.array(pair[1:]), worst)[0])
-
-    pair = best_pair(tests.whole, terms(2), worst=worst)
-    by_value = max(combinations(range(N), 2), key=value)
-    assert value(pair) == pytest.approx(value(by_value), abs=1e-6)
-    assert tests.whole.single[pair[0]] >= tests.whole.single[pair[1]]
-    assert value(pair) >= value(grow(tests.whole, terms(2), 2, worst=worst).order) - 1e-6
-
-
-def test_the_best_pair_keeps_to_wishes(tests):
-    one, two = [10, 11], [5, 9]
-    assert np.isin(best_pair(tests.whole, terms(required=[one])), one).any()
-    pair = best_pair(tests.whole, terms(allowed=np.arange(N) != 5, required=[one, two]), among=1)
-    assert 9 in pair
-    assert np.isin(pair, one).any()
-    assert best_pair(tests.whole, terms(1)) == ()
-    dear = np.ones(N)
-    dear[:8] = 1e6
-    assert min(best_pair(tests.whole, terms(cost=dear))) >= 8
-
-
-def test_sets_grow_from_the_best_pair_and_are_promised_what_such_sets_give(tests, monkeypatch):
-    halves = []
-
-    def counted(one, *arguments, **options):
-        halves.append(one is not tests.whole)
-        return best_pair(one, *arguments, **options)
-
-    monkeypatch.setattr(joint, "best_pair", counted)
-    chosen = choose_together(tests, alone(tests), terms(4), target=1.0, every_pair=True)
-    assert chosen.every_pair
-    assert chosen.order[:2] == best_pair(tests.whole, terms(4), alone(tests)[0])
-    assert sorted(halves) == [False] + [True] * 2 * len(tests.pairs)  # halves try every pair, too
-    assert (np.diff(chosen.promise.mean) >= 0).all()
-    enough = choose_together(tests, alone(tests), terms(4), target=0.3, every_pair=True)
-    assert (len(enough.order), enough.reached, enough.every_pair) == (1, True, False)
 
 
 def test_only_what_counts_decides_the_set_and_its_promise():

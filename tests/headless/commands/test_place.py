@@ -272,15 +272,6 @@ def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
     assert "another run works in" in output
 
 
-def test_every_pair_may_be_tried(study):
-    out, _ = study
-    asked, output = chosen(out, "--target", 1, "--max", 2, "--only", "left", "--every-pair")
-    worn = asked["worn_together"]
-    assert worn["every_pair"] == (len(worn["places"]) == 2)
-    assert ("best of all pairs" in output) == worn["every_pair"]
-    assert all(place["region"].startswith("left") for place in worn["places"])
-
-
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [

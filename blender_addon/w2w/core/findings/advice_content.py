@@ -83,7 +83,6 @@ def worn_content(worn: JointSet, utility: UtilityMap, patches: PatchSet) -> dict
         "sentence": worn.sentence(),
         "target": worn.target,
         "every_activity": worn.every_activity,
-        "every_pair": worn.every_pair,
         "reached": worn.reached,
         "cost": worn.cost,
         **expected_content(made, len(worn.order)),

@@ -209,9 +209,9 @@ class JointFit:
         return gram
 
     def offset(self, products: np.ndarray, norms: np.ndarray) -> np.ndarray:
-        """Scores (..., A) from products with the class means and these' squared lengths (..., A)."""
+        """Scores (v, A) from products with the class means and these' squared lengths (A,)."""
         offset = np.where(self._counts > 0, norms / 2, np.inf).astype(np.float32)
-        return (products - offset[..., None, :]) * np.float32(len(self._labels))
+        return (products - offset) * np.float32(len(self._labels))
 
 
 def _scale(seen: np.ndarray, within: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Patches worn together: class scores of one classifier on a set of patches, for every next patch or pair."""
+"""Patches worn together: class scores of one classifier on a set of patches, for every next patch."""
 
 from __future__ import annotations
 
@@ -12,62 +12,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .joint_fit import JointFit, Training
-from .joint_pairs import Seconds, bytes_of_second, second_patches
 from .joint_sums import JointSums
 
 Judged = TypeVar("Judged")
 
-TILE_BYTES = 512 * 2**20
-"""Memory for what pairs share of their second patches, held for as many of these as it takes."""
-
 NARROW = 0.75
 """Features worn for each window trained on, up to which sums that trainings share take less time."""
-
-AT_ONCE = 16
-"""Pairs judged at once."""
-
-LOOK_FROM = 0.3
-"""Share of the windows before which no pair is given up: what is lost for sure grows with its square."""
-
-ROUNDING = 1e-9
-"""A pair that may be as good as the best so far by this is not given up."""
-
-
-class _Race:
-    """Which pairs may still be the best one.
-
-    Parameters
-    ----------
-    judge, limit, price
-        As for `JointScores.of_pairs`.
-    """
-
-    def __init__(
-        self,
-        judge: Callable[[np.ndarray], np.ndarray],
-        limit: Callable[[np.ndarray], np.ndarray] | None,
-        price: np.ndarray,
-        best: list[float] | None = None,
-    ) -> None:
-        self._judge, self._limit, self._price = judge, limit, price
-        self._best = [-np.inf] if best is None else best
-
-    def among(self, seconds: slice) -> _Race:
-        """The same race, of pairs with these second patches."""
-        return _Race(self._judge, self._limit, self._price[:, seconds], self._best)
-
-    def stays(self, scores: np.ndarray, first: int, seconds: np.ndarray) -> np.ndarray:
-        """Of each pair, whether it may be the best by scores of the first windows."""
-        if self._limit is None:
-            return np.ones(len(seconds), dtype=bool)
-        return self._limit(scores) / self._price[first, seconds] >= self._best[0] - ROUNDING
-
-    def judged(self, scores: np.ndarray, first: int, seconds: np.ndarray) -> np.ndarray:
-        """The values of pairs that got through."""
-        values = self._judge(scores)
-        # Threads may overwrite each other's best with a lesser one: then fewer are given up, never too many.
-        self._best[0] = max(self._best[0], float((values / self._price[first, seconds]).max()))
-        return values
 
 
 class JointScores:
@@ -143,77 +93,6 @@ class JointScores:
 
         return add
 
-    def of_pairs(
-        self,
-        candidates: Sequence[int],
-        wanted: np.ndarray,
-        judge: Callable[[np.ndarray], np.ndarray],
-        limit: Callable[[np.ndarray], np.ndarray] | None = None,
-        price: np.ndarray | None = None,
-    ) -> np.ndarray:
-        """What is judged of every pair of candidates, or of those that may be the best.
-
-        What does not depend on the first patch is prepared for many second ones, what does not depend
-        on the second once for each first.
-
-        Parameters
-        ----------
-        candidates : sequence of int, length C
-        wanted : ndarray of bool, shape (C, C)
-            The pairs to judge; those above the diagonal count.
-        judge : callable
-            Given scores (P, V, A) of some pairs as `of_added` has them, returns P values.
-        limit : callable, optional
-            Given scores (P, v, A) of the first v windows, returns what the values will not exceed. A pair
-            is then given up as soon as it cannot be the best one any more.
-        price : ndarray, shape (C, C), optional
-            The best pair has the largest value divided by its price; 1 for every pair by default.
-
-        Returns
-        -------
-        ndarray, shape (C, C)
-            Minus infinity for pairs not wanted or given up.
-        """
-        values = np.full(wanted.shape, -np.inf)
-        wanted = np.triu(wanted, 1)
-        race = _Race(judge, limit, np.ones(wanted.shape) if price is None else price)
-        size = max(1, TILE_BYTES // sum(map(bytes_of_second, self._fits)))
-        for start in range(0, len(candidates), size):
-            tile = candidates[start : start + size]
-            seconds = [second_patches(fit, len(tile)) for fit in self._fits]
-            self._each(lambda number, s=seconds, t=tile: [one.put(number, t[number]) for one in s], len(tile))
-            here = slice(start, start + len(tile))
-            row = partial(self._row, candidates, seconds, wanted[:, here], race.among(here), values[:, here])
-            self._each(row, here.stop)
-        return values
-
-    def _row(
-        self,
-        candidates: Sequence[int],
-        seconds: Sequence[Seconds],
-        wanted: np.ndarray,
-        race: _Race,
-        values: np.ndarray,
-        number: int,
-    ) -> None:
-        """Judge one candidate with all that are wanted of the second ones prepared."""
-        others = np.flatnonzero(wanted[number])
-        if not len(others):
-            return
-        firsts = [one.first(candidates[number]) for one in seconds]
-        for start in range(0, len(others), AT_ONCE):
-            left, scores = others[start : start + AT_ONCE], None
-            for one, first in zip(seconds, firsts, strict=True):
-                new = one.scores(first, left)
-                scores = new if scores is None else np.concatenate([scores, new], axis=1)
-                if LOOK_FROM * len(self.windows) <= scores.shape[1] < len(self.windows):
-                    stays = race.stays(scores, number, left)
-                    left, scores = left[stays], scores[stays]
-                if not len(left):
-                    break
-            else:
-                values[number, left] = race.judged(scores, number, left)
-
     def each_first(self, order: Sequence[int]) -> list[np.ndarray]:
         """Scores (V, A) by the first patch, by the first two, and so on."""
         return next(self.each_first_of([order]))
@@ -240,7 +119,3 @@ class JointScores:
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         with ThreadPoolExecutor(self._workers) as pool:
             yield from pool.map(work, items)
-
-    def _each(self, work: Callable[[int], Any], count: int) -> None:
-        for _ in self._parallel(work, range(count)):
-            pass

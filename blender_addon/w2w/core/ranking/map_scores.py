@@ -14,9 +14,9 @@ def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
 
     Parameters
     ----------
-    scores : ndarray, shape (..., V, A)
-        Of each activity by window, of any number of classifiers; compared between windows, about their
-        means over activities, in single precision.
+    scores : ndarray, shape (V, A)
+        Of each activity by window; compared between windows, about their means over activities, in single
+        precision.
     labels : ndarray of int, shape (V,)
         True activity.
     weight : ndarray, shape (V,)
@@ -24,24 +24,16 @@ def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
 
     Returns
     -------
-    ndarray, shape (..., A)
+    ndarray, shape (A,)
         NaN for activities without windows.
     """
-    return _areas(scores, np.unique(labels), labels, weight)
-
-
-def _areas(scores: np.ndarray, compared: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """As `class_auc`, the scores about their means over the activities `compared`."""
-    *many, n_windows, n_activities = scores.shape
-    about = _about_their_means(scores[..., compared].reshape(-1, n_windows, len(compared)))
     present, line = np.unique(labels, return_inverse=True)
-    about = about[:, np.isin(compared, present)]
-    below = np.stack([_others_below(scores_of, line) for scores_of in about])
-    areas = np.full((len(about), n_activities), np.nan)
-    votes = (below * weight) @ np.eye(len(present))[line]
+    below = _others_below(_about_their_means(scores[:, present]), line)
+    areas = np.full(scores.shape[1], np.nan)
+    votes = np.bincount(line, below * weight)
     size, vote = np.bincount(line), np.bincount(line, weight)
-    areas[:, present] = votes / vote / np.maximum(n_windows - size, 1)
-    return areas.reshape(*many, n_activities)
+    areas[present] = votes / vote / np.maximum(len(labels) - size, 1)
+    return areas
 
 
 def _others_below(scores: np.ndarray, line: np.ndarray) -> np.ndarray:
@@ -61,46 +53,13 @@ def _others_below(scores: np.ndarray, line: np.ndarray) -> np.ndarray:
     return below
 
 
-def class_auc_at_most(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """What `class_auc` cannot exceed, by scores of the first windows alone.
-
-    Two windows that are in the wrong order stay so whatever the others' scores are.
-
-    Parameters
-    ----------
-    scores : ndarray, shape (..., v, A)
-        Of the first v of the windows.
-    labels, weight : ndarray, shape (V,)
-        Of all windows.
-
-    Returns
-    -------
-    ndarray, shape (..., A)
-    """
-    seen = scores.shape[-2]
-    lost = np.nan_to_num(1.0 - _areas(scores, np.unique(labels), labels[:seen], weight[:seen]))
-    for share in _votes_and_others(labels[:seen], weight[:seen], scores.shape[-1]):
-        lost *= share
-    for whole in _votes_and_others(labels, weight, scores.shape[-1]):
-        lost /= np.maximum(whole, np.finfo(float).tiny)
-    return 1.0 - lost
-
-
-def _votes_and_others(
-    labels: np.ndarray, weight: np.ndarray, n_activities: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Of each activity, the weight of its windows and the number of all other windows, shape (A,) each."""
-    of_each = np.bincount(labels, minlength=n_activities)
-    return np.bincount(labels, weights=weight, minlength=n_activities), len(labels) - of_each
-
-
 def _about_their_means(scores: np.ndarray) -> np.ndarray:
-    """Scores (P, V, A) about each window's mean over the activities that were trained, shape (P, A, V)."""
-    scores = np.ascontiguousarray(scores.swapaxes(1, 2), dtype=np.float32)
+    """Scores (V, A) about each window's mean over the activities that were trained, shape (A, V)."""
+    scores = np.ascontiguousarray(scores.T, dtype=np.float32)
     known = np.isfinite(scores)
     if known.all():
-        return scores - scores.mean(axis=1, keepdims=True)
-    sums, counts = (part.sum(axis=1, keepdims=True) for part in (np.where(known, scores, 0), known))
+        return scores - scores.mean(axis=0)
+    sums, counts = (part.sum(axis=0) for part in (np.where(known, scores, 0), known))
     return scores - (sums / counts).astype(np.float32)
 
 

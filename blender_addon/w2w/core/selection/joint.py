@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -108,50 +108,14 @@ def grow(
     return Growth(tuple(order), shortlist)
 
 
-def best_pair(
-    tests: Tests,
-    terms: Terms,
-    first: np.ndarray | None = None,
-    worst: bool = False,
-    among: int | None = None,
-) -> tuple[int, ...]:
-    """The pair by which the classifier on both tells the activities apart best: every pair is tried.
-
-    Parameters are those of `grow`. The patch that is better alone comes first; where no two may be
-    chosen, there is none.
-    """
-    options = [np.flatnonzero(terms.allowed), *terms.required]
-    candidates = np.unique(np.concatenate([patches[:among] for patches in options]))
-    # the best first: the sooner a good pair is found, the sooner others are given up
-    candidates = candidates[np.argsort(-tests.single[candidates], kind="stable")]
-    if min(len(candidates), terms.max_size) < 2:
-        return ()
-    wanted = np.ones((len(candidates),) * 2, dtype=bool)
-    for group in terms.required[:2]:
-        inside = np.isin(candidates, group)
-        wanted &= inside[:, None] | inside
-    cost = terms.cost[candidates]
-    price = cost[:, None] + cost
-    with unthreaded_products():
-        value = tests.pairs(candidates, wanted, worst, price) / price
-    pair = candidates[list(np.unravel_index(value.argmax(), value.shape))]
-    alone = (tests.single if first is None else first)[pair]
-    return tuple(pair[np.argsort(-alone, kind="stable")].tolist())
-
-
-def chosen_by_halves(
-    half: Tests, terms: Terms, size: int, worst: bool = False, every_pair: bool = False
-) -> tuple[int, ...]:
+def chosen_by_halves(half: Tests, terms: Terms, size: int, worst: bool = False) -> tuple[int, ...]:
     """Choose as `grow` does, among fewer candidates; goes on from what was chosen under the same terms."""
-    way = (worst, every_pair)
-    terms_before, way_before, grown = half.grown
-    if terms_before is not terms or way_before != way:
+    terms_before, worst_before, grown = half.grown
+    if terms_before is not terms or worst_before != worst:
         grown = None
     if grown is None or len(grown.order) < size:
-        if every_pair and grown is None:
-            grown = Growth(best_pair(half, terms, worst=worst, among=OF_HALVES))
         grown = grow(half, terms, size, worst=worst, among=OF_HALVES, start=grown)
-        half.grown = terms, way, grown
+        half.grown = terms, worst, grown
     return grown.order[:size]
 
 
@@ -174,8 +138,6 @@ class JointSet:
     cost : float
     weights : ndarray, shape (A,)
         What each activity counts.
-    every_pair : bool
-        Whether the first two are the best of all pairs.
     further : tuple of int
         Patches that were tried after these, in order of choice.
     with_next : Promise, optional
@@ -190,7 +152,6 @@ class JointSet:
     reached: bool
     cost: float
     weights: np.ndarray
-    every_pair: bool = False
     further: tuple[int, ...] = ()
     with_next: Promise | None = None
 
@@ -227,7 +188,6 @@ def choose_together(
     terms: Terms,
     target: float = 0.9,
     every_activity: float = 0.0,
-    every_pair: bool = False,
 ) -> JointSet:
     """The smallest set whose promise reaches the target, or the one beyond which it rises no more.
 
@@ -239,44 +199,18 @@ def choose_together(
     terms : Terms
     target : float
     every_activity : float
-    every_pair : bool
-        Whether sets grow from the best of all pairs, where one patch does not do.
 
     Returns
     -------
     JointSet
     """
-    wishes = (target, every_activity)
-    if not every_pair or terms.max_size < 2:
-        return _choose(tests, expected, terms, *wishes)
-    if len(terms.required) > 1:
-        return _choose(tests, expected, terms, *wishes, every_pair=True)
-    alone = _choose(tests, expected, terms, *wishes)
-    if len(alone.order) == 1 and alone.reached:
-        return alone
-    alone = _choose(tests, expected, replace(terms, max_size=1), *wishes)
-    together = _choose(tests, expected, terms, *wishes, every_pair=True)
-    more = together.promise.mean[-1] - alone.promise.mean[-1]
-    return together if together.reached or more > WORTH else alone
-
-
-def _choose(
-    tests: SetTests,
-    expected: Sequence[np.ndarray],
-    terms: Terms,
-    target: float,
-    every_activity: float,
-    every_pair: bool = False,
-) -> JointSet:
     worst = every_activity > 0
-    grown = Growth(best_pair(tests.whole, terms, expected[0], worst) if every_pair else ())
-    fewest_by_way = max(len(grown.order), 1)
-    choose = partial(chosen_by_halves, worst=worst, every_pair=every_pair)
+    grown, choose = Growth(), partial(chosen_by_halves, worst=worst)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         grown = grow(tests.whole, terms, size, expected[0], worst, start=grown)
         order = grown.order
         made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
-        least = max(fewest(order, terms.required), fewest_by_way)
+        least = fewest(order, terms.required)
         good = (made.mean >= target - ROUNDING) & (
             made.f1[:, tests.weights > 0].min(axis=1) >= every_activity - ROUNDING
         )
@@ -293,7 +227,6 @@ def _choose(
         bool(good.any()),
         float(terms.cost[list(order[:enough])].sum()),
         tests.weights,
-        every_pair,
         order[enough:],
         made.first(enough + 1) if enough < len(order) else None,
     )

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_fit import Training
 from ..ranking.joint_scores import JointScores
-from ..ranking.map_scores import class_auc, class_auc_at_most, window_f1
+from ..ranking.map_scores import class_auc, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
@@ -30,9 +30,6 @@ MOST_WINDOWS = 1000
 
 READ_BYTES = 32 * 2**20
 """Features read at a time: they stand beside those of all patches, which are held."""
-
-Areas = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""`class_auc` or what it cannot exceed."""
 
 
 class Tests:
@@ -63,7 +60,7 @@ class Tests:
         self._scores, self._labels, self._trial = scores, labels, trial
         self._n_activities, self._pooling = len(weights), pooling
         self.weights = weights
-        self.grown: tuple[Terms | None, tuple[bool, bool], Growth | None] = (None, (False, False), None)
+        self.grown: tuple[Terms | None, bool, Growth | None] = (None, False, None)
         self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, len(weights))))
         self.delivered: dict[tuple[int, ...], np.ndarray] = {}
         if alone is not None:
@@ -95,22 +92,12 @@ class Tests:
 
     def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
         """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
-        judge = partial(self._areas, worst=worst)
-        return np.array(self._scores.of_added(worn, candidates.tolist(), judge))
-
-    def pairs(self, candidates: np.ndarray, wanted: np.ndarray, worst: bool, price: np.ndarray) -> np.ndarray:
-        """The same of every wanted pair of candidates that may have the most for its price, shape (C, C).
-
-        Minus infinity for the others.
-        """
-        judge = partial(self._areas, worst=worst)
-        limit = partial(self._areas, worst=worst, areas=class_auc_at_most)
-        return self._scores.of_pairs(candidates.tolist(), wanted, judge, limit, price)
-
-    def _areas(self, scores: np.ndarray, worst: bool, areas: Areas = class_auc) -> np.ndarray:
-        found = areas(scores, self._labels, self._trial.weight)[..., self._trial.testable]
+        areas = np.array(self._scores.of_added(worn, candidates.tolist(), self._areas))
         weights = self._shown_weights
-        return found[..., weights > 0].min(axis=-1) if worst else mean_over(found, weights)
+        return areas[:, weights > 0].min(axis=1) if worst else mean_over(areas, weights)
+
+    def _areas(self, scores: np.ndarray) -> np.ndarray:
+        return class_auc(scores, self._labels, self._trial.weight)[self._trial.testable]
 
     def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
