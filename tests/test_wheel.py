@@ -3,14 +3,19 @@
 
 from __future__ import annotations
 
+import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
+
+import w2w
 
 ROOT = Path(__file__).resolve().parents[1]
 NOT_THE_TREE = "import sys; sys.meta_path[:] = [one for one in sys.meta_path if 'Editable' not in str(one)]"
@@ -67,6 +72,28 @@ def test_the_wheel_has_one_name_and_every_file(wheel):
     data = ("templates/body.npz", "templates/demo.npz", "headless/reports/report_page/page.html")
     assert {f"w2w/{name}" for name in (*data, "studies/placements/paper_claims.csv")} <= names
     assert not [name for name in names if "make_body" in name]
+
+
+def test_the_version_is_written_once_for_all(wheel):
+    version = w2w.__version__
+    assert wheel.name.startswith(f"where_to_wear-{version}-")
+    assert tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"] == version
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    named = re.findall(r"w2w-(\d[\d.]*)-", (ROOT / "docs" / "engineer.md").read_text(encoding="utf-8"))
+    assert set(named) == {version}
+
+
+def test_a_type_checker_sees_every_public_name(wheel):
+    source = (ROOT / "blender_addon" / "w2w" / "__init__.py").read_text(encoding="utf-8")
+    (block,) = (
+        node
+        for node in ast.parse(source).body
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    )
+    homes = {name.asname: line.module for line in block.body for name in line.names}
+    assert homes == w2w._HOMES
+    with zipfile.ZipFile(wheel) as archive:
+        assert "w2w/py.typed" in archive.namelist()
 
 
 def test_it_works_far_from_the_tree(installed):

@@ -21,14 +21,41 @@ import importlib
 import importlib.util
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # so that editors and type checkers see signatures
+    from .api import open_results as open_results
+    from .api import rank as rank
+    from .api import synthesize as synthesize
+    from .core.body.body import Body as Body
+    from .core.body.shapes import shaped as shaped
+    from .core.imu.formats import read_recording as read_recording
+    from .core.imu.formats import write_recording as write_recording
+    from .core.imu.presets import preset as preset
+    from .core.imu.recording import ImuRecording as ImuRecording
+    from .core.imu.sensor import SensorModel as SensorModel
+    from .core.imu.sensor_file import read_sensor as read_sensor
+    from .core.imu.synthesis import Synthesis as Synthesis
+    from .core.keypoints.facts import PoseFacts as PoseFacts
+    from .core.motion.motion import Motion as Motion
+    from .core.patches.own_placements import patches_at as patches_at
+    from .core.patches.patches import PatchSet as PatchSet
+    from .core.patches.patches import sample_patches as sample_patches
+    from .core.ranking.agreement import rank_agreement as rank_agreement
+    from .core.ranking.classifiers.estimator import EstimatorClassifier as EstimatorClassifier
+    from .core.ranking.utility import UtilityMap as UtilityMap
+    from .core.ranking.windows import WindowSpec as WindowSpec
+    from .core.selection.constraints import Constraints as Constraints
+    from .loading import load as load
+    from .loading import load_body as load_body
+    from .ranking import Ranking as Ranking
 
 __version__ = "0.1.0"
+"""The one place where it is written for pip; a test holds the other files to it."""
 
 if (_above := Path(__file__).resolve().parents[1]).name == "blender_addon":
-    __path__.append(
-        str(_above.parent)
-    )  # `w2w.headless` stands beside it in the source tree and Blender's zip
+    # `w2w.headless` stands beside it in the source tree and Blender's zip
+    __path__.append(str(_above.parent))
 
 _HOMES = {
     "Body": "core.body.body",
@@ -62,13 +89,15 @@ _HOMES = {
 __all__ = [*_HOMES, "__version__", "register", "unregister"]
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name when it is first asked for."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # or a checker would take any name for one of these
+
+    def __getattr__(name: str) -> Any:
+        """Import a public name when it is first asked for."""
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:
