@@ -27,8 +27,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "advice_text comparison console_tables own_table pictures redraw report_data signal_figure"
     ),
     "tests/headless/runs": (
-        "blender_worker clip clip_records clip_task folder guard load_clip monitor own_sensor "
-        "picture_names study"
+        "blender_worker clip clip_records folder guard load_clip monitor own_sensor picture_names study"
     ),
     "tests/scene": (
         "evaluated fast_path fcurves gltf load output packing patches playback render reshape scene_motion "

@@ -60,6 +60,12 @@ def test_wishes_that_contradict_each_other_are_refused(patches, wishes, complain
         Constraints(**wishes).terms(patches)
 
 
+def test_a_part_that_must_be_chosen_may_be_forbidden_in_places(patches):
+    terms = Constraints(must=("left arm",), forbid=("left wrist",)).terms(patches)
+    (required,) = terms["required"]
+    assert 0 < terms["allowed"][required].sum() < len(required)
+
+
 def test_where_no_place_lies_nothing_can_be_forbidden_or_required(bundled_body):
     few = sample_patches(bundled_body, 12, seed=0, mode="fast")
     assert not any(region.startswith("left wrist") for region in few.regions)

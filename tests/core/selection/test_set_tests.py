@@ -64,3 +64,15 @@ def test_a_ranking_without_halves_has_none(asked):
     assert utility.half_f1 is None
     tests = SetTests.of(*asked, Pooling.none(N), utility=utility)
     assert np.isfinite(tests.pairs[0][0].single).all()
+
+
+def test_the_worst_activity_decides_where_every_one_is_asked_for(asked, utility):
+    half = SetTests.of(*asked, Pooling.none(N), utility=utility).pairs[0][0]
+    candidates, weights = np.arange(N), half.weights
+    worst = half.added((), candidates, worst=True)
+    each = []
+    for activity in range(len(weights)):
+        half.weights = np.eye(len(weights))[activity]
+        each.append(half.added((), candidates, worst=False))
+    np.testing.assert_allclose(worst, np.min(each, axis=0))
+    assert (np.ptp(each, axis=0) > 0.01).any()

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from w2w.core.files import file_sha256, write_json, write_npz
 from w2w.headless.app import APP
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
+from w2w.headless.runs.own_files import ForeignFileError, check, new_file
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -194,6 +195,21 @@ def test_a_folder_without_the_list_is_the_users(library, tmp_path):
     assert code == 2
     assert "already holds config.json, utility.npz, utility.csv and 1 more" in said
     assert contents(out) == before
+
+
+@pytest.mark.parametrize(
+    "refused",
+    [
+        lambda link: new_file(link),
+        lambda link: check(link, ["utility.csv"]),
+        lambda link: check(link.parent, [link.name]),
+    ],
+)
+def test_a_link_to_nothing_is_the_users(tmp_path, refused):
+    link = tmp_path / "utility.csv"
+    link.symlink_to(tmp_path / "unplugged" / "utility.csv")
+    with pytest.raises(ForeignFileError):
+        refused(link)
 
 
 def test_a_record_that_points_elsewhere_removes_nothing(tmp_path):
