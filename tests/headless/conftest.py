@@ -137,14 +137,15 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     tests = SetTests.of(features, activity, **protocol, pooling=pooling)
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
     terms = Terms.checked(utility.f1, 5, None, (), None)
+    advice = advice_promised(advice, tests, terms, expected)
     drawn = Study(
         library,
         config,
         body,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         StudyResults(out, utility, patches, ranked, config.as_dict()),
-        advice_promised(advice, tests, terms, expected),
-        choose_together(tests, expected, terms, config.target),
+        advice,
+        choose_together(tests, expected, terms, config.target, beside=advice.sets),
         tuple(together),
     )
     write_config(drawn)

@@ -236,8 +236,9 @@ def choose_to_wear(
     if tests is None:
         return None, advice
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    worn = choose_together(tests, expected, terms, config.target, config.every_activity)
-    return worn, advice_promised(advice, tests, terms, expected)
+    advice = advice_promised(advice, tests, terms, expected)
+    worn = choose_together(tests, expected, terms, config.target, config.every_activity, advice.sets)
+    return worn, advice
 
 
 def sensors_together(study: StudyResults, order: Sequence[int]) -> tuple[UtilityMap, ...]:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen together: what complements is found, wishes are kept, the promise is what other clips give."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 from w2w.core.selection import joint, set_tests
 from w2w.core.selection.joint import choose_together, chosen_by_halves, grow
 from w2w.core.selection.promise import promise
+from w2w.core.selection.proxy_promise import greedy_by_half, promised
+from w2w.core.selection.subsets import greedy_subset
 
 from .made_sets import NAMES, N, alone, library, prepare, terms
 
@@ -44,7 +47,7 @@ def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(
     assert most - joint.WORTH <= chosen.promise.mean[-1] <= most
     assert count == 1 or made.mean[count - 2] < most - joint.WORTH
     assert count < tried
-    assert chosen.sentence().endswith(f"up to {tried} sensors promise no more than 0.1 above that")
+    assert chosen.sentence().endswith(f"sets of up to {tried} sensors promise no more than {most:.3f}")
 
 
 def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
@@ -64,6 +67,53 @@ def test_what_goes_best_with_a_set_that_is_enough_is_told(tests):
     expected = promise(tests, wished, both, chosen_by_halves, tuple(v[10] for v in alone(tests)))
     np.testing.assert_allclose(chosen.with_next.mean, expected.mean)
     assert choose_together(tests, alone(tests), terms(1, required=[[10]]), target=0.01).with_next is None
+
+
+@pytest.fixture
+def useless(monkeypatch):
+    """Patches that tell nothing, to which sets grow."""
+    monkeypatch.setattr(joint, "grow", lambda *_, **__: joint.Growth((8, 9, 10)))
+    monkeypatch.setattr(joint, "chosen_by_halves", lambda *_, **__: (8, 9, 10))
+    return 8, 9, 10
+
+
+@pytest.fixture
+def paper(tests):
+    """The set by the paper's proxy with its promise."""
+    free = replace(terms(3), f1=tests.whole.map)
+    return promised(greedy_subset(free.f1, 1.0, 3), tests, free, alone(tests), greedy_by_half)
+
+
+@pytest.mark.usefixtures("useless")
+@pytest.mark.parametrize("target", [0.4, 1.0])
+def test_a_set_that_is_tested_and_promises_more_is_recommended(tests, paper, target):
+    most = paper.promise.mean.max()
+    assert most > choose_together(tests, alone(tests), terms(3), target=1.0).most + joint.BETTER + joint.WORTH
+    chosen = choose_together(tests, alone(tests), terms(3), target, beside=[paper])
+    count = len(chosen.order)
+    assert chosen.order == tuple(paper.order[:count])
+    assert chosen.promise.mean[-1] == paper.promise.mean[count - 1] >= min(target, most - joint.WORTH)
+    assert chosen.reached == (target < 1)
+    if count < 3 and not chosen.reached:
+        assert f"of up to 3 sensors promise no more than {most:.3f}" in chosen.sentence()
+
+
+@pytest.mark.usefixtures("useless")
+def test_a_set_that_promises_hardly_more_is_recommended_only_if_it_alone_is_enough(tests, paper):
+    made = choose_together(tests, alone(tests), terms(3), target=1.0).promise
+    more = replace(made, mean=made.mean + joint.BETTER / 2)
+    other = replace(paper, order=(8, 9, 11)[: len(made.mean)], promise=more)
+    chosen = choose_together(tests, alone(tests), terms(3), target=1.0, beside=[other])
+    assert chosen.promise.mean[-1] == made.mean[len(chosen.order) - 1]
+    assert chosen.most == more.mean[-1]
+    chosen = choose_together(tests, alone(tests), terms(3), target=float(more.mean[-1]), beside=[other])
+    assert chosen.reached
+    assert chosen.promise.mean[-1] == more.mean[-1]
+
+
+def test_of_sets_that_are_enough_the_cheapest_is_recommended(tests, useless, paper):
+    dear = terms(3, cost=np.where(np.arange(N) < 8, 9.0, 1.0))
+    assert choose_together(tests, alone(tests), dear, target=0.01, beside=[paper]).order == useless[:1]
 
 
 def test_every_activity_must_reach_what_is_asked_of_every_one(tests):

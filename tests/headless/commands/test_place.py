@@ -19,6 +19,7 @@ from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.headline import CANNOT_RANK, as_good_as, best_spot_sentence
+from w2w.core.selection.joint import BETTER, WORTH
 from w2w.headless.app import APP
 from w2w.headless.runs.folder import only_run
 from w2w.scene.study_record import read_record
@@ -79,6 +80,14 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     first = (CANNOT_RANK if not utility.can_rank else best["sentence"]) + "."
     assert output.index(first) < output.index("Best regions")
     assert "exact optimum" in output
+
+
+def test_no_set_of_the_page_promises_far_more_than_the_recommended_one(study):
+    summary = json.loads((study[0] / "summary.json").read_text())
+    worn = summary["worn_together"]
+    for tested in (summary["subset"], summary["exact"], *summary["together"]):
+        assert worn["reached"] or tested["expected_f1"] <= worn["expected_f1"] + BETTER + WORTH
+        assert worn["reached"] or tested["expected_f1"] < worn["target"]
 
 
 def test_the_sensors_are_tested_together_by_the_same_folds(study):

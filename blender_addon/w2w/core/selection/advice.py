@@ -132,6 +132,13 @@ class Advice:
     least: int = 1
     allowed: np.ndarray | None = None
 
+    @property
+    def sets(self) -> tuple[Subset, ...]:
+        """Its sets, the exact one where it is another."""
+        if self.exact is None or set(self.exact.order) == set(self.subset.order):
+            return (self.subset,)
+        return self.subset, self.exact
+
     def gap_sentence(self) -> str:
         """Say how far the greedy set is from the optimum."""
         if self.exact is None:

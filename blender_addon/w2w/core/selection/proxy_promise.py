@@ -49,8 +49,8 @@ def advice_promised(advice: Advice, tests: SetTests, terms: Terms, expected: Seq
     """Advice whose sets have what they would reach on other clips."""
     subset = promised(advice.subset, tests, terms, expected, greedy_by_half)
     exact = advice.exact
-    if exact is not None and set(exact.order) == set(subset.order):
-        exact = replace(exact, promise=subset.promise)  # one set, one promise
-    elif exact is not None:
+    if len(advice.sets) > 1:
         exact = promised(exact, tests, terms, expected, exact_by_half)
+    elif exact is not None:
+        exact = replace(exact, promise=subset.promise)  # one set, one promise
     return replace(advice, subset=subset, exact=exact)
