@@ -30,8 +30,8 @@ AT_MOST = 12
 
 def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, console: Console) -> None:
     """Print where to wear one sensor, and how far these clips tell."""
-    if not utility.can_rank:
-        console.print(f"{headline.CANNOT_RANK}.", style="bold yellow")
+    if caution := headline.spot_caution(advice.best, utility):
+        console.print(f"{caution}.", style="bold yellow")
     console.print(
         f"[bold]{headline.best_spot_sentence(advice.best, utility, patches, advice.allowed)}.[/bold]"
     )
@@ -39,7 +39,7 @@ def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, conso
         console.print(f"The highest of them: {patches.names[advice.best]}.")
     if explained := headline.mean_sentence(utility):
         console.print(f"{explained}.", markup=False)
-    console.print(f"{headline.confidence_sentence(utility)}.")
+    console.print(f"{headline.confidence_sentence(utility, advice.best)}.")
     if warning := interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
 

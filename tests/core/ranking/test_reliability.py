@@ -68,7 +68,7 @@ def test_flat_maps_agree_with_none():
     assert np.isnan(agreement([]))
 
 
-def classified(shuffled, seed):
+def classified(shuffled, seed, equal=False):
     """A real ranking of 30 patches, the first ten of which hear more of the activity than the last."""
     rng = np.random.default_rng(seed)
     activity, clip, _, every = clips(24)
@@ -76,6 +76,8 @@ def classified(shuffled, seed):
     strength = np.linspace(1.5, 0, 30)
     for a in range(A):
         features[activity == a, :, a] += strength
+    if equal:
+        features[:] = features[:, 10:11]
     if shuffled:
         activity = rng.permutation(activity.reshape(-1, 2)[:, 0]).repeat(2)
     names = np.array([f"activity {a}" for a in range(A)])
@@ -89,6 +91,22 @@ def test_shuffled_labels_give_a_reliability_near_nought_and_cannot_rank():
     true = classified(False, 0)
     assert true.can_rank
     assert true.reliability > 0.85
+
+
+@pytest.mark.parametrize("shuffled", [True, False])
+def test_patches_that_are_all_equal_rank_nothing(shuffled):
+    found = classified(shuffled, 0, equal=True)
+    assert found.as_good.all()
+    assert not found.can_rank
+    np.testing.assert_allclose(found.expected_mean, found.mean.mean(), rtol=1e-5)
+
+
+def test_the_best_spot_never_promises_less_than_an_average_one_has():
+    for seed in range(8):
+        found = classified(True, seed)
+        lead = found.expected_mean.max() - found.mean.mean()
+        assert lead >= -1e-6
+        assert not found.can_rank or lead > 0
 
 
 def test_two_clips_an_activity_cannot_be_halved():

@@ -11,11 +11,14 @@ from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.segments import great_part, segment
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import (
+    BELOW_AVERAGE,
+    CANNOT_RANK,
     as_good_as,
     best_spot_sentence,
     confidence_sentence,
     mean_caution,
     more_clips,
+    spot_caution,
 )
 
 
@@ -147,6 +150,14 @@ def test_what_the_best_spot_gains_and_how_sure_that_is():
     )
     certain = replace(utility, beats_average=1.0)
     assert "(99 % sure)" in confidence_sentence(certain)
+
+
+def test_an_allowed_spot_that_promises_less_than_an_average_one_is_not_praised():
+    utility = ranked([0.5, 0.7, 0.75], [False, True, True], 0.9)
+    assert [spot_caution(best, utility) for best in range(3)] == [BELOW_AVERAGE, "", ""]
+    assert spot_caution(0, replace(utility, can_rank=False)) == CANNOT_RANK
+    assert confidence_sentence(utility, 0).startswith("The best spot anywhere beats an average one")
+    assert confidence_sentence(utility, 2).startswith("The best spot beats")
 
 
 def test_clips_that_cannot_be_halved_are_said_not_to_tell():

@@ -50,7 +50,7 @@ def advice_content(
         },
         "map_reliability": None if np.isnan(utility.reliability) else _f1(utility.reliability),
         "more_clips_per_activity": more_clips(utility),
-        "map_sentence": confidence_sentence(utility),
+        "map_sentence": confidence_sentence(utility, advice.best),
         "interval_caution": interval_caution(utility),
         "worn_together": None if worn is None else worn_content(worn, utility, patches),
         "joint": joint_of(advice, together),

@@ -20,6 +20,8 @@ CANNOT_RANK = (
     "the clips could not be compared"
 )
 
+BELOW_AVERAGE = "No allowed spot is expected to do as well as an average one on the whole body"
+
 NAMED = 3
 """Most parts of the body that a sentence names."""
 
@@ -104,16 +106,28 @@ def mean_sentence(utility: UtilityMap) -> str:
     return f"{text}; background, trained against and not counted: {', '.join(background)}"
 
 
-def confidence_sentence(utility: UtilityMap) -> str:
-    """How likely the best spot beats an average one and by how much, and how far F1 itself repeats."""
+def spot_caution(best: int, utility: UtilityMap) -> str:
+    """Why the recommended patch may be no better than an average one; empty where it is."""
+    if not utility.can_rank:
+        return CANNOT_RANK
+    return BELOW_AVERAGE if utility.expected_mean[best] < utility.expected_mean.mean() else ""
+
+
+def confidence_sentence(utility: UtilityMap, best: int | None = None) -> str:
+    """How likely the best spot beats an average one and by how much, and how far F1 itself repeats.
+
+    `best` is the best allowed patch, where not all are.
+    """
     if np.isnan(utility.reliability) and not len(utility.half_f1 if utility.half_f1 is not None else ()):
         return (
             "How sure this is cannot be told: halves of these clips could not be compared. That takes four "
             "clips an activity, two subjects where subjects are left out, and the classifier ridge"
         )
-    gain = float(utility.expected_mean.max() - utility.expected_mean.mean())
+    mean = utility.expected_mean
+    gain = short(float(mean.max() - mean.mean()))
     chance = min(round(100 * utility.beats_average), 99)
-    text = f"The best spot beats an average one on other clips by about {short(gain)} ({chance} % sure)"
+    spot = "The best spot" if best is None or mean[best] == mean.max() else "The best spot anywhere"
+    text = f"{spot} beats an average one on other clips by about {gain} ({chance} % sure)"
     if np.isnan(utility.reliability):
         return text
     text += f". Patch by patch, F1 repeats at {short(utility.reliability)} (good from {short(WANTED)})"
