@@ -61,6 +61,18 @@ def test_symmetric_patches_mirror_each_other(bundled_body, mode: str) -> None:
     assert set(bundled_body.mirror[patches.vertices]) == set(patches.vertices)
 
 
+@pytest.mark.parametrize("n", [64, 128])
+def test_mirror_pairs_are_as_near_to_each_other_as_other_patches(bundled_body, n: int) -> None:
+    picks = sample_patches(bundled_body, n, mode="fast", symmetric=True).vertices
+    graph, images = StripGraph.of(bundled_body.vertices, bundled_body.faces), bundled_body.mirror[picks]
+    spacing, pair = [], []
+    for pick, image in zip(picks, images, strict=True):
+        away = graph.distances(np.array([pick]), nearest=True)
+        spacing.append(away[picks[~np.isin(picks, (pick, image))]].min())
+        pair.append(away[image] if image != pick else np.inf)
+    assert 0.85 < min(pair) / min(spacing) < 1.3
+
+
 def test_names_are_unique_and_begin_with_the_region(patches) -> None:
     assert len(set(patches.names)) == len(patches)
     for name, region in zip(patches.names, patches.regions, strict=True):
