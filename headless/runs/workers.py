@@ -20,6 +20,7 @@ from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
 from loky import ProcessPoolExecutor
+from loky.backend.context import ctx_loky
 
 from w2w.core.body.body import Body
 from w2w.core.findings.finished_study import ClipResult
@@ -218,7 +219,13 @@ def local_executor(workers: int) -> Iterator[Executor]:
         kill = executor.kill
     else:
         with deaf_children():
-            executor = ProcessPoolExecutor(workers, timeout=60, initializer=end_with, initargs=(os.getpid(),))
+            executor = ProcessPoolExecutor(
+                workers,
+                context=ctx_loky,  # by name it may be that of joblib's copy, with trackers of its own
+                timeout=60,
+                initializer=end_with,
+                initargs=(os.getpid(),),
+            )
         kill = partial(_kill, executor)
     with when_stopped(kill):
         try:
