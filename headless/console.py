@@ -31,11 +31,6 @@ def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
         console.print(f"Not ranked: {sentence}.", style="yellow", markup=False)
 
 
-def show_caution(sentence: str, console: Console) -> None:
-    """Print what a result has to be read with."""
-    console.print(f"Caution: {sentence}.", style="yellow", markup=False)
-
-
 def why_not(error: Exception) -> str:
     """What was raised as a sentence for people: of a file, which one and why, without the error's number.
 

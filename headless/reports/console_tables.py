@@ -144,13 +144,3 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
         low, high = pair["interval"]
         table.add_row(" and ".join(pair["bodies"]), f"{pair['spearman_mean']}", f"{low} to {high}")
     console.print(table)
-
-
-WIDTH = 140
-"""Columns of a screen that is no terminal."""
-
-
-def wide_console() -> Console:
-    """A console on which the table is not squeezed when it is written to a file."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=WIDTH)

@@ -12,13 +12,13 @@ import typer
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
 from w2w.headless.console import USAGE
-from w2w.headless.reports.console_tables import wide_console
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import new_file
 
 from ..datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
 from ..placements.score_table import score_table
 from ..placements.score_text import show_scores, write_scores
+from .consoles import wide_console
 
 
 def dsads(

@@ -22,8 +22,6 @@ from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import place_patches
 from w2w.headless.commands.execute import execute_bodies, ready_for, refused
-from w2w.headless.console import show_caution
-from w2w.headless.reports.console_tables import wide_console
 from w2w.headless.runs.own_files import claimed, keep_apart
 from w2w.headless.runs.study import RunPlan
 from w2w.headless.study_options import StudyOptions, with_study_options
@@ -34,6 +32,7 @@ from ..placements.placement_study import CLAIMS, PAGES, write_placement_study
 from ..placements.score_table import score_table
 from ..placements.score_text import show_scores, write_scores
 from ..placements.trends import check_claims, read_claims
+from .consoles import show_caution, wide_console
 from .tables import TABLES, read_groups
 
 COMPARISON = "unusual_places.csv"

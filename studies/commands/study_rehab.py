@@ -21,7 +21,7 @@ from w2w.core.study import StudyConfig
 from w2w.headless.commands.execute import check_folder, execute, refused
 from w2w.headless.needs_blender import needs_blender
 from w2w.headless.options import EveryActivity
-from w2w.headless.reports.console_tables import show_labels, wide_console
+from w2w.headless.reports.console_tables import show_labels
 from w2w.headless.reports.draw import draw_alone
 from w2w.headless.reports.pictures import MAX_LISTED
 from w2w.headless.reports.report_data import title
@@ -33,6 +33,7 @@ from w2w.headless.signal_options import Sensor, sensor_settings
 
 from ..rehab.background import BACKGROUND
 from ..rehab.executions import FAULTS, WELL
+from .consoles import wide_console
 from .demo_library import LABELS, Take, write_library_once
 
 FIGURE = "figure.png"

@@ -10,10 +10,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from w2w.core.ranking.agreement import compare_maps
 from w2w.core.results_folder import StudyResults
 from w2w.headless.console import INTERRUPTED, NOTHING_TO_DO, USAGE
-from w2w.headless.reports.console_tables import wide_console
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import claim, note
 from w2w.headless.stopping import STOPPED
@@ -21,6 +19,8 @@ from w2w.headless.stopping import STOPPED
 from ..sweep.cases import FACTORS, cases
 from ..sweep.maps import SweepMaps
 from ..sweep.report import SweptCase, show_sweep, write_sweep
+from ..sweep.sensitivity import compare_maps
+from .consoles import wide_console
 
 SWEEP_FILES = ("sweep.csv", "places.csv", "sweep.png")
 USUAL_FACTORS = "tempo,asymmetry,body,sensor,window"

@@ -18,7 +18,6 @@ from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE, why_not
 from w2w.headless.options import Classifier
-from w2w.headless.reports.console_tables import wide_console
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 from w2w.headless.signal_options import Sensor, chosen_sensor
@@ -32,6 +31,7 @@ from ..comparisons.utd import compare_utd, write_utd
 from ..datasets.mmfit import NON_ACTIVITY, read_mmfit
 from ..datasets.utd_mhad import read_utd_mhad
 from ..datasets.vidimu import read_vidimu
+from .consoles import wide_console
 
 VALIDATE = typer.Typer(
     no_args_is_help=True,

@@ -17,7 +17,6 @@ from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
@@ -31,6 +30,7 @@ from ..validation.correlation import Correlation, magnitude_correlation
 from ..validation.sites import SiteValidation, validate_sites
 from .gait_phases import PHASES, PhasesTaught, phase_windows, phases, taught_phases
 from .report import agreement_table, write_validation
+from .site_simulator import SiteSimulator
 
 LOWPASS_HZ, LONGEST_LAG_S, ROOT_HZ = 10.0, 0.1, 3.0
 

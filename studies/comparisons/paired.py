@@ -14,7 +14,6 @@ from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
 from w2w.core.keypoints.joint_sets import JOINT_SETS, JointSet
@@ -25,6 +24,7 @@ from ..datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exerci
 from ..datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial
 from ..validation.site_windows import Use, site_windows
 from ..validation.sites import SiteValidation, validate_sites
+from .site_simulator import SiteSimulator
 
 BODY_34 = JOINT_SETS["body-34"]
 MM_FIT_17 = JOINT_SETS["mm-fit-17"]

@@ -15,7 +15,6 @@ from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
-from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import JOINT_SETS
@@ -26,6 +25,7 @@ from ..validation.calibrated_transfer import calibrated_transfer
 from ..validation.correlation import Correlation, magnitude_correlation
 from ..validation.transfer import Transfer, transfer
 from .paired import AS_DEFAULT, POSE_CUTOFF_HZ, Terms
+from .site_simulator import SiteSimulator
 
 KINECT_20 = JOINT_SETS["kinect-20"]
 

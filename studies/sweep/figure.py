@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 from w2w.core.files import atomic_write
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.agreement import resampled_clips
 from w2w.headless.reports.page import ACCENT, DPI, FAINT, HAIRLINE, INK
 
 from .report import SweptCase
+from .sensitivity import resampled_clips
 
 ROW = 0.34
 """Height of a case, inches."""

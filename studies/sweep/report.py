@@ -15,11 +15,11 @@ from rich.table import Table
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.agreement import Shift, resampled_clips
 from w2w.core.ranking.reliability import of_halves
 from w2w.core.ranking.utility import UtilityMap
 
 from .cases import Case
+from .sensitivity import Shift, resampled_clips
 
 TOP = 3
 """Regions named as the best of a case."""

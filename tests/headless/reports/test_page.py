@@ -9,7 +9,6 @@ import pytest
 from w2w.core.body.body import Body
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.agreement import compare_maps
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
@@ -22,6 +21,7 @@ from w2w.studies.rehab import panel_figure
 from w2w.studies.sweep.cases import Case
 from w2w.studies.sweep.figure import sweep_figure
 from w2w.studies.sweep.report import SweptCase
+from w2w.studies.sweep.sensitivity import compare_maps
 
 HOSTILE = [r"$\frac{$", r"a $5 and b $\unknown{x}$", "$$", "^_{}\\ % & # ~", "<b>{0}%s"]
 VIEW = np.full((60, 40, 4), 255, dtype=np.uint8)

@@ -12,11 +12,11 @@ from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import SiteSimulator
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.headless.app import APP
+from w2w.studies.comparisons.site_simulator import SiteSimulator
 from w2w.studies.datasets.mmfit import DEVICES
 from w2w.studies.datasets.vidimu import LOWER
 

@@ -105,40 +105,6 @@ class _SkinnedPatches:
         return posed_patches(self._body, self._triangles[part[1]], self._transforms)
 
 
-class SiteSimulator:
-    """Records motions at a few sites of a body.
-
-    Parameters
-    ----------
-    body : Body
-    sites : mapping of str to (str or SensorSite)
-        Name of each sensor -> a place by name (`naming.place`) or a point on a segment.
-    settings : Synthesis
-    sensor : SensorModel
-    seed : int
-        Of the sensors' errors.
-    """
-
-    def __init__(
-        self,
-        body: Body,
-        sites: Mapping[str, str | SensorSite],
-        settings: Synthesis,
-        sensor: SensorModel,
-        seed: int = 0,
-    ) -> None:
-        self._patches = sensors_at(body, sites)
-        self.body = body
-        self.names = tuple(sites)
-        self.simulated_at = self._patches.regions
-        self._settings, self._sensor, self._seed = settings, sensor, seed
-
-    def record(self, motion: Motion) -> ImuRecording:
-        """What the sensors would record, under the sites' names and the motion's labels."""
-        recording = record_motion(self.body, self._patches, motion, self._settings, self._sensor, self._seed)
-        return replace(recording, sites=self.names)
-
-
 def sensors_at(body: Body, sites: Mapping[str, str | SensorSite]) -> PatchSet:
     """A patch of its own at each place, given by its name (`naming.place`) or as a point on a segment.
 

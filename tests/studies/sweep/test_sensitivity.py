@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.agreement import compare_maps, resampled_clips
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.utility import utility_map
+from w2w.studies.sweep.sensitivity import compare_maps, resampled_clips
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 STRENGTH = np.array([0.0, 0.5, 1.0, 3.0])

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What several of the studies' commands print on, and print."""
+
+from __future__ import annotations
+
+from rich.console import Console
+
+WIDTH = 140
+"""Columns of a screen that is no terminal."""
+
+
+def wide_console() -> Console:
+    """A console on which the table is not squeezed when it is written to a file."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def show_caution(sentence: str, console: Console) -> None:
+    """Print what a result has to be read with."""
+    console.print(f"Caution: {sentence}.", style="yellow", markup=False)
