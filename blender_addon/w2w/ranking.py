@@ -21,11 +21,12 @@ from .core.patches.patches import PatchSet
 from .core.ranking.inputs import PatchBlocks
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
+from .core.results_folder import choose_to_wear
 from .core.selection.advice import advise
 from .core.selection.constraints import Constraints
 from .core.selection.headline import mean_title
-from .core.selection.joint import JointSet, choose_together
-from .core.selection.proxy_promise import advice_promised, exact_by_half, greedy_by_half, promised
+from .core.selection.joint import JointSet
+from .core.selection.proxy_promise import exact_by_half, greedy_by_half, promised
 from .core.selection.set_tests import SetTests
 from .core.selection.subsets import Subset, best_single, exact_subset, greedy_subset
 from .core.selection.terms import Terms
@@ -185,13 +186,19 @@ class Ranking:
         ValueError
             If the constraints cannot be met, or the classifier is not the ridge.
         """
-        wishes = self._wished(constraints, target, max_sensors, every_activity)
-        terms = Terms.checked(self.utility.counted_f1, max_sensors, **wishes)
+        self._wished(constraints, target, max_sensors, every_activity)
+        advice = advise(self.utility, self.patches, target, max_sensors, constraints)
         if self._set_tests is None:
             raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
-        advice = advise(self.utility, self.patches, target, max_sensors, constraints)
-        advice = advice_promised(advice, self._set_tests, terms, self._expected)
-        return choose_together(self._set_tests, self._expected, terms, target, every_activity, advice.sets)
+        config = replace(
+            self.config,
+            target=target,
+            max_places=max_sensors,
+            every_activity=every_activity,
+            constraints=constraints or Constraints(),
+        )
+        worn, _ = choose_to_wear(self.utility, self.patches, config, advice, self._set_tests)
+        return worn
 
     def _wished(
         self,

@@ -112,7 +112,7 @@ def place(
     if together:
         with console.status("Choosing sensors to wear together"):
             tests = prepared_tests(study, config)
-            worn, advice = choose_to_wear(study, config, advice, tests)
+            worn, advice = choose_to_wear(study.utility, study.patches, config, advice, tests)
             tested = sensors_together(study, advice.subset.order)
     show_best_spot(advice, study.utility, study.patches, console)
     if worn is not None:

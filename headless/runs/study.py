@@ -125,7 +125,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         advice = _choose(utility, patches, config)
         tests = prepared.result()
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
-        worn, advice = choose_to_wear(results, config, advice, tests)
+        worn, advice = choose_to_wear(utility, patches, config, advice, tests)
     return Study(plan.library, config, body, clips, results, advice, worn)
 
 

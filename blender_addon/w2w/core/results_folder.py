@@ -202,7 +202,8 @@ def prepared_tests(
 
 
 def choose_to_wear(
-    study: StudyResults,
+    utility: UtilityMap,
+    patches: PatchSet,
     config: StudyConfig,
     advice: Advice,
     tests: SetTests | None,
@@ -211,7 +212,8 @@ def choose_to_wear(
 
     Parameters
     ----------
-    study : StudyResults
+    utility : UtilityMap
+    patches : PatchSet
     config : StudyConfig
         The run's own, or with another target and other constraints.
     advice : Advice
@@ -231,8 +233,7 @@ def choose_to_wear(
     ValueError
         If the constraints cannot be met.
     """
-    utility = study.utility
-    terms = Terms.checked(utility.counted_f1, config.max_places, **config.constraints.terms(study.patches))
+    terms = Terms.checked(utility.counted_f1, config.max_places, **config.constraints.terms(patches))
     if tests is None:
         return None, advice
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)

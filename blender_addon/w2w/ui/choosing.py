@@ -157,7 +157,7 @@ def _together(
 
     def work(told: Callable[[float], None]) -> tuple[JointSet | None, Advice, tuple[UtilityMap, ...]]:
         tests = prepared_tests(finished, config, pooling)
-        worn, promised = choose_to_wear(finished, config, advice, tests)
+        worn, promised = choose_to_wear(finished.utility, finished.patches, config, advice, tests)
         told(0.9)
         return worn, promised, sensors_together(finished, promised.subset.order)
 
