@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -93,7 +94,7 @@ class Augmentation:
         unknown = sorted(set(switches) - set(SWITCHES))
         if unknown:
             raise ValueError(f"'{unknown[0]}' is no augmentation; there are {', '.join(SWITCHES)}")
-        off = {"tempo": 0.0, "amplitude": 0.0, "warp": 0.0, "remount": 0.0}
+        off: dict[str, Any] = {"tempo": 0.0, "amplitude": 0.0, "warp": 0.0, "remount": 0.0}
         off |= {"mirror": False, "bodies": False, "noise": False}
         wanted = {name: value for name, value in off.items() if name not in switches}
         if "remount" in wanted:

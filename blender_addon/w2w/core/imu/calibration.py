@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -93,7 +93,7 @@ class Calibration:
     def sensor(self, base: SensorModel, name: str) -> SensorModel:
         """The sensor with what was found: how it sat, its tissue and its noise; the rest as it was."""
         worn = self.turn.inv().as_rotvec(degrees=True)
-        tissue = {"soft_tissue_hz": None}
+        tissue: dict[str, Any] = {"soft_tissue_hz": None}
         if self.tissue is not None:
             tissue = dict(
                 zip(("soft_tissue_hz", "soft_tissue_damping", "soft_tissue_gain"), self.tissue, strict=True)

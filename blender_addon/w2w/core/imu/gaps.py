@@ -50,7 +50,7 @@ def bridge(
         sensors = affected[member.ravel() == number]
         given, wanted = np.flatnonzero(~pattern), np.flatnonzero(pattern)
         for values in (positions, quaternions):
-            components = range(len(values))
+            components = np.arange(len(values))
             known = values[np.ix_(components, given, sensors)]
             if values is quaternions:
                 unroll(known)

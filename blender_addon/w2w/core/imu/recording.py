@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -151,9 +152,11 @@ class ImuRecording:
             missing = {"acc", "gyr", "rate"} - data.keys()
             if missing:
                 raise ValueError(f"it lacks {', '.join(sorted(missing))}")
-            labels = {name: str(data[name]) for name in ("activity", "subject", "clip") if name in data}
+            labels: dict[str, Any] = {
+                name: str(data[name]) for name in ("activity", "subject", "clip") if name in data
+            }
             sites = tuple(np.atleast_1d(data["sites"]).astype(str).tolist()) if "sites" in data else ()
-            further = {name: data[name] for name in FURTHER if name in data}
+            further: dict[str, Any] = {name: data[name] for name in FURTHER if name in data}
             rate = float(data["rate"])
             return cls(acc=data["acc"], gyr=data["gyr"], rate=rate, sites=sites, **labels, **further)
         except (ValueError, TypeError) as error:

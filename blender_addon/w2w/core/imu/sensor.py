@@ -217,9 +217,9 @@ class SensorModel:
         def fill(chunk: slice) -> None:
             sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
             streams = SensorStreams(seed, recording.clip, sensors)
-            truth = (_sensor_by_sensor(a[:, chunk]) for a in (recording.acc, recording.gyr))
-            truth = self._misalign(*truth, recording.rate, seed, sensors)
-            read = self._read(*truth, recording.rate, streams)
+            true_acc, true_gyr = (_sensor_by_sensor(a[:, chunk]) for a in (recording.acc, recording.gyr))
+            true_acc, true_gyr = self._misalign(true_acc, true_gyr, recording.rate, seed, sensors)
+            read = self._read(true_acc, true_gyr, recording.rate, streams)
             for out, values in zip((acc, gyr), read, strict=True):
                 out[:, chunk] = values.transpose(2, 0, 1)
 

@@ -90,7 +90,9 @@ GIVEN_ELSEWHERE = {
 def sensor_with(base: SensorModel, content: Mapping[str, Any], name: str) -> SensorModel:
     """A sensor with the fields that JSON content gives and the others of `base`; errors name a wrong one."""
     _refuse_unknown(content, (*OTHERS, *TRIADS, *WHOLE), "")
-    given = {field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content}
+    given: dict[str, Any] = {
+        field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content
+    }
     if "zero_phase" in content:
         given["zero_phase"] = _switch(content["zero_phase"])
     if "worn_turn_deg" in content:
@@ -116,7 +118,9 @@ def _read_triad(content: Any, kind: str, quantities: Mapping[str, Quantity], bas
     if not isinstance(content, Mapping):
         raise ValueError(f"'{kind}' must be an object with fields such as 'noise_density', not {content}")
     _refuse_unknown(content, tuple(quantities), f"{kind}.")
-    given = {field: quantities[field].read(value, f"{kind}.{field}") for field, value in content.items()}
+    given: dict[str, Any] = {
+        field: quantities[field].read(value, f"{kind}.{field}") for field, value in content.items()
+    }
     for one, other in (("lowpass_hz", "lowpass_of_rate"), ("lowpass_of_rate", "lowpass_hz")):
         if given.get(one) is not None:
             if given.get(other) is not None:

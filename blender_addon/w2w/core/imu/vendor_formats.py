@@ -43,7 +43,7 @@ def write_xsens_txt(
     quaternions : ndarray, shape (T, 4), optional
         Orientation w, x, y, z, sensor to world.
     """
-    names = XSENS_COLUMNS
+    names: tuple[str, ...] = XSENS_COLUMNS
     values = np.concatenate([recording.acc[:, sensor], recording.gyr[:, sensor]], axis=1)
     if quaternions is not None:
         names = (*names, "Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")

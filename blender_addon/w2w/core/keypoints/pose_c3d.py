@@ -48,7 +48,7 @@ def read_c3d_pose(path: Path) -> RawPose:
         positions = np.asarray(found["data"]["points"])[:3].transpose(2, 1, 0)
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, StopIteration) as error:
         raise UnusableMotion(f"it cannot be read as C3D: {str(error).splitlines()[0]}") from error
-    names = {}
+    names: dict[str, int] = {}
     for number, label in enumerate(labels[: positions.shape[1]]):
         names.setdefault(_joint(label), number)
     _refuse_markers(labels, names)

@@ -106,7 +106,7 @@ def _lines(path: Path) -> list[str]:
 
 def _sections(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
     """The parts of an .asf: the word after the colon, in lower case, and the lines below."""
-    name, held = "", []
+    name, held = "", list[str]()
     for line in lines:
         if line.startswith(":"):
             if name:

@@ -66,7 +66,7 @@ def motion_signature(motion: Motion) -> np.ndarray:
     moments = np.linspace(0, motion.n_frames - 1, PHASES)
     before = moments.astype(int)
     after, share = np.minimum(before + 1, motion.n_frames - 1), (moments - before)[:, None, None, None]
-    first, second = (motion.rotations[np.ix_(frames, JOINTS)][..., :2] for frames in (before, after))
+    first, second = (motion.rotations[np.ix_(frames, list(JOINTS))][..., :2] for frames in (before, after))
     turns = first + share * (second - first)
     return np.append(turns.ravel(), np.log(max(motion.duration, 1e-3))).astype(np.float32)
 

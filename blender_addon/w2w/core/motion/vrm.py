@@ -50,8 +50,9 @@ def as_plain_glb(path: Path) -> bytes:
 
 def _bones(content: dict[str, Any]) -> dict[int, str]:
     """Node -> name of the bone that it is."""
-    nodes, found = content.get("nodes"), {}
-    extensions = content.get("extensions")
+    nodes: Any = content.get("nodes")
+    extensions: Any = content.get("extensions")
+    found: dict[int, str] = {}
     for name in EXTENSIONS:
         try:
             humans = extensions[name]["humanoid"]["humanBones"]
@@ -84,7 +85,7 @@ def _joints(nodes: list[dict[str, Any]], bones: dict[int, str]) -> list[int]:
     parent = {child: number for number, node in enumerate(nodes) for child in node.get("children", [])}
     joints = set(bones)
     for bone in bones:
-        between, node = [], parent.get(bone)
+        between, node = list[int](), parent.get(bone)
         while node is not None and node not in bones and len(between) < len(nodes):
             between.append(node)
             node = parent.get(node)

@@ -150,7 +150,7 @@ def check_testable(activity: Sequence[str], group: Sequence[str]) -> None:
     ValueError
     """
     names = sorted(set(activity))
-    left_out = untestable(activity, group, names)
+    left_out = untestable(np.asarray(activity), np.asarray(group), names)
     if len(names) - len(left_out) < 2:
         raise ValueError(_too_few([name for name in names if name not in left_out], left_out))
 
