@@ -72,4 +72,4 @@ test-window-5.2:
 # The report in headless Chromium; fails where it cannot run.
 test-report: setup
 	tools/chromium.sh
-	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest $(addprefix tests/headless/reports/test_,report_in_browser.py choose_in_browser.py)
+	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest tests/headless/reports/test_report_in_browser.py

@@ -122,7 +122,7 @@ def _rank(choice: argparse.Namespace) -> None:
     utility, ranked = rank_clips(clips, found, files, config, spread=spread_over(choice.scheduler))
     if choice.sets:
         tests = set_tests(files, WindowLabels.of(ranked, found), config, Pooling.none(files.shape[1]))
-        grow(tests.whole, Terms.checked(utility.counted_f1, 2, None, (), None), 2, utility.expected_mean)
+        grow(tests.whole, Terms.checked(len(utility.mean), 2), 2, utility.expected_mean)
     print(*_used())
 
 

@@ -48,13 +48,13 @@ from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.joint import chosen_by_halves, grow
-from w2w.core.selection.promise import promise, random_sets
-from w2w.core.selection.proxy_promise import greedy_by_half
+from w2w.core.selection.joint import ByHalves, grow
+from w2w.core.selection.promise import Promises, random_sets
 from w2w.core.selection.set_tests import SetTests
-from w2w.core.selection.subsets import greedy_order
 from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
+from w2w.studies.paper.promised import greedy_by_half
+from w2w.studies.paper.subsets import greedy_order
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
 FEWEST_MOTIONS = 4
@@ -260,12 +260,12 @@ def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: 
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
     by_luck = chance(there, terms)
     ways = {
-        "of": (chosen(utility, here, largest), chosen_by_halves),
-        "of the proxy's": (greedy_order(terms), greedy_by_half),
+        "of": (chosen(utility, here, largest), ByHalves()),
+        "of the proxy's": (greedy_order(utility.f1, terms), greedy_by_half),
     }
-    found = {}
+    found, promises = {}, Promises(here, terms)
     for way, (order, choose) in ways.items():
-        made = promise(here, terms, order, choose, tuple(float(one[order[0]]) for one in expected))
+        made = promises.of(order, choose, tuple(float(one[order[0]]) for one in expected))
         delivered = macro_f1(there, order)
         of_size = {
             "promise": made.mean,
@@ -274,7 +274,7 @@ def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: 
             "naive": np.nanmean(made.raw, axis=1),
         }
         if way != "of":
-            of_size["mean-max"] = np.maximum.accumulate(terms.f1[list(order)], axis=0).mean(axis=1)
+            of_size["mean-max"] = np.maximum.accumulate(utility.f1[list(order)], axis=0).mean(axis=1)
         for number in range(2, largest + 1):
             for what, values in of_size.items():
                 found[f"{what} {way} {number}"] = float(values[min(number, len(values)) - 1])
@@ -283,7 +283,7 @@ def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: 
 
 def free(utility: UtilityMap, largest: int) -> Terms:
     """Any patches, so many at most."""
-    return Terms.checked(utility.f1, largest, None, (), None)
+    return Terms.checked(len(utility.f1), largest)
 
 
 def chosen(utility: UtilityMap, tests: SetTests, largest: int) -> Sequence[int]:

@@ -4,8 +4,8 @@
     python -m benchmarks.sets_speed RESULTS
 
 Printed are seconds by the clock and of the processor: on a machine that does other things as well, only the
-second say something. The baseline is the classifier trained anew on the features of each set side by side, as
-`w2w place` tests a chosen set: for a few candidates, times their number.
+second say something. The baseline is the classifier trained anew on the features of each set side by side:
+for a few candidates, times their number.
 """
 
 from __future__ import annotations
@@ -24,9 +24,7 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.advice import advise
 from w2w.core.selection.joint import LARGEST_SET, choose_together, grow
-from w2w.core.selection.proxy_promise import advice_promised
 from w2w.core.selection.terms import Terms
 
 BASELINE_CANDIDATES = 4
@@ -77,7 +75,7 @@ def main() -> None:
     _, tests = timed("preparing", prepared)
     n_patches, n_windows = len(utility.mean), len(labels.activity)
     print(f"{n_patches} patches, {n_windows} windows, {len(utility.activities)} activities")
-    terms = Terms.checked(utility.f1, None, None, (), None)
+    terms = Terms.checked(n_patches)
     best = int(utility.expected_mean.argmax())
     others = np.setdiff1d(np.arange(n_patches), [best])
     compare_ways(tests.whole._scores, [best, *others[:: n_patches // 4]])
@@ -87,12 +85,6 @@ def main() -> None:
     expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
     timed(
         f"{LARGEST_SET} sensors with their promise", lambda: choose_together(prepared(), expected, terms, 1.0)
-    )
-    worn = prepared()
-    choose_together(worn, expected, terms, 1.0)
-    advice = advise(utility, study.patches, config.target)
-    timed(
-        "the promises of the paper's sets after that", lambda: advice_promised(advice, worn, terms, expected)
     )
     print(f"most memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB")
 

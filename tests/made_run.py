@@ -8,8 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from w2w.core.results_folder import StudyResults
-from w2w.core.selection.advice import advise
 from w2w.headless.reports.draw import draw_alone
 from w2w.headless.reports.pictures import write_blend
 
@@ -41,10 +39,7 @@ def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
     )
     if done.returncode:
         raise RuntimeError(done.stdout + done.stderr)
-    study = StudyResults.load(folder / "results")
-    config = study.config()
-    advice = advise(study.utility, study.patches, config.target, config.max_places, config.constraints)
-    why = draw_alone(write_blend, study.out, advice.subset)
+    why = draw_alone(write_blend, folder / "results")
     if why:
         raise RuntimeError(why)
-    return study.out
+    return folder / "results"

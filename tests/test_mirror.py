@@ -33,7 +33,9 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "evaluated fast_path fcurves gltf load output packing patches playback render reshape scene_motion "
         "study_file study_record takes wear"
     ),
-    "tests/studies/commands": "consoles demo_library study_mixamo study_rehab study_truth sweep tables",
+    "tests/studies/commands": (
+        "consoles demo_library study_mixamo study_paper study_rehab study_truth sweep tables"
+    ),
     "tests/studies/comparisons": (
         "dsads figures paired posture protocol_report report site_simulator truth utd"
     ),

@@ -20,6 +20,8 @@ from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
+from w2w.studies.paper.joint_test import multi_sensor_check
+from w2w.studies.paper.subsets import exact_subset, greedy_subset
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = (16, 18)
@@ -130,7 +132,6 @@ def test_own_placements_are_ranked_by_their_names(library, tmp_path, n_placement
     assert ranking.names[ranking.best] == "strap pod"
     assert ranking.mean[ranking.best] > 0.6
     assert ranking.at("strap pod", ranking.names[-1]) == [0, n_placements - 1]
-    assert ranking.together([0])[0].mean[0] > 0.6
     ranking.heatmap(tmp_path / "own.png")
     assert [row["name"] for row in ranking.table()] == list(own.names)
 
@@ -147,16 +148,12 @@ def test_labels_without_meaning_are_not_recognised(library, few):
     assert scores.mean() < 0.55
 
 
-def test_a_set_is_tested_together(ranking):
-    chosen = ranking.smallest_set(0.99, max_sensors=2)
-    exact = ranking.smallest_set(0.99, max_sensors=2, exact=True)
+def test_the_papers_sets_are_chosen_and_tested_by_the_studies(ranking):
+    f1 = ranking.utility.counted_f1
+    chosen, exact = greedy_subset(f1, 0.99, 2), exact_subset(f1, 0.99, 2)
     assert exact.mean_max_after_each[-1] >= chosen.mean_max_after_each[-1] - 1e-6
-    for found in (chosen, exact):
-        assert "expected F1" in found.sentence()
-        assert found.promise.low[-1] <= found.promise.mean[-1] <= found.promise.high[-1]
-    assert ranking.smallest_set(0.99, max_sensors=2, promise=False).promise is None
-    assert replace(ranking, classifier="trees").smallest_set(0.99).promise is None
-    maps = ranking.together(chosen.order)
+    protocol = ranking.labels.protocol(ranking.config, ranking.classifier)
+    maps = multi_sensor_check(chosen.order, ranking.inputs, ranking.labels.activity, **protocol)
     assert len(maps) == len(chosen.order)
     assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
 
@@ -172,9 +169,9 @@ def test_a_set_is_chosen_to_be_worn_together(ranking):
 
 
 def test_constraints_hold(ranking):
-    free = ranking.smallest_set(0.5)
+    free = ranking.wear_together(0.5)
     region = ranking.patches.regions[free.order[0]]
-    other = ranking.smallest_set(0.5, constraints=w2w.Constraints(forbid=(region,)))
+    other = ranking.wear_together(0.5, constraints=w2w.Constraints(forbid=(region,)))
     assert region not in {ranking.patches.regions[patch] for patch in other.order}
 
 
@@ -301,21 +298,20 @@ WRONG = {
     "a number of patches": (lambda s, _: w2w.synthesize(s.motions, 16), "sample_patches"),
     "no motions": (lambda s, _: w2w.synthesize([], s.patches), "no motion to record"),
     "a folder": (lambda s, _: w2w.synthesize("MY_CLIPS", s.patches), "no motion to record"),
-    "percent": (lambda _, r: r.smallest_set(90), "at most 1, not 90"),
-    "no target": (lambda _, r: r.smallest_set(0), "above 0"),
-    "not a number": (lambda _, r: r.smallest_set(float("nan")), "not nan"),
-    "percent together": (lambda _, r: r.wear_together(90), "at most 1, not 90"),
+    "no target": (lambda _, r: r.wear_together(0), "above 0"),
+    "not a number": (lambda _, r: r.wear_together(float("nan")), "not nan"),
+    "percent": (lambda _, r: r.wear_together(90), "at most 1, not 90"),
     "percent of each": (lambda _, r: r.wear_together(0.9, every_activity=90), "from 0 to 1, not 90"),
-    "half a sensor": (lambda _, r: r.smallest_set(0.9, max_sensors=1.5), "whole number"),
+    "half a sensor": (lambda _, r: r.wear_together(0.9, max_sensors=1.5), "whole number"),
     "a wish": (lambda *_: w2w.Constraints(forbid="head"), "list of words"),
     "a number's wish": (lambda *_: w2w.Constraints(must=(3,)), "list of words"),
     "costs by name": (lambda *_: w2w.Constraints(costs={"leg": 2.0}), "pairs such as"),
     "costs in words": (lambda *_: w2w.Constraints(costs=(("leg", "2"),)), "pairs such as"),
-    "wishes by name": (lambda _, r: r.smallest_set(constraints={"forbid": ["head"]}), "Constraints"),
+    "wishes by name": (lambda _, r: r.wear_together(constraints={"forbid": ["head"]}), "Constraints"),
     "several at once": (lambda _, r: r.at(["left wrist"]), "a placement is a name"),
-    "a patch too many": (lambda _, r: r.together([24]), "from 0 to 23, not 24"),
+    "a patch too many": (lambda _, r: r.table([24]), "from 0 to 23, not 24"),
     "a patch from the end": (lambda _, r: r.table([-1]), "from 0 to 23, not -1"),
-    "a patch's name": (lambda _, r: r.together(["left wrist"]), "not 'left wrist'"),
+    "a patch's name": (lambda _, r: r.table(["left wrist"]), "not 'left wrist'"),
     "a body's name": (lambda *_: w2w.load("MY_CLIPS", body="female"), "not 'female'"),
     "facts by name": (lambda *_: w2w.load("MY_CLIPS", pose={"rate": 30}), "PoseFacts"),
     "half a patch": (lambda *_: w2w.sample_patches(w2w.Body.bundled(), 2.5), "whole number"),
@@ -437,10 +433,6 @@ def test_background_and_weights_decide_the_mean(signals, ranking):
     shares = np.array([{"stirring": 0.0, "waving": 2 / 3}.get(name, 1 / 3) for name in names])
     np.testing.assert_array_equal(found.f1, ranking.f1)
     np.testing.assert_allclose(found.mean, found.f1 @ shares, rtol=1e-5)
-    reached = found.smallest_set(target=1.0, max_sensors=2, promise=False)
-    assert reached.mean_max_after_each[-1] == pytest.approx(
-        float((found.f1[list(reached.order)].max(axis=0) * shares).sum()), abs=1e-6
-    )
     worn = found.wear_together(target=1.0, max_sensors=2)
     np.testing.assert_allclose(worn.promise.mean, worn.promise.f1 @ shares, atol=0.05)
     with pytest.raises(ValueError, match="no clip is labelled jumping"):

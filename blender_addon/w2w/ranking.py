@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A ranking of patches as Python sees it: scores, the best patch, sets of patches, a table and a picture."""
+"""A ranking of patches as Python sees it: scores, the best patch, a set to wear, a table and a picture."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .core.body.body import Body
-from .core.clip_ranking import WindowLabels, rank_together, set_tests
+from .core.clip_ranking import WindowLabels, set_tests
 from .core.csv_tables import apart, csv_text
 from .core.files import write_text
 from .core.patches.naming import resolve
@@ -22,14 +22,11 @@ from .core.ranking.inputs import PatchBlocks
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
 from .core.results_folder import choose_to_wear
-from .core.selection.advice import advise
+from .core.selection.advice import best_single
 from .core.selection.constraints import Constraints
 from .core.selection.headline import mean_title
 from .core.selection.joint import JointSet
-from .core.selection.proxy_promise import exact_by_half, greedy_by_half, promised
 from .core.selection.set_tests import SetTests
-from .core.selection.subsets import Subset, best_single, exact_subset, greedy_subset
-from .core.selection.terms import Terms
 from .core.study import StudyConfig
 
 DIGITS = 4
@@ -112,51 +109,6 @@ class Ranking:
         """
         return [resolve(name, self.body, self.patches) for name in placements]
 
-    def smallest_set(
-        self,
-        target: float = 0.9,
-        max_sensors: int | None = None,
-        exact: bool = False,
-        constraints: Constraints | None = None,
-        promise: bool = True,
-    ) -> Subset:
-        """The smallest set of patches whose mean-max F1 reaches a target, or the best there is.
-
-        Mean-max F1 is the paper's proxy, on the very clips that chose: it flatters. With the classifier
-        'ridge' the set's ``promise`` says what it would reach on other clips, worn together.
-
-        Parameters
-        ----------
-        target : float
-            Mean over activities of the best F1 in the set.
-        max_sensors : int, optional
-        exact : bool
-            The proven optimum instead of the paper's greedy choice.
-        constraints : Constraints, optional
-            Where sensors may and must go, and what they cost there.
-        promise : bool
-            Whether to tell what other clips would give, which takes seconds to minutes the first time.
-
-        Returns
-        -------
-        Subset
-            ``order`` holds the patches; ``promise.mean[-1]`` the expected macro F1, ``promise.low[-1]``
-            and ``promise.high[-1]`` its interval.
-
-        Raises
-        ------
-        ValueError
-            If the constraints cannot be met.
-        """
-        wishes = self._wished(constraints, target, max_sensors)
-        choose, by_half = (exact_subset, exact_by_half) if exact else (greedy_subset, greedy_by_half)
-        f1 = self.utility.counted_f1
-        subset = choose(f1, target, max_sensors, **wishes)
-        if not promise or self._set_tests is None:
-            return subset
-        terms = Terms.checked(f1, max_sensors, **wishes)
-        return promised(subset, self._set_tests, terms, self._expected, by_half)
-
     def wear_together(
         self,
         target: float = 0.9,
@@ -186,34 +138,17 @@ class Ranking:
         ValueError
             If the constraints cannot be met, or the classifier is not the ridge.
         """
-        self._wished(constraints, target, max_sensors, every_activity)
-        advice = advise(self.utility, self.patches, target, max_sensors, constraints)
-        if self._set_tests is None:
-            raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
-        config = replace(
-            self.config,
-            target=target,
-            max_places=max_sensors,
-            every_activity=every_activity,
-            constraints=constraints or Constraints(),
-        )
-        worn, _ = choose_to_wear(self.utility, self.patches, config, advice, self._set_tests)
-        return worn
-
-    def _wished(
-        self,
-        constraints: Constraints | None,
-        target: float,
-        max_sensors: int | None,
-        every_activity: float = 0.0,
-    ) -> dict[str, Any]:
-        """The constraints as terms, once all that is wished is in range."""
         if not isinstance(constraints, Constraints | None):
             raise ValueError(
                 f"constraints are given as Constraints(forbid=('head',)), not as {constraints!r}"
             )
-        replace(self.config, target=target, max_places=max_sensors, every_activity=every_activity)
-        return (constraints or Constraints()).terms(self.patches)
+        constraints = constraints or Constraints()
+        wished = {"target": target, "max_places": max_sensors, "every_activity": every_activity}
+        config = replace(self.config, **wished, constraints=constraints)
+        constraints.terms(self.patches)  # refused before what takes time
+        if self._set_tests is None:
+            raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
+        return choose_to_wear(self.utility, self.patches, config, self._set_tests).worn
 
     def _checked(self, patches: Sequence[int]) -> list[int]:
         """Numbers of patches.
@@ -235,26 +170,6 @@ class Ranking:
         """What sets are judged by; None for other classifiers than the ridge."""
         pooling = Pooling.on(self.body, self.patches)
         return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
-
-    @property
-    def _expected(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        utility = self.utility
-        return utility.expected_mean, utility.expected_low, utility.expected_high
-
-    def together(self, patches: Sequence[int]) -> tuple[UtilityMap, ...]:
-        """Train one classifier on patches worn together: the first, the first two, and so on.
-
-        Returns
-        -------
-        tuple of UtilityMap
-            Each of one row, by the folds and the classifier of the ranking; the last is of all.
-
-        Raises
-        ------
-        ValueError
-            If a number is no patch's.
-        """
-        return rank_together(self._checked(patches), self.inputs, self.labels, self.config, self.classifier)
 
     def table(self, patches: Sequence[int] | None = None) -> list[dict[str, Any]]:
         """One row a patch: number, name, region, expected F1 with its interval, and F1 on these clips."""

@@ -16,7 +16,6 @@ from w2w.core.findings.finished_study import Study
 from w2w.core.findings.summary import study_counts, write_failure, write_results
 from w2w.core.motion.library import BLENDER_SUFFIXES, Library
 from w2w.core.ranking.folds import check_testable
-from w2w.core.results_folder import sensors_together
 
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
 from ..needs_blender import NoBlenderError, check_installed
@@ -89,9 +88,6 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
     failed = {}
     try:
         study = run_study(plan, body, out, monitor)
-        with monitor.step("testing the sensors together"):
-            tested = sensors_together(study.results, study.advice.subset.order)
-        study = replace(study, together=tested)
         with monitor.step("writing results"):
             write_config(study)
             write_results(study)

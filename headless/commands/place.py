@@ -18,14 +18,13 @@ from w2w.core.results_folder import (
     choose_to_wear,
     prepared_tests,
     ranked_again,
-    sensors_together,
 )
-from w2w.core.selection.advice import Advice, advise
+from w2w.core.selection.advice import Advice
 from w2w.core.study import StudyConfig
 
 from .. import options
 from ..console import BUSY, USAGE
-from ..reports.advice_text import show_advice, show_best_spot, show_worn
+from ..reports.advice_text import show_best_spot, show_worn
 from ..reports.redraw import check_redraw, copied, redraw
 from ..runs.folder import FolderBusyError
 from ..runs.monitor import SILENT, RunMonitor
@@ -58,9 +57,6 @@ def place(
         ),
     ] = None,
     weights: options.Weights = None,
-    together: Annotated[
-        bool, typer.Option(help="Test the chosen sensors together by one classifier on all of them.")
-    ] = True,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -96,7 +92,8 @@ def place(
         constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
         wished = {name: value for name, value in wished.items() if value is not None}
         config = _counting(replace(config, **wished, constraints=constraints), background, weights)
-        _check(folder, redrawn, together)
+        if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise ValueError(f"--out {folder} is not empty: give a new folder, or a json file")
         if folder is None:
             new_file(out)
         if redrawn or folder is not None:
@@ -104,21 +101,15 @@ def place(
         check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
         with console.status("Ranking"):
             study = ranked_again(study, config)
-        advice = advise(study.utility, study.patches, config.target, config.max_places, constraints)
+        with console.status("Choosing sensors"):
+            tests = prepared_tests(study, config)
+            advice = choose_to_wear(study.utility, study.patches, config, tests)
     except (ValueError, OSError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(USAGE) from error
-    worn, tested = None, ()
-    if together:
-        with console.status("Choosing sensors to wear together"):
-            tests = prepared_tests(study, config)
-            worn, advice = choose_to_wear(study.utility, study.patches, config, advice, tests)
-            tested = sensors_together(study, advice.subset.order)
     show_best_spot(advice, study.utility, study.patches, console)
-    if worn is not None:
-        show_worn(worn, study.patches, console)
-    show_advice(advice, study.utility, study.patches, tested, console)
-    content = advice_content(advice, study.utility, study.patches, tested, worn)
+    show_worn(advice, study.patches, console)
+    content = advice_content(advice, study.utility, study.patches)
     if redrawn:
         _redraw(results, study, config, advice, content, console)
     if folder is not None:
@@ -137,14 +128,6 @@ def _counting(config: StudyConfig, background: str | None, weights: Path | None)
     return config if weights is None else replace(config, weights=read_weights(weights))
 
 
-def _check(folder: Path | None, redrawn: bool, together: bool) -> None:
-    """Refuse what would leave a folder that contradicts itself, or write over another one."""
-    if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ValueError(f"--out {folder} is not empty: give a new folder, or a json file")
-    if (redrawn or folder is not None) and not together:
-        raise ValueError("--no-together leaves out what the report shows first: a redrawn folder needs it")
-
-
 def _redraw(
     folder: Path,
     study: StudyResults,
@@ -154,7 +137,7 @@ def _redraw(
     console: Console,
 ) -> None:
     try:
-        failed = redraw(folder, study.utility, config, advice, content, RunMonitor(console, SILENT))
+        failed = redraw(folder, study.utility, config, advice.clusters, content, RunMonitor(console, SILENT))
     except FolderBusyError as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(BUSY) from error

@@ -19,7 +19,7 @@ COMPARISON = "bodies.json"
 
 
 def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
-    """Write `bodies.json`: each body's best spot and set, and how far the maps agree pair by pair.
+    """Write `bodies.json`: each body's best spot and set to wear, and how far the maps agree pair by pair.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
                 "best_single_patch": patch_content(
                     study.advice.best, study.results.utility, study.results.patches
                 ),
-                "subset": [study.results.patches.names[patch] for patch in study.advice.subset.order],
+                "worn_together": _worn(study),
             }
             for name, study in studies
         },
@@ -46,6 +46,11 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
     with claimed(out, [COMPARISON]):
         write_json(out / COMPARISON, content)
     return content
+
+
+def _worn(study: Study) -> list[str] | None:
+    worn = study.advice.worn
+    return None if worn is None else [study.results.patches.names[patch] for patch in worn.order]
 
 
 def _agreement(first: Study, second: Study) -> dict[str, Any]:

@@ -60,9 +60,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     advice_text.show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
     own_table.show_own_placements(own_content(study), console)
-    if study.worn is not None:
-        advice_text.show_worn(study.worn, study.results.patches, console)
-    advice_text.show_advice(study.advice, utility, study.results.patches, study.together, console)
+    advice_text.show_worn(study.advice, study.results.patches, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     if plan.pictures:

@@ -14,7 +14,6 @@ from functools import partial
 from pathlib import Path
 
 from w2w.core.findings.finished_study import Study
-from w2w.core.selection.subsets import Subset
 from w2w.scene.output import output_to
 
 from ..blender import forget_scripts_path
@@ -29,8 +28,8 @@ POLL_S = 0.2
 MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
 
-Draw = Callable[[Path, Subset], None]
-"""Draws something of a results folder and the set of sensors chosen by the proxy."""
+Draw = Callable[[Path], None]
+"""Draws something of a results folder."""
 
 
 def draw_study(study: Study, monitor: RunMonitor) -> dict[str, str]:
@@ -41,11 +40,11 @@ def draw_study(study: Study, monitor: RunMonitor) -> dict[str, str]:
     dict of str to str
         What could not be made, and why.
     """
-    return draw_folder(study.results.out, study.advice.subset, study.results.utility.activities, monitor)
+    return draw_folder(study.results.out, study.results.utility.activities, monitor)
 
 
-def draw_folder(out: Path, subset: Subset, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
-    """As `draw_study`, for a results folder that holds all that is drawn but the set."""
+def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
+    """As `draw_study`, for a results folder that holds all that is drawn."""
     folder = out / HEATMAPS
     folder.mkdir(exist_ok=True)
     remove_written(out, lambda name: name.startswith(f"{HEATMAPS}/"))
@@ -58,22 +57,22 @@ def draw_folder(out: Path, subset: Subset, activities: Sequence[str], monitor: R
         monitor.bar("drawing", len(files), title) as advance,
         _counted(pictures, advance),
     ):
-        failed = dict(zip(works, draw_side_by_side(list(works.values()), out, subset), strict=True))
+        failed = dict(zip(works, draw_side_by_side(list(works.values()), out), strict=True))
     if failed[BLEND]:
         (out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results
     return {name: why for name, why in failed.items() if why}
 
 
-def draw_alone(work: Draw, out: Path, subset: Subset) -> str:
+def draw_alone(work: Draw, out: Path) -> str:
     """Let Blender draw something in a worker process; says why where it could not, else is empty."""
-    return draw_side_by_side([work], out, subset)[0]
+    return draw_side_by_side([work], out)[0]
 
 
-def draw_side_by_side(works: Sequence[Draw], out: Path, subset: Subset) -> list[str]:
+def draw_side_by_side(works: Sequence[Draw], out: Path) -> list[str]:
     """As `draw_alone`, several things at once, each in a worker process of its own."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
         said = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
-        calls = [partial(_draw, work, out, subset, file) for work, file in zip(works, said, strict=True)]
+        calls = [partial(_draw, work, out, file) for work, file in zip(works, said, strict=True)]
         found = run_side_by_side(calls)
         return [_crash(file) if why is None else why for why, file in zip(found, said, strict=True)]
 
@@ -85,12 +84,12 @@ def _crash(said: Path) -> str:
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
 
 
-def _draw(work: Draw, out: Path, subset: Subset, said: Path) -> str:
+def _draw(work: Draw, out: Path, said: Path) -> str:
     """In the worker: do it, with what Blender prints kept for the case that the process dies."""
     forget_scripts_path()
     with output_to(said):
         try:
-            work(out, subset)
+            work(out)
         except (NoBlenderError, ValueError, OSError) as error:
             return str(error)
         except Exception as error:  # a fault of ours costs the picture, not the run

@@ -23,7 +23,6 @@ from w2w.core.findings.counts import (
     left_out_sentences,
 )
 from w2w.core.findings.garments import caught_sentences, garment_sentence
-from w2w.core.findings.joint import joint_content
 from w2w.core.findings.label_notes import copies_sentence
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap
@@ -34,14 +33,13 @@ from w2w.core.wording import capital
 from ..console import USAGE
 from ..runs.own_files import claimed
 from ..window_options import window_warning
-from .choice_data import choice_data
 from .report_data import as_script_json, title, view_data
 
 REPORT = "report.html"
 
 PAGE = Path(__file__).resolve().parent / "report_page"
 
-SCRIPTS = ("viewer.js", "page.js", "choose.js")
+SCRIPTS = ("viewer.js", "page.js")
 
 MAX_CONFUSED = 12
 """A table of mistakes wider than this cannot be read."""
@@ -106,11 +104,10 @@ def page(
     utility, spot = study.utility, summary["best_single_patch"]
     best = spot["patch"]
     worn = summary.get("worn_together")
-    chosen = [sensor["patch"] for sensor in (worn or summary["subset"])["places"]]
+    chosen = [sensor["patch"] for sensor in (worn["places"] if worn else [spot])]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
-    subset, together = summary["subset"], summary["together"]
     return environment.get_template("page.html").render(
         project=project,
         summary=summary,
@@ -127,7 +124,6 @@ def page(
         notes=_notes(summary, len(study.patches)),
         left_out=left_out_sentences(utility.left_out),
         worn=worn,
-        joint=summary.get("joint") or joint_content(together, subset["target"], len(subset["places"])),
         body=body,
         wearing=wearing_sentences(study.config().sensor_model()),
         utility=utility,
@@ -140,12 +136,7 @@ def page(
         skipped=sorted(summary["skipped"], key=lambda entry: entry["file"]),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in SCRIPTS],
-        data=Markup(
-            as_script_json(
-                view_data(body, study.patches, utility, chosen, best)
-                | {"choice": choice_data(utility, study.patches, subset["target"], study.config().max_places)}
-            )
-        ),
+        data=Markup(as_script_json(view_data(body, study.patches, utility, chosen, best))),
     )
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import mean_title
-from w2w.core.selection.subsets import Subset, best_single
 from w2w.core.wording import capital
 
 from ..needs_blender import needs_blender
@@ -31,7 +31,7 @@ MAX_LISTED = 12
 """More sensors than this do not fit beside the picture; the summary has them all."""
 
 
-def write_pictures(out: Path, subset: Subset) -> None:
+def write_pictures(out: Path) -> None:
     """Draw `heatmaps/*.png` of a finished study: one an activity, one of the mean, one of the set."""
     with needs_blender():
         from w2w.scene.render import BodyRenderer, size_for
@@ -61,10 +61,10 @@ def write_pictures(out: Path, subset: Subset) -> None:
             drawn.append(pages.submit(heatmap_figure, *page, note=note))
         for one in drawn:
             one.result()
-        _draw_subset(study, subset, renderer)
+        _draw_worn(study, renderer)
 
 
-def write_blend(out: Path, subset: Subset) -> None:
+def write_blend(out: Path) -> None:
     """Save a finished study's `study.blend`: body, actions, empties, heatmaps and what the panel shows."""
     with needs_blender():
         from w2w.scene.study_file import write_study
@@ -80,7 +80,7 @@ def write_blend(out: Path, subset: Subset) -> None:
         utility.expected_f1,
         utility.activities,
         utility.expected_mean,
-        marked(study, subset).order,
+        marked(study).order,
         record=record_of(study, body),
         span=utility.colour_span,
     )
@@ -91,31 +91,26 @@ class Marked(NamedTuple):
 
     order: list[int]
     scores: list[float]
-    label: str
-    target: float
-    reached: bool
+    target: float | None
     sentence: str
 
 
-def marked(study: StudyResults, subset: Subset) -> Marked:
-    """The set to wear together that the summary tells of; where it tells of none, that by the proxy."""
-    worn, made = study.summary.get("worn_together"), subset.promise
-    if worn is not None:
-        order = [sensor["patch"] for sensor in worn["places"]]
-        scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
-        sentence = capital(worn["sentence"])
-        return Marked(order, scores, EXPECTED, worn["target"], worn["reached"], sentence)
-    scores, label = list(subset.mean_max_after_each), "Best-of F1 on these clips"
-    if made is not None:
-        scores, label = made.mean.tolist(), EXPECTED
-    return Marked(list(subset.order), scores, label, subset.target, subset.reached, subset.sentence())
+def marked(study: StudyResults) -> Marked:
+    """The set to wear together that the summary tells of; where it tells of none, the best spot."""
+    worn = study.summary.get("worn_together")
+    if worn is None:
+        best = study.summary["best_single_patch"]
+        return Marked([best["patch"]], [best["expected_f1"]], None, best["sentence"])
+    order = [sensor["patch"] for sensor in worn["places"]]
+    scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
+    return Marked(order, scores, worn["target"], capital(worn["sentence"]))
 
 
-def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) -> None:
+def _draw_worn(study: StudyResults, renderer: BodyRenderer) -> None:
     from .heatmap_figure import subset_figure  # matplotlib is slow to import
 
     utility, patches, body = study.utility, study.patches, renderer.body
-    shown = marked(study, subset)
+    shown = marked(study)
     order = list(shown.order[:MAX_LISTED])
     low, high = score_range(utility.expected_mean, utility.colour_span)
     pictures = renderer.render(patch_colours(patches, utility.expected_mean, low, high))
@@ -132,7 +127,7 @@ def _draw_subset(study: StudyResults, subset: Subset, renderer: BodyRenderer) ->
         renderer.locate(corners.mean(axis=1), normals),
         [patches.names[patch] for patch in order],
         shown.scores[: len(order)],
-        shown.label,
+        EXPECTED,
         target=shown.target,
         subtitle=subtitle,
         scale=(low, high),

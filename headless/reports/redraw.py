@@ -18,7 +18,6 @@ from w2w.core.files import UNFINISHED, write_json
 from w2w.core.findings.summary import map_content, write_map
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import UTILITY, StudyResults
-from w2w.core.selection.advice import Advice
 from w2w.core.study import StudyConfig
 
 from ..runs.folder import only_run
@@ -61,7 +60,7 @@ def redraw(
     out: Path,
     utility: UtilityMap,
     config: StudyConfig,
-    advice: Advice,
+    clusters: np.ndarray,
     content: Mapping[str, Any],
     monitor: RunMonitor,
 ) -> dict[str, str]:
@@ -74,7 +73,8 @@ def redraw(
         The ranking under the choice's mean: the run's, or ranked again.
     config : StudyConfig
         The run's, under the wishes of the choice.
-    advice : Advice
+    clusters : ndarray of int, shape (N,)
+        Patches of one number say the same.
     content : mapping
         The choice as `advice_content` gives it.
     monitor : RunMonitor
@@ -100,12 +100,12 @@ def redraw(
         content = {**content, **map_content(utility, study.patches, placements)}
         with claimed(out, [pictures.BLEND]):
             if again:
-                write_map(out, utility, study.patches, advice.clusters)
+                write_map(out, utility, study.patches, clusters)
             changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
             for name, change in changes.items():
                 before = json.loads((out / name).read_text(encoding="utf-8"))
                 write_json(out / name, {**before, **change})
             html.write_report(out)
-            failed = draw.draw_folder(out, advice.subset, study.utility.activities, monitor)
+            failed = draw.draw_folder(out, study.utility.activities, monitor)
         note(out, tables)
     return failed

@@ -23,9 +23,7 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults, choose_to_wear, prepared_tests
-from w2w.core.selection.advice import Advice, advise
 from w2w.core.study import StudyConfig, place_patches
-from w2w.core.threads import unthreaded_products
 
 from .clip_task import ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers
@@ -120,13 +118,13 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
             f"{error}. Clips used by activity: {found}{'. ' * bool(copies)}{copies}", clips
         ) from error
     results = StudyResults(out, utility, patches, ranked, config.as_dict())
-    with monitor.step("choosing patches"), unthreaded_products(), ThreadPoolExecutor(1) as aside:
-        prepared = aside.submit(prepared_tests, results, config, pooling)  # while one core is left idle
-        advice = _choose(utility, patches, config)
-        tests = prepared.result()
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
-        worn, advice = choose_to_wear(utility, patches, config, advice, tests)
-    return Study(plan.library, config, body, clips, results, advice, worn)
+        tests = prepared_tests(results, config, pooling)
+        try:
+            advice = choose_to_wear(utility, patches, config, tests)
+        except ValueError as error:
+            raise StudyError(f"the constraints cannot be met: {error}") from error
+    return Study(plan.library, config, body, clips, results, advice)
 
 
 def write_config(study: Study) -> None:
@@ -206,10 +204,3 @@ def _rank(
         engine, n_windows = plan.engine, sum(len(found.is_test) for found in windows)
         spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
         return rank_clips(used, windows, inputs, config, told, out / WORK, pooling=pooling, spread=spread)
-
-
-def _choose(utility: UtilityMap, patches: PatchSet, config: StudyConfig) -> Advice:
-    try:
-        return advise(utility, patches, config.target, config.max_places, config.constraints)
-    except ValueError as error:
-        raise StudyError(f"the constraints cannot be met: {error}") from error

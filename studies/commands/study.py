@@ -7,6 +7,7 @@ import typer
 
 from .study_library import library
 from .study_mixamo import mixamo
+from .study_paper import paper
 from .study_rehab import rehab
 from .study_truth import truth
 
@@ -15,3 +16,4 @@ STUDY.command()(rehab)
 STUDY.command()(mixamo)
 STUDY.command()(library)
 STUDY.command()(truth)
+STUDY.command()(paper)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +17,7 @@ from w2w.core.colours import patch_colours, score_range
 from w2w.core.motion.library import Library, read_library
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.subsets import Subset, best_single
+from w2w.core.selection.advice import best_single
 from w2w.core.study import StudyConfig
 from w2w.headless.commands.execute import check_folder, execute, refused
 from w2w.headless.needs_blender import needs_blender
@@ -31,6 +32,8 @@ from w2w.headless.runs.study import RunPlan
 from w2w.headless.runs.workers import Engine
 from w2w.headless.signal_options import Sensor, sensor_settings
 
+from ..paper.sets import paper_sets
+from ..paper.subsets import Subset
 from ..rehab.background import BACKGROUND
 from ..rehab.executions import FAULTS, WELL
 from .consoles import wide_console
@@ -95,7 +98,10 @@ def rehab(
     plan = replace(plan, library=found)
     study = execute(plan, Body.bundled(), out / "results", monitor)
     with console.status("Drawing the figure"), claimed(study.results.out, [FIGURE]):
-        failed = draw_alone(draw_figure, study.results.out, study.advice.subset) if pictures else ""
+        failed = ""
+        if pictures:
+            subset = paper_sets(study.results, config).greedy
+            failed = draw_alone(partial(draw_figure, subset=subset), study.results.out)
     if failed:
         console.print(f"No figure: {failed}.", style="red", markup=False)
     elif pictures:

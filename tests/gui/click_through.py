@@ -220,7 +220,7 @@ def step_utility(driver: Driver) -> Script:
     report["heatmaps"] = len(bpy.context.scene.w2w.body.data.color_attributes)
     report["shown"] = bpy.context.scene.w2w.body.data.color_attributes.active_color.name
     report["mean_f1_range"] = [row.f1 for row in study().regions]
-    report["chosen"] = len(study().chosen)
+    report["chosen"] = [place.patch for place in study().chosen]
     yield from undo_and_redo(
         driver, "rank", lambda: (len(bpy.context.scene.w2w.body.data.color_attributes), len(study().chosen))
     )
@@ -230,8 +230,7 @@ def step_utility(driver: Driver) -> Script:
     x, y = yield from driver.reach("target", FIELD)
     yield from driver.drag(x, y, -60)
     report["target_after_drag"] = round(study().target, 3)
-    report["chosen_after_drag"] = len(study().chosen)
-    yield from undo_and_redo(driver, "target", lambda: (round(study().target, 3), len(study().chosen)))
+    yield from undo_and_redo(driver, "target", lambda: round(study().target, 3))
     x, y = yield from driver.reach("w2w.select_patch")
     yield from driver.click(x, y)
     report["picked_in_table"] = study().picked

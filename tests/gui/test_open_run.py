@@ -48,12 +48,12 @@ def report(results: Path) -> dict[str, Any]:
 
 @pytest.mark.parametrize("way", ["enabled_late", "opened", "dropped"])
 def test_the_panel_shows_the_run(report: dict[str, Any], results: Path, way: str) -> None:
-    places = json.loads((results / "summary.json").read_text())["subset"]["places"]
+    best = json.loads((results / "summary.json").read_text())["best_single_patch"]["patch"]
     found = report[way]
     assert found["message"] == f"Opened a finished run: 9 clips on {N_PATCHES} patches"
     assert (found["clips"], found["baked"], found["patches"]) == (9, 9, N_PATCHES)
     assert found["keys"] > 20
-    assert found["chosen"] == [place["patch"] for place in places]
+    assert found["chosen"] == [best]
     assert found["regions"] == 8
     assert found["heatmaps"] == 4
     assert found["up_to_date"]

@@ -26,11 +26,7 @@ from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
-from w2w.core.selection.joint import choose_together
-from w2w.core.selection.proxy_promise import advice_promised
 from w2w.core.selection.set_tests import SetTests
-from w2w.core.selection.subsets import multi_sensor_check
-from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 from w2w.headless.runs import workers
 from w2w.headless.runs.folder import make_folders
@@ -129,24 +125,17 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         features[activity == name, :, number] += 3 * strength
     pooling = Pooling.on(body, patches)
     utility = utility_map(features, activity, clip, None, is_test, sorted(clips_of), seed=3, pooling=pooling)
-    advice = advise(utility, patches, config.target, 5)
     protocol = {"clip": clip, "subject": None, "is_test": is_test, "activities": sorted(clips_of), "seed": 3}
-    together = multi_sensor_check(advice.subset.order, features, activity, **protocol)
     details = {"windows": WINDOWS, "frames": 120, "duration_s": 4.0}
     ranked = tuple(LabelledClip(clip.name, clip.activity, clip.subject, clip.name) for clip in clips)
     tests = SetTests.of(features, activity, **protocol, pooling=pooling)
-    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    terms = Terms.checked(utility.f1, 5, None, (), None)
-    advice = advice_promised(advice, tests, terms, expected)
     drawn = Study(
         library,
         config,
         body,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         StudyResults(out, utility, patches, ranked, config.as_dict()),
-        advice,
-        choose_together(tests, expected, terms, config.target, beside=advice.sets),
-        tuple(together),
+        advise(utility, patches, tests, config.target, max_places=5),
     )
     write_config(drawn)
     write_results(drawn)

@@ -62,7 +62,7 @@ FILE = {  # commands that write one file
     "synth": "synth clip.bvh --patch sternum --out OUT",
     "synth --plot": "synth clip.bvh --patch sternum --out new.csv --plot OUT",
     "synth x-io": "synth clip.bvh --patch sternum --format x-io --out OUT",
-    "place": "place results --no-together --out OUT",
+    "place": "place results --out OUT",
     "tables": "tables results --out OUT",
     "sensors": "sensors mine.json --out OUT",
     "calibrate": "calibrate real.csv clip.bvh --patch sternum --out OUT",

@@ -101,7 +101,7 @@ def test_they_may_be_wished_for_by_name(finished):
     code, output = run("place", out, "--must", "strap pod", "--max", 1, "--out", out / "choice.json")
     assert code == 0, output
     choice = json.loads((out / "choice.json").read_text())
-    assert [place["name"] for place in choice["subset"]["places"]] == ["Strap pod"]
+    assert [place["name"] for place in choice["worn_together"]["places"]] == ["Strap pod"]
 
 
 def test_one_that_is_off_the_body_is_wrong_use_and_said(finished, tmp_path):

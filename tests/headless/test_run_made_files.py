@@ -58,7 +58,7 @@ def test_the_ranking_finds_where_the_activities_show(ranked):
     assert not on_feet[best["patch"]]
     tellers = np.array([name.endswith(("thigh back", "forearm volar", "spine")) for name in regions])
     assert f1[tellers].mean(axis=1).min() > 0.95
-    assert summary["subset"]["reached"]
+    assert summary["worn_together"]["reached"]
 
 
 def test_signals_and_motions_of_every_file_are_written(made_files, ranked):

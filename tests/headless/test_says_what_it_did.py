@@ -144,10 +144,10 @@ def test_an_interval_of_two_clips_carries_its_caution(places):
     assert "1.00–1.00" not in (out / "report.html").read_text(encoding="utf-8")
 
 
-def test_the_console_says_first_what_the_sensors_reach_together(places):
+def test_the_console_says_what_the_sensors_reach_together(places):
     out, output = places[0]
-    joint = json.loads((out / "summary.json").read_text())["joint"]["sentence"]
-    assert output.index(joint[1:]) < output.index("By the best-of proxy:")
+    worn = json.loads((out / "summary.json").read_text())["worn_together"]["sentence"]
+    assert output.index(worn[1:]) < output.index("Worn together, sensor by sensor")
     assert output.count("Best regions") == 1
 
 

@@ -12,7 +12,6 @@ import pytest
 from w2w.core.ranking.weights import mean_over
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import mean_sentence
-from w2w.core.selection.subsets import greedy_subset
 from w2w.scene.patches import empties_by_patch
 from w2w.ui import jobs, results
 from w2w.ui.advice import advice_of
@@ -60,8 +59,8 @@ def test_a_choice_by_weights_is_that_of_the_command_line(
 ) -> None:
     study = open_file(finished_run / "study.blend").w2w
     weigh(study, parts, weights)
-    assert bpy.ops.w2w.choose_sensors(together=False) == {"FINISHED"}
-    asked = [*RUN_WISHES, "--no-together", *counting_options(parts, weights, tmp_path)]
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    asked = [*RUN_WISHES, *counting_options(parts, weights, tmp_path)]
     choice, said = place(finished_run, tmp_path, *asked)
     assert advice_of(study) == choice, said
     assert not is_reweighed(study, utility_of(study))
@@ -101,10 +100,8 @@ def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Pa
     study.activities[1].weight = 3.0
     shown = mean_over(before.expected_f1, np.array([0.0, 3.0, 1.0]))
     assert study.regions[0].f1 == pytest.approx(shown.max(), abs=1e-6)
-    f1 = before.f1[:, 1:] * [1.5, 0.5]
-    expected = greedy_subset(f1, study.target)
-    assert [row.patch for row in study.chosen] == list(expected.order)
-    assert set(empties_by_patch(study.chosen_collection)) == set(expected.order)
+    assert [row.patch for row in study.chosen] == [shown.argmax()]
+    assert set(empties_by_patch(study.chosen_collection)) == {shown.argmax()}
     assert "over the activities that count" in results.findings(study, before, patches_of(body))[1][0]
     assert is_reweighed(study, before)
     assert not W2W_PT_utility.is_done(None, bpy.context)
@@ -174,5 +171,5 @@ def test_what_is_left_out_takes_its_weight_along(library: Path, tmp_path: Path) 
     assert not config_of(body.w2w).background
     assert not config_of(body.w2w).weights
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
-    choice, said = place(tmp_path / "saved", tmp_path, "--no-together")
+    choice, said = place(tmp_path / "saved", tmp_path)
     assert choice is not None, said

@@ -51,10 +51,8 @@ def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, s
     np.testing.assert_array_equal(utility_of(study).f1, run.utility.f1)
     np.testing.assert_array_equal(patches_of(opened).triangles, run.patches.triangles)
     np.testing.assert_allclose(body_of(opened).vertices, run.body().vertices, atol=1e-6)
-    assert [place.patch for place in study.chosen] == [
-        place["patch"] for place in summary["subset"]["places"]
-    ]
-    assert study.verdict == summary["subset"]["sentence"]
+    assert [place.patch for place in study.chosen] == [summary["best_single_patch"]["patch"]]
+    assert study.verdict == summary["best_single_patch"]["sentence"]
     states = [state_of(clip, bake_settings(study)) for clip in study.clips]
     assert states == [BAKED] * 9 + [FAILED]
     assert study.ranked_as == rank_settings(study)

@@ -111,10 +111,10 @@ def test_they_go_through_a_results_folder_and_back(ranked: bpy.types.Object, tmp
     assert StudyResults.load(saved).config().patches == N_PATCHES
     choice = tmp_path / "choice.json"
     done = CliRunner().invoke(
-        APP, ["place", str(saved), "--must", "strap pod", "--max", "1", "--no-together", "--out", str(choice)]
+        APP, ["place", str(saved), "--must", "strap pod", "--max", "1", "--out", str(choice)]
     )
     assert done.exit_code == 0, done.output
-    assert json.loads(choice.read_text())["subset"]["places"][0]["name"] == "Strap pod"
+    assert json.loads(choice.read_text())["worn_together"]["places"][0]["name"] == "Strap pod"
     bpy.ops.wm.read_factory_settings(use_empty=True)
     assert bpy.ops.w2w.open_results(filepath=str(saved)) == {"FINISHED"}
     again = bpy.context.scene.w2w.body
@@ -129,19 +129,20 @@ def test_wishes_may_name_them(ranked: bpy.types.Object) -> None:
     bpy.ops.w2w.select_patch(patch=N_PATCHES)
     assert bpy.ops.w2w.wish_picked(kind="MUST") == {"FINISHED"}
     assert ranked.w2w.wishes[-1].place == "Strap pod"
-    assert N_PATCHES in [row.patch for row in ranked.w2w.chosen]
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    assert N_PATCHES in [row.patch for row in ranked.w2w.worn]
 
 
 def test_another_name_keeps_signals_and_ranking_and_wishes_follow(ranked: bpy.types.Object) -> None:
     study = ranked.w2w
-    bpy.ops.w2w.add_wish(kind="MUST", place="leg, Strap pod")
+    bpy.ops.w2w.add_wish(kind="ONLY", place="Strap pod")
     shown = scores_of_own(ranked, study.own[0])
     study.own[0].title = " Wrist   pod "
     assert (study.own[0].name, study.own[0].title) == ("Wrist pod", "Wrist pod")
     assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {BAKED}
     assert study.ranked_as == rank_settings(study)
     assert scores_of_own(ranked, study.own[0]) == shown | {"name": "Wrist pod"}
-    assert study.wishes[-1].place == "leg, Wrist pod"
+    assert study.wishes[-1].place == "Wrist pod"
     assert "Wrist pod" in [row.label for row in study.chosen]
     assert not is_pending(study)
     for taken in ("RING", "", patches_of(ranked).names[0].upper()):

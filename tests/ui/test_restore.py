@@ -57,10 +57,8 @@ def test_ranking_choice_and_regions_are_the_runs(
     study, run = opened.w2w, StudyResults.load(finished_run)
     np.testing.assert_array_equal(utility_of(study).f1, run.utility.f1)
     np.testing.assert_array_equal(patches_of(opened).triangles, run.patches.triangles)
-    assert [place.patch for place in study.chosen] == [
-        place["patch"] for place in summary["subset"]["places"]
-    ]
-    assert study.verdict == summary["subset"]["sentence"]
+    assert [place.patch for place in study.chosen] == [summary["best_single_patch"]["patch"]]
+    assert study.verdict == summary["best_single_patch"]["sentence"]
     assert study.regions[0].f1 == pytest.approx(run.utility.expected_mean.max())
     assert heatmap_names(opened) == [MEAN, *(f"{PREFIX}{name}" for name in run.utility.activities)]
     assert config_of(study) == run.config()
@@ -131,10 +129,10 @@ def test_ranking_again_needs_no_baking_and_gives_the_same(
     assert not list(preferences.cache_folder().iterdir())
 
 
-def test_the_target_and_ticks_choose_within_the_runs_constraints(opened: bpy.types.Object) -> None:
+def test_ticks_choose_within_the_runs_constraints(opened: bpy.types.Object) -> None:
     study = opened.w2w
-    study.max_places = 0
     study.target = 1.0
+    study.activities["run"].use = False
     patches = patches_of(opened)
     forbidden = find_patches(patches.regions, patches.names, "foot")
     assert len(forbidden)

@@ -15,8 +15,8 @@ import pytest
 
 from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
+from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, confidence_sentence, mean_caution
-from w2w.core.selection.subsets import best_single, greedy_subset
 from w2w.scene.patches import carrier_triangles, patch_empties
 from w2w.ui import jobs, menus, properties, results, step3_patches
 from w2w.ui.state import (
@@ -74,21 +74,18 @@ def test_the_joint_that_moves_decides_where_its_activity_is_seen(library: Path) 
     assert waving[on_right_arm].min() > 0.9
     assert len(body.data.color_attributes) == 4
     assert not body.w2w.show_patches
-    assert [place.patch for place in body.w2w.chosen] == list(greedy_subset(utility.f1, 0.9).order)
+    assert [place.patch for place in body.w2w.chosen] == [best_single(utility)]
 
 
-def test_the_target_and_the_ticks_choose_anew_at_once(library: Path) -> None:
+def test_the_ticks_choose_anew_at_once(library: Path) -> None:
     body = make_study(library)
     study, utility = body.w2w, utility_of(body.w2w)
-    study.target = 1.0
-    assert [place.patch for place in study.chosen] == list(greedy_subset(utility.f1, 1.0).order)
     study.activities[0].use = False
-    expected = greedy_subset(utility.f1[:, 1:], 1.0)
-    assert [place.patch for place in study.chosen] == list(expected.order)
-    best = utility.expected_f1[:, 1:].mean(axis=1).max()
-    assert study.regions[0].f1 == pytest.approx(best, abs=1e-6)
+    mean = utility.expected_f1[:, 1:].mean(axis=1)
+    (best,) = study.chosen
+    assert best.f1 == study.regions[0].f1 == pytest.approx(mean.max(), abs=1e-6)
     chosen = {patch_empties(study.patch_collection).index(item) for item in study.chosen_collection.objects}
-    assert chosen == set(expected.order)
+    assert chosen == {best.patch}
 
 
 def test_views_show_their_heatmap(library: Path) -> None:

@@ -99,10 +99,8 @@ def test_deleted_empties_shift_no_other_patch(library: Path) -> None:
     assert study.picked == last
     assert bpy.ops.w2w.select_patch(patch=1) == {"FINISHED"}
     study.target = 1.0
-    wanted = {row.patch for row in study.chosen}
-    assert max(wanted) > 3
     marked = {item[PATCH] for item in study.chosen_collection.objects}
-    assert marked == wanted - {0, 1, 2}
+    assert marked == {row.patch for row in study.chosen} - {0, 1, 2}
     study.patch_size = 0.02
     assert {item[PATCH] for item in study.chosen_collection.objects} == marked
 

@@ -19,7 +19,6 @@ from .ranking.trial_sums import Spread
 from .ranking.utility import UtilityMap, utility_map
 from .ranking.weights import counting
 from .selection.set_tests import SetTests
-from .selection.subsets import multi_sensor_check
 from .study import StudyConfig, same_clips
 
 
@@ -204,21 +203,3 @@ def set_tests(
     if protocol.pop("classifier") != Ridge.name:
         return None
     return SetTests.of(inputs, labels.activity, **protocol, pooling=pooling, utility=utility)
-
-
-def rank_together(
-    order: Sequence[int],
-    inputs: np.ndarray | PatchBlocks,
-    labels: WindowLabels,
-    config: StudyConfig,
-    classifier: Any = None,
-) -> tuple[UtilityMap, ...]:
-    """Test the first patch of a set alone, the first two together, and so on.
-
-    Returns
-    -------
-    tuple of UtilityMap
-        Each of one row: the sensors side by side, by the folds and the classifier of the ranking.
-    """
-    protocol = labels.protocol(config, classifier)
-    return tuple(multi_sensor_check(order, inputs, labels.activity, **protocol))

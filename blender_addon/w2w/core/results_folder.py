@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
-from .clip_ranking import LabelledClip, WindowLabels, rank_together, rank_windows, set_tests
+from .clip_ranking import LabelledClip, WindowLabels, rank_windows, set_tests
 from .motion.motion import Motion
 from .patches.patches import PatchSet
 from .ranking.inputs import PatchBlocks
@@ -22,11 +21,8 @@ from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting, weights_of
 from .ranking.windows import WindowSpec
-from .selection.advice import Advice
-from .selection.joint import JointSet, choose_together
-from .selection.proxy_promise import advice_promised
+from .selection.advice import Advice, advise
 from .selection.set_tests import SetTests
-from .selection.terms import Terms
 from .study import StudyConfig, plain
 
 UTILITY = "utility.npz"
@@ -175,10 +171,6 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     return replace(study, utility=utility)
 
 
-AT_MOST = 6
-"""Sensors that are tested together: the classifier's width grows with each."""
-
-
 def prepared_tests(
     study: StudyResults, config: StudyConfig, pooling: Pooling | None = None
 ) -> SetTests | None:
@@ -202,13 +194,9 @@ def prepared_tests(
 
 
 def choose_to_wear(
-    utility: UtilityMap,
-    patches: PatchSet,
-    config: StudyConfig,
-    advice: Advice,
-    tests: SetTests | None,
-) -> tuple[JointSet | None, Advice]:
-    """Choose the patches to wear together, and tell what the advice's sets would reach on other clips.
+    utility: UtilityMap, patches: PatchSet, config: StudyConfig, tests: SetTests | None
+) -> Advice:
+    """Choose the best spot and the patches to wear together.
 
     Parameters
     ----------
@@ -216,46 +204,13 @@ def choose_to_wear(
     patches : PatchSet
     config : StudyConfig
         The run's own, or with another target and other constraints.
-    advice : Advice
-        Chosen under the same.
     tests : SetTests or None
         From `prepared_tests`.
-
-    Returns
-    -------
-    worn : JointSet or None
-        None where there are no tests.
-    advice : Advice
-        Its sets with what they would reach, by the same tests; as it was where there are none.
 
     Raises
     ------
     ValueError
         If the constraints cannot be met.
     """
-    terms = Terms.checked(utility.counted_f1, config.max_places, **config.constraints.terms(patches))
-    if tests is None:
-        return None, advice
-    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-    advice = advice_promised(advice, tests, terms, expected)
-    worn = choose_together(tests, expected, terms, config.target, config.every_activity, advice.sets)
-    return worn, advice
-
-
-def sensors_together(study: StudyResults, order: Sequence[int]) -> tuple[UtilityMap, ...]:
-    """Test the first sensor alone, the first two together, and so on, up to `AT_MOST`.
-
-    Parameters
-    ----------
-    study : StudyResults
-    order : sequence of int
-        Patches as chosen.
-
-    Returns
-    -------
-    tuple of UtilityMap
-        Each of one row: the sensors side by side, by the folds of the run and its classifier. Of
-        one that takes windows, that is a network of 6 channels a sensor.
-    """
-    config = study.config()
-    return rank_together(order[:AT_MOST], study.inputs(config.classifier), study.labels(), config)
+    wishes = (config.target, config.every_activity, config.max_places, config.constraints)
+    return advise(utility, patches, tests, *wishes)

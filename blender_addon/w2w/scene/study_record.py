@@ -27,9 +27,6 @@ from .packing import pack, read_packed
 RECORD = "W2W study"
 """Custom property of a body's mesh: the text that holds its study."""
 
-SETS = ("worn_together", "joint", "subset", "exact", "greedy_and_exact", "next_sensor", "together")
-"""What a summary says of sets of sensors."""
-
 LINE = 1000
 """Characters in a line of packed results: text editors choke on longer ones."""
 
@@ -144,7 +141,7 @@ def record_of(study: StudyResults, body: Body) -> StudyRecord:
         study.patches,
         study.utility,
         body.vertices.shape == own.vertices.shape and np.allclose(body.vertices, own.vertices, atol=1e-6),
-        advice={name: study.summary[name] for name in SETS if name in study.summary},
+        advice={"worn_together": study.summary.get("worn_together")},
     )
 
 

@@ -37,7 +37,7 @@ def advice_of(study: bpy.types.PropertyGroup) -> dict[str, Any] | None:
 
 
 def leading(study: bpy.types.PropertyGroup) -> bpy.types.bpy_prop_collection:
-    """The set that is marked on the body: the one worn together, else that by the best-of proxy."""
+    """The set that is marked on the body: the one worn together, else the best spot."""
     return study.worn if len(study.worn) and advice_of(study) is not None else study.chosen
 
 

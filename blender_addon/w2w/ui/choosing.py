@@ -10,17 +10,13 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty
 
 from ..core.body.body import Body
 from ..core.clip_ranking import WindowLabels, rank_windows, same_motions
 from ..core.findings.advice_content import advice_content
 from ..core.ranking.inputs import PatchBlocks
 from ..core.ranking.pooling import Pooling
-from ..core.ranking.utility import UtilityMap
-from ..core.results_folder import StudyResults, choose_to_wear, prepared_tests, sensors_together
-from ..core.selection.advice import Advice, advise
-from ..core.selection.joint import JointSet
+from ..core.results_folder import StudyResults, choose_to_wear, prepared_tests
 from ..core.study import StudyConfig
 from ..core.wording import capital
 from . import counting, jobs, results, signal_cache
@@ -63,12 +59,6 @@ class W2W_OT_choose_sensors(bpy.types.Operator):
     bl_label = TITLE
     bl_options = {"REGISTER"}
 
-    together: BoolProperty(
-        name="Together",
-        description="Choose sensors to wear together, and test the set by the best-of proxy as one",
-        default=True,
-    )
-
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be a ranking."""
@@ -80,11 +70,11 @@ class W2W_OT_choose_sensors(bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Start the work in the background."""
-        return jobs.start(self, context, TITLE, choose_steps(current_body(context), self.together))
+        return jobs.start(self, context, TITLE, choose_steps(current_body(context)))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Do the work at once."""
-        return jobs.run_now(self, TITLE, choose_steps(current_body(context), self.together))
+        return jobs.run_now(self, TITLE, choose_steps(current_body(context)))
 
 
 def missing_for_choice(body: bpy.types.Object) -> str:
@@ -98,7 +88,7 @@ def missing_for_choice(body: bpy.types.Object) -> str:
 
 
 @on_body
-def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
+def choose_steps(mesh: bpy.types.Object) -> Steps:
     """Choose in a thread, then keep and mark what was chosen.
 
     Clips of activities that are left out are not looked at, and the others ranked without them, as by
@@ -108,27 +98,20 @@ def choose_steps(mesh: bpy.types.Object, together: bool = True) -> Steps:
     if missing:
         raise ValueError(missing)
     patches, utility, config = patches_of(mesh), utility_of(mesh.w2w), config_of(mesh.w2w)
-    left_out, finished, pooling = counting.left_out(mesh.w2w), None, None
-    reweighed = counting.is_reweighed(mesh.w2w, utility)
-    if together or left_out or reweighed:
-        finished, pooling = yield from _gather_steps(mesh, config, left_out, reweighed)
-        utility = finished.utility
+    left_out, reweighed = counting.left_out(mesh.w2w), counting.is_reweighed(mesh.w2w, utility)
+    finished, pooling = yield from _gather_steps(mesh, config, left_out, reweighed)
+    utility = finished.utility
     advice = yield from in_thread(
-        lambda _told: advise(utility, patches, config.target, config.max_places, config.constraints),
-        "choosing by the proxy",
+        lambda _told: choose_to_wear(utility, patches, config, prepared_tests(finished, config, pooling)),
+        "choosing what to wear",
         0.3,
-        0.4,
+        1.0,
     )
-    worn, tested = None, ()
-    if together:
-        worn, advice, tested = yield from in_thread(
-            _together(finished, config, advice, pooling), "choosing what to wear", 0.4, 1.0
-        )
     if reweighed and not left_out:
         results.store(mesh, utility, mesh.w2w.ranked_as)
-    content = advice_content(advice, utility, patches, tested, worn)
+    content = advice_content(advice, utility, patches)
     results.advise(mesh, content)
-    sentence = (content["worn_together"] or content["subset"])["sentence"]
+    sentence = (content["worn_together"] or content["best_single_patch"])["sentence"]
     text = capital(sentence)
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
@@ -148,20 +131,6 @@ def _gather_steps(
         )
         finished = replace(finished, utility=utility)
     return finished, pooling
-
-
-def _together(
-    finished: SceneResults, config: StudyConfig, advice: Advice, pooling: Pooling
-) -> Callable[[Callable[[float], None]], tuple[JointSet | None, Advice, tuple[UtilityMap, ...]]]:
-    """Work for a thread: choose a set to be worn, and test the proxy's."""
-
-    def work(told: Callable[[float], None]) -> tuple[JointSet | None, Advice, tuple[UtilityMap, ...]]:
-        tests = prepared_tests(finished, config, pooling)
-        worn, promised = choose_to_wear(finished.utility, finished.patches, config, advice, tests)
-        told(0.9)
-        return worn, promised, sensors_together(finished, promised.subset.order)
-
-    return work
 
 
 def _gathering(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensor Placement: wishes, the set to wear together and its promise, and the set by the best-of proxy."""
+"""Sensor Placement: wishes, the best spot they leave, and the set to wear together with its promise."""
 
 from __future__ import annotations
 
@@ -55,30 +55,6 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
             draw_worn(worn, context, body)
 
 
-class W2W_PT_places(ResultPanel, bpy.types.Panel):
-    """The smallest set by the best-of proxy, which is chosen at once."""
-
-    bl_label = "Set by the Best-of Proxy"
-    bl_idname = "W2W_PT_places"
-    bl_order = 4
-
-    def draw(self, context: Context) -> None:
-        """Draw the set, how it did when tested, and what comes near it."""
-        layout, study = self.layout, current_body(context).w2w
-        layout.enabled = can_change_now(context)
-        draw_rows(layout, study, study.chosen, numbered=True)
-        if study.verdict:
-            draw_text(layout, context, _sentence(study.verdict))
-        content = advice_of(study)
-        if content is None or left_out(study):  # the choice was made in a ranking without them
-            return
-        if content["joint"] is not None:
-            draw_text(layout, context, _sentence(content["joint"]["sentence"]))
-        for sentence in (_exact(content), _next(content), *_alternatives(content["subset"])):
-            if sentence:
-                draw_text(layout, context, _sentence(sentence))
-
-
 def draw_limit(layout: Layout, study: bpy.types.PropertyGroup) -> None:
     """Draw the most sensors, and whether there is such a limit."""
     row = layout.row(heading="At Most")
@@ -122,6 +98,8 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
     study, content = body.w2w, advice_of(body.w2w)
     missing = missing_for_choice(body)
     if content is None:
+        if len(study.wishes) and study.verdict:
+            draw_text(layout, context, f"One sensor: {_sentence(study.verdict)}")
         if missing:
             draw_text(layout, context, missing, icon="INFO")
         elif study.advice_text:
@@ -135,35 +113,21 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
         return
     draw_rows(layout, study, study.worn, numbered=True)
     draw_text(layout, context, _sentence(worn["sentence"]))
-    if following := worn.get("next_sensor"):
-        draw_text(layout, context, _sentence(following["sentence"]))
+    following = worn["next_sensor"]
+    for text in ([following["sentence"]] if following else []) + _alternatives(worn):
+        draw_text(layout, context, _sentence(text))
     if left_out(study):
         draw_text(
             layout, context, "Chosen from a ranking without the activities that are left out.", icon="INFO"
         )
 
 
-def _exact(content: dict[str, Any]) -> str:
-    exact = content["exact"]
-    if exact is None:
-        return content["greedy_and_exact"]
-    names = ", ".join(sensor["name"] for sensor in exact["places"])
-    return f"{content['greedy_and_exact']}. The exact set: {names}"
-
-
-def _next(content: dict[str, Any]) -> str:
-    found = content["next_sensor"]
-    if found is None:
-        return ""
-    return f"one more sensor ({found['name']}) would add {found['gain']:.3f} by the proxy"
-
-
-def _alternatives(subset: dict[str, Any]) -> list[str]:
-    """For each sensor of a set, what would do as well."""
+def _alternatives(worn: dict[str, Any]) -> list[str]:
+    """For each sensor of a set, what is as good alone."""
     return [
-        f"instead of {number} ({sensor['name']}): {_some(names)}"
+        f"as good alone as {number} ({sensor['name']}): {_some(names)}"
         for number, (sensor, names) in enumerate(
-            zip(subset["places"], subset["alternatives"], strict=True), start=1
+            zip(worn["places"], worn["alternatives"], strict=True), start=1
         )
         if names
     ]
@@ -179,4 +143,4 @@ def _sentence(text: str) -> str:
     return capital(text) if text.endswith(".") else f"{capital(text)}."
 
 
-CLASSES = (W2W_PT_placement, W2W_PT_places)
+CLASSES = (W2W_PT_placement,)

@@ -100,8 +100,7 @@ class Placement:
 
     target: FloatProperty(
         name="Target F1",
-        description="F1 that the sensors shall reach: expected on other clips of those worn together, and "
-        "by the best-of proxy of the other set",
+        description="F1 that the sensors worn together shall reach, expected on other clips",
         default=0.9,
         min=0.01,
         max=1.0,
@@ -142,7 +141,9 @@ class Placement:
     )
     own_placed: StringProperty(options={"HIDDEN"})
     wishes: CollectionProperty(type=W2W_PG_wish)
-    verdict: StringProperty(name="Verdict", description="Whether the set of patches reaches the target")
+    verdict: StringProperty(
+        name="Verdict", description="The best spot that wishes leave, or why there is none"
+    )
     chosen: CollectionProperty(type=W2W_PG_place)
     worn: CollectionProperty(type=W2W_PG_place)
     advice_text: StringProperty(options={"HIDDEN"})

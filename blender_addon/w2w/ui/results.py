@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ..core.colours import score_range
 from ..core.findings.sources import Shown, source_caution, system_of
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
-from ..core.ranking.weights import counted_columns
+from ..core.selection.advice import best_single
 from ..core.selection.headline import (
     CANNOT_RANK,
     as_good_as,
@@ -21,13 +22,13 @@ from ..core.selection.headline import (
     mean_caution,
     mean_sentence,
 )
-from ..core.selection.subsets import best_single, greedy_subset
+from ..core.selection.terms import Terms
 from ..core.wording import capital
 from ..scene import heatmap
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from . import advice, on_character, second_map
-from .counting import is_as_ranked, list_activities, shown_weights
+from .counting import is_as_ranked, list_activities
 from .listed_activities import list_labels
 from .scores import (
     EXPECTED,
@@ -214,7 +215,7 @@ def list_regions(body: bpy.types.Object) -> None:
 
 
 def choose(body: bpy.types.Object) -> None:
-    """Choose the smallest set of patches for the target, and mark it on the body."""
+    """Choose the best spot that the wishes leave, and mark it on the body."""
     study, patches = body.w2w, patches_of(body)
     utility = utility_of(study)
     if utility is None or patches is None:
@@ -222,17 +223,20 @@ def choose(body: bpy.types.Object) -> None:
     study.chosen.clear()
     config = config_of(study)
     try:
-        terms = config.constraints.terms(patches)
-        f1 = counted_columns(utility.f1, shown_weights(study))
-        subset = greedy_subset(f1, config.target, config.max_places, **terms)
+        terms = Terms.checked(len(patches), config.max_places, **config.constraints.terms(patches))
     except ValueError as error:
         study.verdict = capital(error)
         mark_chosen(body)
         return
-    for patch, value in zip(subset.order, subset.mean_max_after_each, strict=True):
-        row = study.chosen.add()
-        row.patch, row.label, row.f1 = patch, patches.names[patch], value
-    study.verdict = subset.sentence()
+    mean = expected_mean(study, utility)
+    if is_as_ranked(study, utility):
+        best = best_single(utility, terms.allowed)
+        study.verdict = best_spot_sentence(best, utility, patches, terms.allowed)
+    else:
+        best = int(np.where(terms.allowed, mean, -1).argmax())
+        study.verdict = f"{capital(patches.names[best])}, expected F1 {mean[best]:.2f}"
+    row = study.chosen.add()
+    row.patch, row.label, row.f1 = best, patches.names[best], mean[best]
     mark_chosen(body)
 
 

@@ -139,9 +139,8 @@ def _is_ranked(mesh: bpy.types.Object) -> bool:
 
 
 def _is_chosen(mesh: bpy.types.Object) -> bool:
-    """Whether sensors are chosen, together where the classifier does that, or cannot be."""
-    content = advice.advice_of(mesh.w2w)
-    return bool(missing_for_choice(mesh)) or (content is not None and content["together"] != [])
+    """Whether sensors are chosen, or cannot be."""
+    return bool(missing_for_choice(mesh)) or advice.advice_of(mesh.w2w) is not None
 
 
 def _done(mesh: bpy.types.Object) -> tuple[object, ...]:

@@ -56,7 +56,7 @@ def reweigh(activity: Group, context: Context) -> None:
 
 
 def choose_patches(study: Group, context: Context) -> None:
-    """Choose the smallest set for the new target."""
+    """Choose the best spot under the new wishes."""
     if is_silent():
         return
     results.choose(study.id_data)

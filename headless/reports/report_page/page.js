@@ -279,7 +279,6 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     go(shown.listed[at < 0 ? (step > 0 ? 0 : count - 1) : (at + step + count) % count]);
   }
 
-  document.addEventListener("w2w-chosen", (event) => { data.chosen = event.detail; badges(); });
   controls();
   try {
     viewer = new Viewer(find("view"), data);

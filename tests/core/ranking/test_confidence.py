@@ -9,7 +9,7 @@ from scipy.stats import binom, norm
 
 from w2w.core.ranking.f1 import score_patches
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.selection.subsets import best_single, greedy_subset
+from w2w.core.selection.advice import best_single
 
 CLIPS = 400
 RESAMPLES = 4000
@@ -152,10 +152,3 @@ def test_the_first_of_equally_good_places_is_the_best():
     assert best_single(map_of([0.5, 0.8, 0.7, 0.8, 0.8])) == 1
     assert best_single(map_of([0.8, 0.8]), np.array([False, True])) == 1
     assert best_single(map_of([0.9, 0.1, 0.3, 0.3]), np.array([False, True, True, True])) == 2
-
-
-def test_the_first_of_equal_gains_is_chosen():
-    f1 = np.array([[0.2, 0.2], [0.9, 0.1], [0.9, 0.1], [0.1, 0.9], [0.1, 0.9]])
-    assert greedy_subset(f1, 0.9).order == (1, 3)
-    # of several places one of which is required, the one named first
-    assert greedy_subset(f1, 0.9, required=[[4, 2]]).order == (4, 1)

@@ -8,9 +8,8 @@ import pytest
 from sklearn.metrics import f1_score
 
 from w2w.core.colours import LEAST_SPAN
-from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.selection.subsets import best_single, greedy_subset, multi_sensor_check
+from w2w.core.selection.advice import best_single
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 
@@ -153,19 +152,3 @@ def test_colours_span_a_patch_s_interval_where_patches_cannot_be_ranked():
     assert replace(ranked, can_rank=False).colour_span == max(LEAST_SPAN, interval)
     assert not few.can_rank
     assert few.colour_span == 1.0  # nothing is known of other clips
-
-
-def test_several_sensors_together_are_tested_as_one():
-    """Two sensors that each tell two of four activities apart tell all four together."""
-    features, activity, clip, is_test = library(signal=(0.0, 0.0, 0.0))
-    index = np.searchsorted(ACTIVITIES, activity)
-    features[:, 0, 0] += 20 * (index % 2)
-    features[:, 1, 0] += 20 * (index // 2)
-    protocol = {"clip": clip, "subject": None, "is_test": is_test, "activities": ACTIVITIES, "resamples": 20}
-    protocol["classifier"] = Ridge(alphas=(0.1,))
-    utility = utility_map(features, activity, **protocol)
-    proxy = greedy_subset(utility.f1, 1.0, max_size=2)
-    alone, together = multi_sensor_check((0, 1), features, activity, **protocol)
-    assert alone.mean[0] == pytest.approx(utility.mean[0])
-    assert together.mean[0] > 0.95
-    assert proxy.mean_max_after_each[-1] < 0.75

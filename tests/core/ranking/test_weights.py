@@ -2,7 +2,6 @@
 """Background and weights: what counts in the mean, in the map, its promise and the sets chosen by it."""
 
 from dataclasses import fields
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -11,14 +10,13 @@ from w2w.core.clip_ranking import LabelledClip, WindowLabels
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
     check_counting,
-    counted_columns,
     counting,
     known_mean,
     mean_over,
     read_weights,
 )
+from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import mean_sentence, mean_title
-from w2w.core.selection.subsets import best_single, exact_subset, greedy_subset
 from w2w.core.study import StudyConfig
 from w2w.studies.placements.comparison import compare_patches
 from w2w.studies.placements.score_table import score_table
@@ -120,24 +118,6 @@ def test_as_often_as_an_activity_is_counted_it_weighs(plain):
     holes[:, 3] = 1.0
     expected = np.nanmean(np.column_stack([holes, holes[:, 3:]]), axis=1)
     np.testing.assert_allclose(known_mean(holes, np.array([1.0, 1, 1, 2])), expected)
-
-
-@pytest.mark.parametrize("choose", [greedy_subset, exact_subset])
-def test_sets_are_chosen_by_the_weighted_mean(plain, choose):
-    weights = np.array([4.0, 0.0, 1.0, 1.0])
-    scores = counted_columns(plain.f1, weights)
-    subset = choose(scores, 1.0, 2)
-    reached = mean_over(plain.f1[list(subset.order)].max(axis=0), weights)
-    assert subset.mean_max_after_each[-1] == pytest.approx(float(reached), abs=1e-6)
-    best = max(
-        float(mean_over(plain.f1[list(pair)].max(axis=0), weights)) for pair in combinations(range(N), 2)
-    )
-    assert subset.mean_max_after_each[-1] == pytest.approx(
-        best, abs=0.02 if choose is greedy_subset else 1e-6
-    )
-    only_run = choose(counted_columns(plain.f1, np.array([0.0, 0, 1, 0])), 1.0, 3)
-    assert only_run.order[0] == plain.f1[:, 2].argmax()
-    assert only_run.best_reachable == pytest.approx(float(plain.f1[:, 2].max()))
 
 
 def test_tables_and_comparisons_follow(plain):

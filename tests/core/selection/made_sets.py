@@ -37,8 +37,7 @@ def prepare(features, names, clip, subject=None, counts=None):
 
 
 def terms(size=None, **wishes):
-    allowed = wishes.get("allowed")
-    return Terms.checked(np.zeros((N, 4)), size, allowed, wishes.get("required", ()), wishes.get("cost"))
+    return Terms.checked(N, size, **wishes)
 
 
 def alone(found):

@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen together: what complements is found, wishes are kept, the promise is what other clips give."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from w2w.core.selection import joint, set_tests
-from w2w.core.selection.joint import choose_together, chosen_by_halves, grow
-from w2w.core.selection.promise import promise
-from w2w.core.selection.proxy_promise import greedy_by_half, promised
-from w2w.core.selection.subsets import greedy_subset
+from w2w.core.selection.joint import ByHalves, choose_together, grow
+from w2w.core.selection.promise import Promises
 
 from .made_sets import NAMES, N, alone, library, prepare, terms
 
@@ -40,7 +37,7 @@ def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(
     free = terms()
     chosen = choose_together(tests, alone(tests), free, target=1.0)
     order = grow(tests.whole, free, joint.LARGEST_SET, alone(tests)[0]).order
-    made = promise(tests, free, order, chosen_by_halves, tuple(v[order[0]] for v in alone(tests)))
+    made = Promises(tests, free).of(order, ByHalves(), tuple(v[order[0]] for v in alone(tests)))
     count = len(chosen.order)
     tried = count + len(chosen.further)
     most = made.mean[:tried].max()
@@ -64,56 +61,9 @@ def test_what_goes_best_with_a_set_that_is_enough_is_told(tests):
     assert chosen.order == (10,)
     both = (10, *chosen.further)
     assert both == grow(tests.whole, wished, 2, alone(tests)[0]).order
-    expected = promise(tests, wished, both, chosen_by_halves, tuple(v[10] for v in alone(tests)))
+    expected = Promises(tests, wished).of(both, ByHalves(), tuple(v[10] for v in alone(tests)))
     np.testing.assert_allclose(chosen.with_next.mean, expected.mean)
     assert choose_together(tests, alone(tests), terms(1, required=[[10]]), target=0.01).with_next is None
-
-
-@pytest.fixture
-def useless(monkeypatch):
-    """Patches that tell nothing, to which sets grow."""
-    monkeypatch.setattr(joint, "grow", lambda *_, **__: joint.Growth((8, 9, 10)))
-    monkeypatch.setattr(joint, "chosen_by_halves", lambda *_, **__: (8, 9, 10))
-    return 8, 9, 10
-
-
-@pytest.fixture
-def paper(tests):
-    """The set by the paper's proxy with its promise."""
-    free = replace(terms(3), f1=tests.whole.map)
-    return promised(greedy_subset(free.f1, 1.0, 3), tests, free, alone(tests), greedy_by_half)
-
-
-@pytest.mark.usefixtures("useless")
-@pytest.mark.parametrize("target", [0.4, 1.0])
-def test_a_set_that_is_tested_and_promises_more_is_recommended(tests, paper, target):
-    most = paper.promise.mean.max()
-    assert most > choose_together(tests, alone(tests), terms(3), target=1.0).most + joint.BETTER + joint.WORTH
-    chosen = choose_together(tests, alone(tests), terms(3), target, beside=[paper])
-    count = len(chosen.order)
-    assert chosen.order == tuple(paper.order[:count])
-    assert chosen.promise.mean[-1] == paper.promise.mean[count - 1] >= min(target, most - joint.WORTH)
-    assert chosen.reached == (target < 1)
-    if count < 3 and not chosen.reached:
-        assert f"of up to 3 sensors promise no more than {most:.3f}" in chosen.sentence()
-
-
-@pytest.mark.usefixtures("useless")
-def test_a_set_that_promises_hardly_more_is_recommended_only_if_it_alone_is_enough(tests, paper):
-    made = choose_together(tests, alone(tests), terms(3), target=1.0).promise
-    more = replace(made, mean=made.mean + joint.BETTER / 2)
-    other = replace(paper, order=(8, 9, 11)[: len(made.mean)], promise=more)
-    chosen = choose_together(tests, alone(tests), terms(3), target=1.0, beside=[other])
-    assert chosen.promise.mean[-1] == made.mean[len(chosen.order) - 1]
-    assert chosen.most == more.mean[-1]
-    chosen = choose_together(tests, alone(tests), terms(3), target=float(more.mean[-1]), beside=[other])
-    assert chosen.reached
-    assert chosen.promise.mean[-1] == more.mean[-1]
-
-
-def test_of_sets_that_are_enough_the_cheapest_is_recommended(tests, useless, paper):
-    dear = terms(3, cost=np.where(np.arange(N) < 8, 9.0, 1.0))
-    assert choose_together(tests, alone(tests), dear, target=0.01, beside=[paper]).order == useless[:1]
 
 
 def test_every_activity_must_reach_what_is_asked_of_every_one(tests):
@@ -139,7 +89,7 @@ def test_the_promise_is_what_another_library_of_the_kind_gives():
     for seed in range(4):
         here, there = prepare(*library(2 * seed)), prepare(*library(2 * seed + 1))
         order = grow(here.whole, terms(2), 2).order
-        made = promise(here, terms(2), order, chosen_by_halves, (0.3, 0.2, 0.4))
+        made = Promises(here, terms(2)).of(order, ByHalves(), (0.3, 0.2, 0.4))
         differences.append(made.mean[1] - there.whole.f1_of_first(order)[1].mean())
         assert made.raw.shape == (2, 4)
         np.testing.assert_allclose(made.f1.mean(axis=1), made.mean, atol=0.01)
@@ -152,7 +102,7 @@ def test_where_labels_mean_nothing_nothing_is_promised():
     for seed in range(4):
         found = prepare(*library(seed, shuffled=True))
         order = grow(found.whole, terms(3), 3).order
-        made = promise(found, terms(3), order, chosen_by_halves, (0.25, 0.2, 0.3))
+        made = Promises(found, terms(3)).of(order, ByHalves(), (0.25, 0.2, 0.3))
         promised.append(made.f1[-1].mean())
     assert np.mean(promised) < 0.32  # a quarter is chance
 
@@ -186,11 +136,10 @@ def test_the_same_seed_chooses_and_promises_the_same(tests):
 def test_a_half_goes_on_where_it_stopped_and_ends_as_if_it_had_not(tests):
     (half, _), free = tests.pairs[0], terms(cost=np.linspace(1, 3, N))
     scratch = grow(half, free, 4, among=joint.OF_HALVES).order
-    whole = chosen_by_halves(half, free, 4)
-    other = terms(allowed=np.arange(N) >= 4)
-    assert min(chosen_by_halves(half, other, 2)) >= 4
-    assert chosen_by_halves(half, free, 2) == whole[:2]
-    assert chosen_by_halves(half, free, 4) == whole == scratch
+    choose = ByHalves()
+    assert choose(half, free, 2) == scratch[:2]
+    assert choose(half, free, 4) == scratch
+    assert choose(half, free, 3) == scratch[:3]
 
 
 def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_one_before(tests, monkeypatch):

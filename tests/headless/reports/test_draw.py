@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,10 @@ import pytest
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.subsets import Subset
 from w2w.headless.reports.draw import draw_alone
 from w2w.headless.reports.pictures import marked, write_pictures
 from w2w.studies.commands.study_rehab import FIGURE, draw_figure
+from w2w.studies.paper.subsets import Subset
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -57,7 +58,7 @@ def test_blender_aborts_while_it_renders(tmp_path, motions):
 @pytest.mark.slow
 def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
     subset = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
-    assert draw_alone(draw_figure, drawn_results, subset) == ""
+    assert draw_alone(partial(draw_figure, subset=subset), drawn_results) == ""
     assert (drawn_results / FIGURE).read_bytes().startswith(b"\x89PNG")
 
 
@@ -90,7 +91,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
     monkeypatch.setattr(
         "w2w.headless.reports.heatmap_figure.subset_figure", lambda *_, **named: drawn.update(named)
     )
-    write_pictures(drawn_results, Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0))
+    write_pictures(drawn_results)
     utility, best = (
         study.utility,
         json.loads((drawn_results / "summary.json").read_text())["best_single_patch"],
@@ -110,20 +111,19 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
 
 
 def test_what_cannot_be_drawn_says_why(tmp_path):
-    assert "is not the results folder of a finished run" in draw_alone(draw_figure, tmp_path, None)
+    assert "is not the results folder of a finished run" in draw_alone(write_pictures, tmp_path)
 
 
 def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
-    proxy = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
     out = tmp_path / "out"
     shutil.copytree(drawn_results, out)
     summary = json.loads((out / "summary.json").read_text())
     worn = summary["worn_together"]
-    shown = marked(StudyResults.load(out), proxy)
+    shown = marked(StudyResults.load(out))
     assert shown.order == [place["patch"] for place in worn["places"]]
     assert shown.scores[-1] == worn["expected_f1"]
-    assert (shown.label, shown.target, shown.reached) == ("Expected F1", worn["target"], worn["reached"])
+    assert shown.target == worn["target"]
     assert shown.sentence.lower() == worn["sentence"].lower()
     (out / "summary.json").write_text(json.dumps(summary | {"worn_together": None}))
-    shown = marked(StudyResults.load(out), proxy)
-    assert (shown.order, shown.scores, shown.label) == ([3, 7], [0.8, 0.9], "Best-of F1 on these clips")
+    shown, best = marked(StudyResults.load(out)), summary["best_single_patch"]
+    assert shown == ([best["patch"]], [best["expected_f1"]], None, best["sentence"])

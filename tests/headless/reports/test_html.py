@@ -19,9 +19,8 @@ from typer.testing import CliRunner
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.advice import advise
+from w2w.core.selection.advice import advise, best_single
 from w2w.core.selection.headline import CANNOT_RANK, more_clips
-from w2w.core.selection.subsets import best_single
 from w2w.headless.app import APP
 from w2w.headless.reports.advice_text import show_best_spot
 from w2w.headless.reports.html import write_report
@@ -75,7 +74,7 @@ def test_it_is_one_small_file_that_asks_nothing_of_the_network(page):
 
 def test_labels_cannot_break_out(page, data):
     reader = Reader(page)
-    assert reader.elements.count("script") == 4  # the data and three scripts of ours
+    assert reader.elements.count("script") == 3  # the data and two scripts of ours
     assert "img" not in reader.elements
     assert not any(name.startswith("on") for name, _ in reader.attributes)
     assert any("alert(1)" in text for text in reader.texts)  # shown as what it is
@@ -135,15 +134,7 @@ def test_tables_tell_what_the_summary_tells(page, drawn_results):
     summary = json.loads((drawn_results / "summary.json").read_text())
     text = " ".join(" ".join(Reader(page).texts).split())
     assert summary["best_single_patch"]["name"] in text
-    assert summary["subset"]["sentence"] in text
     assert summary["protocol"] in text
-    for place, tested in zip(summary["subset"]["places"], summary["together"], strict=True):
-        low, high = tested["mean_f1_interval"]
-        joint = f"{tested['mean_f1']:.2f} {low:.2f}–{high:.2f}"
-        low, high = place["expected_f1_so_far_interval"]
-        expected = f"{place['expected_f1_so_far']:.2f} {low:.2f}–{high:.2f}"
-        raw = f"{joint} {place['mean_f1']:.2f} {place['mean_max_f1_so_far']:.2f}"
-        assert f"{place['name']} {expected} {raw}" in text
     assert "empty <b>file</b>" in text
     assert "bootstrap intervals over clips" in text
 
@@ -176,25 +167,26 @@ def test_what_is_counted_is_what_was_ranked(sparse_results):
     )
 
 
-def test_what_other_clips_would_give_stands_first_and_the_proxy_is_named(sparse_results):
-    summary = json.loads((sparse_results / "summary.json").read_text())
-    joint, together = summary["joint"], summary["together"]
-    reaching = [entry for entry in together if entry["mean_f1"] >= joint["target"]]
-    best = reaching[0] if reaching else max(together, key=lambda entry: entry["mean_f1"])
-    assert (joint["sensors"], joint["mean_f1"]) == (best["sensors"], best["mean_f1"])
-    assert joint["reached"] == bool(reaching)
+def test_what_other_clips_would_give_stands_first(sparse_results):
+    worn = json.loads((sparse_results / "summary.json").read_text())["worn_together"]
     _, text = read(sparse_results)
-    worn = summary["worn_together"]
     low, high = worn["expected_f1_interval"]
+    assert 0 <= low <= worn["expected_f1"] <= high <= 1
     first = text.index(f"expected F1 on other clips {worn['expected_f1']:.2f} {low:.2f}–{high:.2f}")
-    assert first < text.index(joint["sentence"])
-    for place in worn["places"]:
+    assert first < text.index("Worn together, sensor by sensor")
+    for place, others in zip(worn["places"], worn["alternatives"], strict=True):
         low, high = place["expected_f1_so_far_interval"]
         interval = f"{place['expected_f1_so_far']:.2f} {low:.2f}–{high:.2f}"
-        assert f"{place['name']} {interval} {place['mean_f1_so_far']:.2f}" in text
-    proxy = text.index("By the best-of proxy, which takes each activity from the sensor that is best at it")
-    assert first < proxy < text.index(summary["subset"]["sentence"])
-    assert text.count(summary["subset"]["sentence"]) == 1
+        same = ", ".join(others[:3]) or "none"
+        assert f"{place['name']} {interval} {place['mean_f1_so_far']:.2f} {same}" in text
+
+
+def test_another_classifier_s_page_says_why_it_has_no_set(sparse_results, tmp_path):
+    out = tmp_path / "trees"
+    shutil.copytree(sparse_results, out)
+    summary = json.loads((out / "summary.json").read_text())
+    (out / "summary.json").write_text(json.dumps(summary | {"worn_together": None}))
+    assert "Sets to wear together are chosen by the classifier ridge only" in read(out)[1]
 
 
 def test_intervals_of_too_few_clips_carry_a_caution(sparse_results, drawn_results):
@@ -243,7 +235,7 @@ def test_clips_that_cannot_rank_say_so_before_all_else(drawn_results, tmp_path, 
     if not can_rank:
         assert page.index('<p class="warning">') < page.index('<section class="cards"')
     study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
-    show_best_spot(advise(utility, study.patches, 0.9), utility, study.patches, console)
+    show_best_spot(advise(utility, study.patches, None), utility, study.patches, console)
     assert console.export_text().startswith(CANNOT_RANK) != can_rank
 
 
@@ -275,42 +267,6 @@ def test_the_project_s_name_stands_on_the_page(sparse_results, page):
     assert "<h1>Glove &amp; &lt;i&gt;sock&lt;/i&gt;</h1>" in (sparse_results / "report.html").read_text(
         "utf-8"
     )
-
-
-def test_results_of_an_earlier_version_still_make_a_page(sparse_results, tmp_path):
-    out = tmp_path / "old"
-    shutil.copytree(sparse_results, out)
-    summary = json.loads((out / "summary.json").read_text())
-    for name in ("joint", "labels", "windows", "ranked_activities", "interval_caution"):
-        del summary[name]
-    del summary["clips"]["ranked"]
-    for name in ("expected_f1", "expected_f1_interval", "expected_sentence"):
-        del summary["subset"][name]
-    for place in summary["subset"]["places"]:
-        del place["expected_f1_so_far"], place["expected_f1_so_far_interval"]
-    (out / "summary.json").write_text(json.dumps(summary))
-    config = json.loads((out / "config.json").read_text())
-    del config["parameters"]["title"]
-    (out / "config.json").write_text(json.dumps(config))
-    text = read(out)[1]
-    assert "14 of 17 clips ranked, in 3 activities" in text
-    unknown = "What the set by the paper's algorithm 2 would reach on other clips is not known"
-    assert text.index(unknown) < text.index("By the best-of proxy")
-
-
-def test_every_set_has_an_expected_f1_that_stands_before_the_proxy(sparse_results):
-    summary = json.loads((sparse_results / "summary.json").read_text())
-    for found in (summary[name] for name in ("worn_together", "subset", "exact", "joint")):
-        low, high = found["expected_f1_interval"]
-        assert 0 <= low <= found["expected_f1"] <= high <= 1
-    assert [entry["expected_f1"] for entry in summary["together"]] == [
-        place["expected_f1_so_far"] for place in summary["subset"]["places"][: len(summary["together"])]
-    ]
-    assert summary["joint"]["sentence"].startswith(f"expected F1 {summary['joint']['expected_f1']:.3f}")
-    _, text = read(sparse_results)
-    expected = summary["subset"]["expected_sentence"]
-    assert f"{summary['subset']['expected_f1']:.3f}" in expected
-    assert text.index(expected) < text.index(summary["subset"]["sentence"])
 
 
 def test_the_same_results_give_the_same_page(page, drawn_results):

@@ -192,11 +192,9 @@ def _as_read(quaternions: np.ndarray) -> np.ndarray:
 
 def _chosen(study: StudyResults) -> tuple[int, ...]:
     """The patches that the run chose to be worn together, else its single best."""
-    for choice in ("worn_together", "subset"):
-        places = (study.summary.get(choice) or {}).get("places")
-        if places:
-            return tuple(int(place["patch"]) for place in places)
-    return (int(study.utility.mean.argmax()),)
+    summary = study.summary
+    places = (summary.get("worn_together") or {}).get("places") or [summary["best_single_patch"]]
+    return tuple(int(place["patch"]) for place in places)
 
 
 def _names(places: str) -> list[str]:

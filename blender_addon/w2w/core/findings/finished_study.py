@@ -9,10 +9,8 @@ from typing import Any
 from ..body.body import Body
 from ..clip_ranking import copies_among
 from ..motion.library import Clip, Library
-from ..ranking.utility import UtilityMap
 from ..results_folder import StudyResults
 from ..selection.advice import Advice
-from ..selection.joint import JointSet
 from ..study import StudyConfig
 
 
@@ -57,10 +55,6 @@ class Study:
         The ranking, as it is read again from its folder.
     advice : Advice
         The choice under the config's constraints.
-    worn : JointSet or None
-        The patches chosen to be worn together; None where the classifier takes too long for that.
-    together : tuple of UtilityMap
-        What one classifier on the first chosen sensor, the first two, and so on reaches.
     """
 
     library: Library
@@ -69,8 +63,6 @@ class Study:
     clips: tuple[ClipResult, ...]
     results: StudyResults
     advice: Advice
-    worn: JointSet | None = None
-    together: tuple[UtilityMap, ...] = ()
 
     @property
     def used(self) -> list[ClipResult]:

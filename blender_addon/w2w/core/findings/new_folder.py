@@ -33,8 +33,7 @@ from ..patches.garment_cover import Cover, save_covers
 from ..patches.patches import PatchSet
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
-from ..results_folder import StudyResults, choose_to_wear, prepared_tests, sensors_together
-from ..selection.advice import advise
+from ..results_folder import StudyResults, choose_to_wear, prepared_tests
 from ..study import StudyConfig
 from .finished_study import ClipResult, Study
 from .summary import config_content, write_results
@@ -141,13 +140,10 @@ def _write(out: Path, parts: StudyParts, told: Callable[[float], None]) -> None:
     utility, ranked = _ranked(out, parts, pooling, told)
     told(0.8)
     config = parts.config
-    advice = advise(utility, parts.patches, config.target, config.max_places, config.constraints)
     study = StudyResults(out, utility, parts.patches, ranked, config.as_dict())
     told(0.85)
-    tests = prepared_tests(study, config, pooling)
-    worn, advice = choose_to_wear(utility, parts.patches, config, advice, tests)
-    together = sensors_together(study, advice.subset.order)
-    finished = Study(parts.library, config, parts.body, tuple(results), study, advice, worn, together)
+    advice = choose_to_wear(utility, parts.patches, config, prepared_tests(study, config, pooling))
+    finished = Study(parts.library, config, parts.body, tuple(results), study, advice)
     write_json(out / "config.json", config_content(finished))
     write_results(finished)
 

@@ -110,7 +110,7 @@ def summary(study: Study) -> dict[str, Any]:
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
         **_worn_on(study),
-        **advice_content(study.advice, utility, patches, study.together, study.worn),
+        **advice_content(study.advice, utility, patches),
         **map_content(utility, patches, study.config.placements),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),

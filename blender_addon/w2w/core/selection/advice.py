@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a ranking means for a designer: where to wear, what one sensor more would bring, what is the same."""
+"""What a ranking means for a designer: the best spot, the sensors to wear together, what says the same."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from scipy.spatial.distance import squareform
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from .constraints import Constraints
-from .subsets import ROUNDING, Subset, best_single, exact_subset, greedy_subset, marginal_gain
-from .terms import fewest
+from .joint import JointSet, choose_together
+from .set_tests import SetTests
+from .terms import Terms, open_mask
 
 
 def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.ndarray:
@@ -88,11 +89,15 @@ def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation:
 WINDOWS_AT_ONCE = 4096
 """Windows whose predictions are correlated at once, so that memory does not grow with the library."""
 
-SOLVER_S = 10.0
-"""Seconds that each of the two steps of the exact choice may take."""
-
 SAME_OPINION = 0.8
 """Mean correlation of predictions from which patches are grouped as saying the same."""
+
+
+def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
+    """The allowed patch with the highest expected macro F1; of equals the highest on these clips."""
+    open_patches = np.flatnonzero(open_mask(allowed, len(utility.mean)))
+    order = np.lexsort((-utility.mean[open_patches], -utility.expected_mean[open_patches]))
+    return int(open_patches[order[0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,63 +108,29 @@ class Advice:
     ----------
     best : int
         Allowed patch with the highest expected macro F1.
-    subset : Subset
-        The paper's greedy choice.
-    exact : Subset or None
-        The cheapest set that does it; None where the solver found none in time.
-    next_patch : int
-        The allowed patch that would add most to the greedy set, -1 where nothing is left.
-    next_gain : float
-        What it would add to the mean-max F1.
+    worn : JointSet or None
+        The patches to wear together; None where nothing tests sets.
+    alternatives : tuple of ndarray of int
+        For each of these, the other allowed patches of its cluster whose F1 cannot be told from its own.
     clusters : ndarray, shape (N,), int
         Patches of one number say the same; 0 is the largest cluster.
-    alternatives : tuple of ndarray of int
-        For each patch of the greedy set, the other allowed patches of its cluster whose F1
-        cannot be told from its own.
-    least : int
-        How many of the greedy set's first patches it takes to have one wherever one must be.
     allowed : ndarray of bool, shape (N,), optional
         Patches that the constraints leave; all by default.
     """
 
     best: int
-    subset: Subset
-    exact: Subset | None
-    next_patch: int
-    next_gain: float
-    clusters: np.ndarray
+    worn: JointSet | None
     alternatives: tuple[np.ndarray, ...]
-    least: int = 1
+    clusters: np.ndarray
     allowed: np.ndarray | None = None
-
-    @property
-    def sets(self) -> tuple[Subset, ...]:
-        """Its sets, the exact one where it is another."""
-        if self.exact is None or set(self.exact.order) == set(self.subset.order):
-            return (self.subset,)
-        return self.subset, self.exact
-
-    def gap_sentence(self) -> str:
-        """Say how far the greedy set is from the optimum."""
-        if self.exact is None:
-            return f"the exact optimum was not found within {2 * SOLVER_S:g} s"
-        greedy, exact = self.subset, self.exact
-        proof = "" if exact.proven else " (the best found in the time allowed, not proven)"
-        score = f"{exact.mean_max_after_each[-1]:.3f} with {_sensors(exact)}"
-        if exact.reached and not greedy.reached:
-            return f"the exact optimum reaches the target, {score}{proof}"
-        if exact.cost < greedy.cost - ROUNDING:
-            return f"the exact optimum reaches {score}, greedy needs {_sensors(greedy)}{proof}"
-        gain = exact.mean_max_after_each[-1] - greedy.mean_max_after_each[-1]
-        if gain > ROUNDING:
-            return f"the exact optimum reaches {score}, {gain:.3f} more than greedy{proof}"
-        return f"greedy is as good as the exact optimum{proof}"
 
 
 def advise(
     utility: UtilityMap,
     patches: PatchSet,
-    target: float,
+    tests: SetTests | None,
+    target: float = 0.9,
+    every_activity: float = 0.0,
     max_places: int | None = None,
     constraints: Constraints | None = None,
 ) -> Advice:
@@ -170,8 +141,10 @@ def advise(
     utility : UtilityMap
     patches : PatchSet
         The patches ranked.
-    target : float
-        Mean-max F1 to reach.
+    tests : SetTests or None
+        What sets are chosen and judged by; None for the best spot alone.
+    target, every_activity : float
+        As for `choose_together`.
     max_places : int, optional
         Most patches.
     constraints : Constraints, optional
@@ -185,37 +158,22 @@ def advise(
     ValueError
         If the constraints cannot be met.
     """
-    terms, f1 = (constraints or Constraints()).terms(patches), utility.counted_f1
-    subset = greedy_subset(f1, target, max_places, **terms)
-    try:
-        exact = exact_subset(f1, target, max_places, **terms, time_limit_s=SOLVER_S)
-    except TimeoutError:
-        exact = None
-    gain = np.where(terms["allowed"], marginal_gain(f1, subset.order), -1.0)
-    gain[list(subset.order)] = -1.0
+    terms = Terms.checked(len(patches), max_places, **(constraints or Constraints()).terms(patches))
+    worn = None
+    if tests is not None:
+        expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
+        worn = choose_together(tests, expected, terms, target, every_activity)
     clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
+    others = ~np.eye(len(patches), dtype=bool)
     return Advice(
-        best=best_single(utility, terms["allowed"]),
-        subset=subset,
-        exact=exact,
-        next_patch=int(gain.argmax()) if gain.max() >= 0 else -1,
-        next_gain=float(max(gain.max(), 0.0)),
-        clusters=clusters,
+        best=best_single(utility, terms.allowed),
+        worn=worn,
         alternatives=tuple(
             np.flatnonzero(
-                (clusters == clusters[patch])
-                & utility.same_as(patch)
-                & terms["allowed"]
-                & (np.arange(len(clusters)) != patch)
+                (clusters == clusters[patch]) & utility.same_as(patch) & terms.allowed & others[patch]
             )
-            for patch in subset.order
+            for patch in (worn.order if worn else ())
         ),
-        least=fewest(subset.order, terms["required"]),
-        allowed=terms["allowed"],
+        clusters=clusters,
+        allowed=terms.allowed,
     )
-
-
-def _sensors(subset: Subset) -> str:
-    count = len(subset.order)
-    text = f"{count} sensor{'s' if count != 1 else ''}"
-    return text if abs(subset.cost - count) < ROUNDING else f"{text} at a cost of {subset.cost:g}"

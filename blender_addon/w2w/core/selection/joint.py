@@ -5,16 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ..ranking.weights import mean_over
 from ..threads import unthreaded_products
-from .promise import Promise, promise
+from .promise import Promise, Promises
 from .set_tests import SetTests, Tests
-from .subsets import ROUNDING, Subset
 from .terms import Terms, fewest
 
 LARGEST_SET = 6
@@ -26,9 +24,8 @@ FIRST_SETS = 3
 WORTH = 0.01
 """Expected F1 that all sensors added must promise together, where the target is out of reach."""
 
-BETTER = 0.02
-"""Expected F1 that a set chosen otherwise must promise above one grown here: of 11 choices by halves of
-libraries in which one promised more by less, two delivered more."""
+ROUNDING = 1e-6
+"""F1 differences smaller than this are rounding."""
 
 SHORTLIST = 0.25
 """Share of the candidates that stay candidates once they have been tried beside the patches worn."""
@@ -112,15 +109,26 @@ def grow(
     return Growth(tuple(order), shortlist)
 
 
-def chosen_by_halves(half: Tests, terms: Terms, size: int, worst: bool = False) -> tuple[int, ...]:
-    """Choose as `grow` does, among fewer candidates; goes on from what was chosen under the same terms."""
-    terms_before, worst_before, grown = half.grown
-    if terms_before is not terms or worst_before != worst:
-        grown = None
-    if grown is None or len(grown.order) < size:
-        grown = grow(half, terms, size, worst=worst, among=OF_HALVES, start=grown)
-        half.grown = terms, worst, grown
-    return grown.order[:size]
+class ByHalves:
+    """Chooses as `grow` does, among fewer candidates; goes on from what it chose before.
+
+    Parameters
+    ----------
+    worst : bool
+        As for `grow`.
+    """
+
+    def __init__(self, worst: bool = False) -> None:
+        self._worst = worst
+        self._grown: dict[Tests, Growth] = {}
+
+    def __call__(self, half: Tests, terms: Terms, size: int) -> tuple[int, ...]:
+        """Choose from the tests of a half, under the same terms each time."""
+        grown = self._grown.get(half)
+        if grown is None or len(grown.order) < size:
+            grown = grow(half, terms, size, worst=self._worst, among=OF_HALVES, start=grown)
+            self._grown[half] = grown
+        return grown.order[:size]
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +205,6 @@ def choose_together(
     terms: Terms,
     target: float = 0.9,
     every_activity: float = 0.0,
-    beside: Sequence[Subset] = (),
 ) -> JointSet:
     """The cheapest set whose promise reaches the target, or the one beyond which it rises no more.
 
@@ -209,24 +216,20 @@ def choose_together(
     terms : Terms
     target : float
     every_activity : float
-    beside : sequence of Subset
-        Sets chosen otherwise under the same terms, with their promises: their first patches compete.
 
     Returns
     -------
     JointSet
     """
     worst, grown = every_activity > 0, Growth()
-    others = [_Way(subset.order, subset.promise) for subset in beside if subset.promise is not None]
-    choose = partial(chosen_by_halves, worst=worst)
+    promises, choose = Promises(tests, terms), ByHalves(worst)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         grown = grow(tests.whole, terms, size, expected[0], worst, start=grown)
         order = grown.order
-        made = promise(tests, terms, order, choose, tuple(float(values[order[0]]) for values in expected))
-        way, enough, reached = _enough(tests, terms, target, every_activity, [_Way(order, made), *others])
+        made = promises.of(order, choose, tuple(float(values[order[0]]) for values in expected))
+        enough, reached = _enough(tests, terms, target, every_activity, order, made)
         if reached or (len(order) > fewest(order, terms.required) and made.mean[-1] <= made.mean[-2]):
             break
-    (order, made), ways = way, (_Way(grown.order, made), *others)
     return JointSet(
         order[:enough],
         made.first(enough),
@@ -238,39 +241,25 @@ def choose_together(
         tests.weights,
         order[enough:],
         made.first(enough + 1) if enough < len(order) else None,
-        max(len(one.order) for one in ways),
-        float(max(one.made.mean[-1] for one in ways)),
+        len(order),
+        float(made.mean[-1]),
     )
 
 
-class _Way(NamedTuple):
-    """Patches in order of choice, and what the first, the first two, and so on promise."""
-
-    order: tuple[int, ...]
-    made: Promise
-
-
 def _enough(
-    tests: SetTests, terms: Terms, target: float, every_activity: float, ways: Sequence[_Way]
-) -> tuple[_Way, int, bool]:
-    """The way whose first patches reach the target for the least cost, how many of them, and whether they do.
+    tests: SetTests, terms: Terms, target: float, every_activity: float, order: Sequence[int], made: Promise
+) -> tuple[int, bool]:
+    """How many of the patches reach the target for the least cost, and whether they do.
 
-    Where none reach it, it is the cheapest set that promises what the best promises but for little. The first
-    way is preferred: the others must promise more by `BETTER`, unless they alone reach the target.
+    Where none do, it is the fewest that promise what the most promise but for little.
     """
-    sets = [
-        (way, size) for way in ways for size in range(fewest(way.order, terms.required), len(way.order) + 1)
-    ]
-    mean = np.array([way.made.mean[size - 1] for way, size in sets])
-    lowest = np.array([way.made.f1[size - 1, tests.weights > 0].min() for way, size in sets])
-    less = np.array([0.0 if way is ways[0] else BETTER for way, _ in sets])
-    above = np.minimum(mean - target, lowest - every_activity) + ROUNDING
-    good = above >= (less if (above >= less).any() else 0)
+    sizes = np.arange(fewest(order, terms.required), len(order) + 1)
+    mean = made.mean[sizes - 1]
+    lowest = made.f1[sizes - 1][:, tests.weights > 0].min(axis=1)
+    good = np.minimum(mean - target, lowest - every_activity) >= -ROUNDING
     reached = bool(good.any())
     if not reached:
-        good = mean - less >= (mean - less).max() - WORTH
+        good = mean >= mean.max() - WORTH
         if every_activity > 0:
-            good &= lowest - less >= (lowest - less)[good].max() - WORTH
-    cost = np.array([terms.cost[list(way.order[:size])].sum() for way, size in sets])
-    good &= cost <= cost[good].min() + ROUNDING
-    return *sets[int(np.where(good, mean - less, -np.inf).argmax())], reached
+            good &= lowest >= lowest[good].max() - WORTH
+    return int(sizes[good.argmax()]), reached

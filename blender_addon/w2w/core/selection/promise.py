@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import isotonic_regression
@@ -16,10 +15,8 @@ from ..ranking.expected import UNPROVEN
 from ..ranking.reliability import agreement
 from ..ranking.weights import known_mean, mean_over
 from ..threads import unthreaded_products
-
-if TYPE_CHECKING:
-    from .set_tests import SetTests, Tests
-    from .subsets import Terms
+from .set_tests import SetTests, Tests
+from .terms import Terms
 
 RANDOM_SETS = 16
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
@@ -30,7 +27,7 @@ FEW_SENSORS = 6
 LARGE_RANDOM_SETS = 4
 """How many of them are tried with more; on 826 clips such sets differ by an F1 of .01 to .03."""
 
-Choose = Callable[["Tests", "Terms", int], Sequence[int]]
+Choose = Callable[[Tests, Terms, int], Sequence[int]]
 """Chooses up to so many patches from the tests of a trial, in order."""
 
 
@@ -69,62 +66,88 @@ class Promise:
         return f"{text} (95 % interval {self.low[-1]:.2f} to {self.high[-1]:.2f})"
 
 
-def promise(
-    tests: SetTests,
-    terms: Terms,
-    order: Sequence[int],
-    choose: Choose,
-    alone: tuple[float, float, float],
-    level: float = 0.95,
-) -> Promise:
-    """What the first patch of a set, the first two, and so on would reach on other clips.
+@dataclass(frozen=True, eq=False)
+class Promises:
+    """What sets chosen under the same terms would reach on other clips.
 
-    One half of the clips chooses a set in the same way, the other tells its F1 and that of sets
-    drawn at random; what the choice gains over those, on average over halves and both ways, is added to
-    what random sets reach on all clips: more of it as all clips choose better than half of them, less
-    where random sets leave less to gain. A patch worn can be ignored, so the promise never falls.
-
-    Parameters
-    ----------
-    tests : SetTests
-    terms : Terms
-    order : sequence of int
-    choose : callable
-        Chooses a set from the tests of a half.
-    alone : tuple of three floats
-        Expected macro F1 of the first patch alone and its interval, as its map gives them.
-    level : float
-        Confidence of the interval.
+    Sets drawn at random are tested once for all of them.
     """
-    size = len(order)
-    with unthreaded_products():
-        among = dict.fromkeys([tests.whole, *(one for pair in tests.pairs for one in pair)])
-        level_of = {one: _level(one, terms, size, tests.seed) for one in among}
-        raw = tests.whole.f1_of_first(order)
-        more = _better_chosen(tests)
-        gains = [
-            _gain(choose(here, terms, size), there, level_of[there])
-            * _left(level_of[tests.whole], level_of[there], tests.weights)[:, None]
-            * more
-            for pair in tests.pairs
-            for here, there in (pair, pair[::-1])
-        ]
-    shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
-    believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
-    f1 = level_of[tests.whole] + believed * np.nansum(gains, axis=0) / shown
-    mean = rising(np.clip([alone[0], *mean_over(f1[1:], tests.weights)], 0, 1))
-    f1 = np.clip(f1 + (mean - mean_over(f1, tests.weights))[:, None], 0, 1)
-    mean_of = partial(known_mean, weights=tests.weights)
-    apart = [mean_of(level_of[one]) - mean_of(level_of[other]) for one, other in tests.pairs]
-    if gains:
-        variance = np.mean(np.square(apart), axis=0) / tests.plan.shrink
-        variance = variance + np.var([mean_of(one) for one in gains], axis=0) / 2
-    else:
-        variance = np.ones(size)
-    reach = norm.ppf((1 + level) / 2) * np.sqrt(variance)
-    low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
-    low[0], high[0] = alone[1:]
-    return Promise(f1, mean, low, high, raw, known=bool(gains))
+
+    tests: SetTests
+    terms: Terms
+    _levels: dict[Tests, np.ndarray] = field(default_factory=dict)
+
+    def of(
+        self,
+        order: Sequence[int],
+        choose: Choose,
+        alone: tuple[float, float, float],
+        confidence: float = 0.95,
+    ) -> Promise:
+        """What the first patch of a set, the first two, and so on would reach on other clips.
+
+        One half of the clips chooses a set in the same way, the other tells its F1 and that of sets
+        drawn at random; what the choice gains over those, on average over halves and both ways, is added to
+        what random sets reach on all clips: more of it as all clips choose better than half of them, less
+        where random sets leave less to gain. A patch worn can be ignored, so the promise never falls.
+
+        Parameters
+        ----------
+        order : sequence of int
+        choose : callable
+            Chooses a set from the tests of a half.
+        alone : tuple of three floats
+            Expected macro F1 of the first patch alone and its interval, as its map gives them.
+        confidence : float
+            Of the interval.
+        """
+        tests, size = self.tests, len(order)
+        with unthreaded_products():
+            among = dict.fromkeys([tests.whole, *(one for pair in tests.pairs for one in pair)])
+            level_of = {one: self.level(one, size) for one in among}
+            raw = tests.whole.f1_of_first(order)
+            more = _better_chosen(tests)
+            gains = [
+                _gain(choose(here, self.terms, size), there, level_of[there])
+                * _left(level_of[tests.whole], level_of[there], tests.weights)[:, None]
+                * more
+                for pair in tests.pairs
+                for here, there in (pair, pair[::-1])
+            ]
+        shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
+        believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
+        f1 = level_of[tests.whole] + believed * np.nansum(gains, axis=0) / shown
+        mean = rising(np.clip([alone[0], *mean_over(f1[1:], tests.weights)], 0, 1))
+        f1 = np.clip(f1 + (mean - mean_over(f1, tests.weights))[:, None], 0, 1)
+        mean_of = partial(known_mean, weights=tests.weights)
+        apart = [mean_of(level_of[one]) - mean_of(level_of[other]) for one, other in tests.pairs]
+        if gains:
+            variance = np.mean(np.square(apart), axis=0) / tests.plan.shrink
+            variance = variance + np.var([mean_of(one) for one in gains], axis=0) / 2
+        else:
+            variance = np.ones(size)
+        reach = norm.ppf((1 + confidence) / 2) * np.sqrt(variance)
+        low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
+        low[0], high[0] = alone[1:]
+        return Promise(f1, mean, low, high, raw, known=bool(gains))
+
+    def level(self, tests: Tests, size: int) -> np.ndarray:
+        """Mean F1 of sets drawn at random, by their size, shape (size, A)."""
+        level = self._levels.get(tests, np.empty((0, len(self.tests.weights))))
+        if len(self.terms.required) > len(level):  # else larger sets begin as those did
+            level = level[:0]
+        if len(level) >= size:
+            return level[:size]
+        sets = random_sets(self.terms, size, self.tests.seed)
+        few = min(size, FEW_SENSORS)
+        if len(level) < few:
+            sizes = range(len(level) + 1, few + 1)
+            more = tests.f1_of_firsts([one[:few] for one in sets], sizes).mean(axis=0)
+            level = np.concatenate([level, more])
+        if len(level) < size:
+            level = np.concatenate([level, _level_beyond(tests, sets[:LARGE_RANDOM_SETS], level, size)])
+        self._levels[tests] = level
+        return level
 
 
 def rising(by_size: np.ndarray) -> np.ndarray:
@@ -139,11 +162,8 @@ def rising(by_size: np.ndarray) -> np.ndarray:
 
 def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
     """What a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
-    chosen = tuple(order)
-    if chosen not in there.delivered:  # two ways of choosing may come to the same
-        sizes = _sizes_tried(len(order))
-        there.delivered[chosen] = _between(there.f1_of_firsts([order], sizes)[0], sizes)
-    delivered = there.delivered[chosen]
+    sizes = _sizes_tried(len(order))
+    delivered = _between(there.f1_of_firsts([order], sizes)[0], sizes)
     more = len(level) - len(delivered)
     return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
 
@@ -180,25 +200,6 @@ def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
         rest = rng.permutation(np.setdiff1d(np.flatnonzero(terms.allowed), order))
         sets.append([*order, *rest.tolist()][:size])
     return sets
-
-
-def _level(tests: Tests, terms: Terms, size: int, seed: int) -> np.ndarray:
-    """Mean F1 of sets drawn at random, by their size; kept for what else is chosen under the same terms."""
-    before, level = tests.level
-    if before is not terms or len(terms.required) > len(level):  # else larger sets begin as those did
-        level = level[:0]
-    if len(level) >= size:
-        return level[:size]
-    sets = random_sets(terms, size, seed)
-    few = min(size, FEW_SENSORS)
-    if len(level) < few:
-        sizes = range(len(level) + 1, few + 1)
-        more = tests.f1_of_firsts([one[:few] for one in sets], sizes).mean(axis=0)
-        level = np.concatenate([level, more])
-    if len(level) < size:
-        level = np.concatenate([level, _level_beyond(tests, sets[:LARGE_RANDOM_SETS], level, size)])
-    tests.level = terms, level
-    return level
 
 
 def _level_beyond(tests: Tests, sets: Sequence[Sequence[int]], level: np.ndarray, size: int) -> np.ndarray:

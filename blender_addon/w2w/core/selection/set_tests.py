@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,10 +19,6 @@ from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counted_columns, mean_over, weights_of
-from .terms import Terms
-
-if TYPE_CHECKING:
-    from .joint import Growth
 
 MOST_WINDOWS = 1000
 """Windows that a choice rests on, evenly drawn where there are more: time grows with their square."""
@@ -60,9 +55,6 @@ class Tests:
         self._scores, self._labels, self._trial = scores, labels, trial
         self._n_activities, self._pooling = len(weights), pooling
         self.weights = weights
-        self.grown: tuple[Terms | None, bool, Growth | None] = (None, False, None)
-        self.level: tuple[Terms | None, np.ndarray] = (None, np.empty((0, len(weights))))
-        self.delivered: dict[tuple[int, ...], np.ndarray] = {}
         if alone is not None:
             self.alone = alone
 

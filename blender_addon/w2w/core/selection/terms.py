@@ -16,7 +16,6 @@ Requirement = int | Sequence[int]
 class Terms:
     """What may be chosen, checked."""
 
-    f1: np.ndarray
     allowed: np.ndarray
     required: list[np.ndarray]
     cost: np.ndarray
@@ -25,14 +24,12 @@ class Terms:
     @classmethod
     def checked(
         cls,
-        f1: np.ndarray,
-        max_size: int | None,
-        allowed: np.ndarray | None,
-        required: Sequence[Requirement],
-        cost: np.ndarray | None,
+        n_patches: int,
+        max_size: int | None = None,
+        allowed: np.ndarray | None = None,
+        required: Sequence[Requirement] = (),
+        cost: np.ndarray | None = None,
     ) -> Terms:
-        f1 = np.asarray(f1, dtype=np.float64)
-        n_patches = len(f1)
         mask = open_mask(allowed, n_patches)
         price = np.ones(n_patches) if cost is None else np.asarray(cost, dtype=np.float64)
         if price.shape != (n_patches,) or not (np.isfinite(price) & (price > 0)).all():
@@ -48,16 +45,7 @@ class Terms:
         limit = int(mask.sum()) if max_size is None else max_size
         if limit < max(1, len(options)):
             raise ValueError(f"max_size is {limit}, but {max(1, len(options))} patches are required")
-        return cls(f1, mask, options, price, limit)
-
-    def renumbered(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """The allowed patches, and what is required by their numbers among these."""
-        position = np.cumsum(self.allowed) - 1
-        return np.flatnonzero(self.allowed), [position[options] for options in self.required]
-
-    @property
-    def best_reachable(self) -> float:
-        return float(self.f1[self.allowed].max(axis=0).mean())
+        return cls(mask, options, price, limit)
 
 
 def fewest(order: Sequence[int], required: Sequence[np.ndarray]) -> int:

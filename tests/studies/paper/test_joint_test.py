@@ -1,7 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the sensors reach together is the headline, whatever the proxy promises."""
+"""What one classifier on the sensors reaches together, whatever the proxy promises."""
 
-from w2w.core.findings.joint import joint_content
+import numpy as np
+import pytest
+
+from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.utility import utility_map
+from w2w.studies.paper.joint_test import joint_content, multi_sensor_check
+from w2w.studies.paper.subsets import greedy_subset
 
 
 def scores_of(*scores):
@@ -45,3 +51,21 @@ def test_a_set_without_a_place_that_must_be_is_none():
 
 def test_nothing_is_said_of_sensors_that_were_not_tested_together():
     assert joint_content([], 0.9, chosen=3) is None
+
+
+def test_several_sensors_together_are_tested_as_one():
+    """Two sensors that each tell two of four activities apart tell all four together."""
+    names = ("bow", "jump", "run", "walk")
+    index, clip = np.repeat(np.arange(4), 40), np.arange(160) // 4
+    features = np.random.default_rng(0).normal(size=(160, 3, 8)).astype(np.float32)
+    features[:, 0, 0] += 20 * (index % 2)
+    features[:, 1, 0] += 20 * (index // 2)
+    activity = np.array(names)[index]
+    protocol = {"clip": clip, "subject": None, "is_test": np.ones(160, bool), "activities": names}
+    protocol |= {"resamples": 20, "classifier": Ridge(alphas=(0.1,))}
+    utility = utility_map(features, activity, **protocol)
+    proxy = greedy_subset(utility.f1, 1.0, max_size=2)
+    alone, together = multi_sensor_check((0, 1), features, activity, **protocol)
+    assert alone.mean[0] == pytest.approx(utility.mean[0])
+    assert together.mean[0] > 0.95
+    assert proxy.mean_max_after_each[-1] < 0.75

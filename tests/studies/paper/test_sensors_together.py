@@ -11,8 +11,9 @@ from w2w.core.clip_ranking import LabelledClip
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking import utility
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
-from w2w.core.results_folder import StudyResults, sensors_together
+from w2w.core.results_folder import StudyResults
 from w2w.headless.runs.folder import make_folders
+from w2w.studies.paper.joint_test import sensors_together
 
 RATE, SAMPLES, CLIPS = 25.0, 50, 8
 MOVES = {"rest": (0, 0), "wave": (1, 0), "step": (0, 1), "march": (1, 1)}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from w2w.core.patches.body_parts import patches_named
-from w2w.core.selection.subsets import exact_subset, greedy_subset, marginal_gain
+from w2w.studies.paper.subsets import exact_subset, greedy_subset
 
 MAPS = arrays(
     np.float64,
@@ -114,14 +114,6 @@ def test_unreachable_target_says_the_best_reachable():
     assert greedy_subset(trap(), 0.7).sentence() == "1 patch reaches a mean-max F1 of 0.700 (target 0.7)"
 
 
-def test_marginal_gain_is_the_difference_it_makes():
-    f1 = np.random.default_rng(0).uniform(size=(20, 6))
-    gain = marginal_gain(f1, [3, 7])
-    for place in range(20):
-        assert gain[place] == pytest.approx(mean_max(f1, [3, 7, place]) - mean_max(f1, [3, 7]))
-    np.testing.assert_allclose(marginal_gain(f1, []), f1.mean(axis=1))
-
-
 def test_exact_solves_a_whole_body_in_seconds():
     """512 places of 24 activities, as smooth over the body as a real map."""
     rng = np.random.default_rng(1)
@@ -159,3 +151,10 @@ def test_places_are_found_by_the_words_of_their_region():
         ValueError, match="named 'elbow'; the regions are: left thigh front, left wrist dorsal"
     ):
         patches_named(regions, "elbow")
+
+
+def test_the_first_of_equal_gains_is_chosen():
+    f1 = np.array([[0.2, 0.2], [0.9, 0.1], [0.9, 0.1], [0.1, 0.9], [0.1, 0.9]])
+    assert greedy_subset(f1, 0.9).order == (1, 3)
+    # of several places one of which is required, the one named first
+    assert greedy_subset(f1, 0.9, required=[[4, 2]]).order == (4, 1)

@@ -1,22 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where to wear: the best single patch, and small sets of patches by greedy choice or exact optimum."""
+"""The paper's sets of patches: by algorithm 2, which is greedy, and the exact optimum of its proxy."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from ..ranking.classifiers.ridge import Ridge
-from ..ranking.inputs import PatchBlocks, as_blocks
-from ..ranking.utility import UtilityMap, utility_map
-from .exact import LARGEST, FacilityLocation, best_small_set
-from .promise import Promise
-from .terms import Requirement, Terms, open_mask
+from w2w.core.selection.promise import Promise
+from w2w.core.selection.terms import Requirement, Terms
+
+from .exact import FacilityLocation
 
 ROUNDING = 1e-6
 """F1 differences smaller than this are rounding, and the solver's tolerance."""
@@ -24,8 +19,8 @@ ROUNDING = 1e-6
 TIE = 1e-9
 """Gains that differ by less are equal, in whatever order they were summed: the first patch is taken."""
 
-WORKERS = 2
-"""Sets tested at the same time."""
+SOLVER_S = 10.0
+"""Seconds that the solver may take for each programme."""
 
 
 @dataclass(frozen=True)
@@ -86,28 +81,6 @@ class Subset:
         )
 
 
-def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
-    """The allowed patch with the highest expected macro F1; of equals the highest on these clips."""
-    open_patches = np.flatnonzero(open_mask(allowed, len(utility.mean)))
-    order = np.lexsort((-utility.mean[open_patches], -utility.expected_mean[open_patches]))
-    return int(open_patches[order[0]])
-
-
-def marginal_gain(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
-    """What each patch would add to the mean-max F1 of the chosen ones.
-
-    Parameters
-    ----------
-    f1 : ndarray, shape (N, A)
-    chosen : sequence of int
-
-    Returns
-    -------
-    ndarray, shape (N,)
-    """
-    return _gain(np.asarray(f1, dtype=np.float64), _covered(f1, chosen))
-
-
 def greedy_subset(
     f1: np.ndarray,
     target: float = 0.90,
@@ -119,7 +92,7 @@ def greedy_subset(
     """Add the patch that raises the mean-max F1 most until the target is reached.
 
     The paper's proxy for several sensors worn together: each activity is recognised
-    by the chosen patch that is best at it. `multi_sensor_check` tests the proxy.
+    by the chosen patch that is best at it. `joint_test.multi_sensor_check` tests the proxy.
 
     Parameters
     ----------
@@ -145,26 +118,27 @@ def greedy_subset(
         If no patch is allowed, a required patch is not, or more are required than
         `max_size`.
     """
-    terms = Terms.checked(f1, max_size, allowed, required, cost)
-    return _subset(terms, greedy_order(terms, target), target)
+    f1 = np.asarray(f1, dtype=np.float64)
+    terms = Terms.checked(len(f1), max_size, allowed, required, cost)
+    return _subset(f1, terms, greedy_order(f1, terms, target), target)
 
 
-def greedy_order(terms: Terms, target: float = np.inf) -> list[int]:
+def greedy_order(f1: np.ndarray, terms: Terms, target: float = np.inf) -> list[int]:
     """The patches in the order of choice of `greedy_subset`."""
     order: list[int] = []
-    covered = np.zeros(terms.f1.shape[1])
+    covered = np.zeros(f1.shape[1])
 
     def choose(candidates: np.ndarray) -> None:
-        gain_per_cost = _gain(terms.f1[candidates], covered) / terms.cost[candidates]
+        gain_per_cost = _gain(f1[candidates], covered) / terms.cost[candidates]
         order.append(int(candidates[int((gain_per_cost >= gain_per_cost.max() - TIE).argmax())]))
-        np.maximum(covered, terms.f1[order[-1]], out=covered)
+        np.maximum(covered, f1[order[-1]], out=covered)
 
     for options in terms.required:
         if not np.isin(order, options).any():
             choose(options)
     while len(order) < terms.max_size and (not order or covered.mean() < target - ROUNDING):
         rest = np.setdiff1d(np.flatnonzero(terms.allowed), order)
-        if order and _gain(terms.f1[rest], covered).max(initial=0.0) <= ROUNDING:
+        if order and _gain(f1[rest], covered).max(initial=0.0) <= ROUNDING:
             break
         choose(rest)
     return order
@@ -177,7 +151,7 @@ def exact_subset(
     allowed: np.ndarray | None = None,
     required: Sequence[Requirement] = (),
     cost: np.ndarray | None = None,
-    time_limit_s: float = 60.0,
+    time_limit_s: float = SOLVER_S,
 ) -> Subset:
     """The cheapest set that reaches the target, and among the cheapest the best.
 
@@ -188,7 +162,7 @@ def exact_subset(
         reachable, and where `max_size` patches cannot reach it, the best set of that size
         is given.
     time_limit_s : float
-        Seconds the solver may take for each of its two steps.
+        Seconds that the solver may take for each of its two steps.
 
     Returns
     -------
@@ -203,107 +177,52 @@ def exact_subset(
     TimeoutError
         If the solver found no set in the time it had.
     """
-    terms = Terms.checked(f1, max_size, allowed, required, cost)
-    goal = min(target, terms.best_reachable) - ROUNDING / 2
-    few = _small_set(terms, goal)
-    if few is not None:
-        return _subset(terms, _by_gain(terms.f1, few), target, proven=True)
-    open_patches, required = terms.renumbered()
-    problem = FacilityLocation(
-        value=terms.f1[open_patches],
-        cost=terms.cost[open_patches],
-        required=required,
-        max_size=terms.max_size,
-        time_limit_s=time_limit_s,
-    )
-    cheapest = problem.cheapest(goal)
-    budget = None if cheapest is None else float(terms.cost[open_patches[cheapest.patches]].sum())
-    best = problem.best(budget)
+    f1 = np.asarray(f1, dtype=np.float64)
+    terms = Terms.checked(len(f1), max_size, allowed, required, cost)
+    programme = _programme(f1, terms, time_limit_s)
+    cheapest = programme.cheapest(min(target, _best_reachable(f1, terms)) - ROUNDING / 2)
+    budget = None if cheapest is None else float(terms.cost[cheapest.patches].sum())
+    best = programme.best(budget)
     proven = best.proven and (cheapest is None or cheapest.proven)
-    return _subset(terms, _by_gain(terms.f1, open_patches[best.patches]), target, proven)
+    return _subset(f1, terms, _by_gain(f1, best.patches), target, proven)
 
 
-def multi_sensor_check(
-    order: Sequence[int], inputs: np.ndarray | PatchBlocks, activity: np.ndarray, **protocol: Any
-) -> list[UtilityMap]:
-    """Test the mean of maxima: one classifier on the chosen sensors' signals together.
-
-    Parameters
-    ----------
-    order : sequence of int
-        Patches as chosen.
-    inputs : ndarray or PatchBlocks, shape (W, N, D) or (W, N, samples, 6)
-        Features or windows of all patches, as for `utility_map`.
-    activity : array_like of str, shape (W,)
-    **protocol
-        The other arguments of `utility_map`; the same ones give the same folds.
-
-    Returns
-    -------
-    list of UtilityMap
-        For the first sensor alone, the first two together, and so on; each of one
-        patch, the sensors' inputs side by side along the last axis. Their clips are not halved:
-        Gram matrices of so many features by every half would take much memory.
-    """
-    source = as_blocks(inputs)
-    alone = [source.patches(patch, patch + 1)[:, 0] for patch in order]
-
-    def first(size: int) -> UtilityMap:
-        worn = np.stack(alone[:size], axis=-2)
-        together = worn.reshape(*worn.shape[:-2], -1)[:, None]
-        return utility_map(together, activity, **protocol, halvings=0)
-
-    name = protocol.get("classifier", Ridge.name)
-    workers = WORKERS if name == Ridge.name else 1  # others use all processors by themselves
-    with threadpool_limits(1 if workers > 1 else None), ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(first, range(len(order), 0, -1)))[::-1]  # what takes longest first
-
-
-def _subset(terms: Terms, order: Sequence[int], target: float, proven: bool = False) -> Subset:
+def _subset(
+    f1: np.ndarray, terms: Terms, order: Sequence[int], target: float, proven: bool = False
+) -> Subset:
     order = [int(patch) for patch in order]
-    values = np.maximum.accumulate(terms.f1[order], axis=0).mean(axis=1)
+    values = np.maximum.accumulate(f1[order], axis=0).mean(axis=1)
     return Subset(
         order=tuple(order),
         mean_max_after_each=tuple(values.tolist()),
         target=target,
         reached=bool(values[-1] >= target - ROUNDING),
-        best_reachable=terms.best_reachable,
+        best_reachable=_best_reachable(f1, terms),
         cost=float(terms.cost[order].sum()),
         proven=proven,
     )
 
 
-def exact_order(terms: Terms, size: int) -> list[int]:
-    """The best set of a size, in the order greedy choice would take its patches.
+def exact_order(f1: np.ndarray, terms: Terms, size: int) -> list[int]:
+    """The best set of at most a size, in the order greedy choice would take its patches.
 
-    Of more than a few patches, or of such that differ in cost, what greedy choice takes.
+    Of patches that differ in cost, and where the solver finds none in time, what greedy choice takes.
     """
     terms = replace(terms, max_size=size)
-    if size > LARGEST or np.ptp(terms.cost) > 0:
-        return greedy_order(terms)[:size]
-    open_patches, required = terms.renumbered()
-    few = best_small_set(terms.f1[open_patches], size, required)
-    return greedy_order(terms)[:size] if few is None else _by_gain(terms.f1, open_patches[few])
+    if np.ptp(terms.cost) == 0:
+        try:
+            return _by_gain(f1, _programme(f1, terms, SOLVER_S).best().patches)
+        except TimeoutError:
+            pass
+    return greedy_order(f1, terms)[:size]
 
 
-def _small_set(terms: Terms, goal: float) -> np.ndarray | None:
-    """The smallest set that reaches the goal, or the best of the size allowed; None where it is not small."""
-    if np.ptp(terms.cost) > 0:
-        return None
-    greedy = greedy_subset(terms.f1, goal, terms.max_size, terms.allowed, terms.required)
-    if min(len(greedy.order), terms.max_size) > 2 * LARGEST:
-        return None  # the optimum is hardly that much smaller
-    open_patches, required = terms.renumbered()
-    for size in range(1, min(terms.max_size, LARGEST) + 1):
-        enough = len(greedy.order) <= size
-        known = greedy.mean_max_after_each[-1] if enough else 0.0
-        few = best_small_set(terms.f1[open_patches], size, required, known)
-        if few is None:
-            continue
-        reached = terms.f1[open_patches[few]].max(axis=0).mean() >= goal
-        if reached or size == terms.max_size:
-            return open_patches[few]
-    return None
+def _programme(f1: np.ndarray, terms: Terms, time_limit_s: float) -> FacilityLocation:
+    return FacilityLocation(f1, terms.cost, terms.allowed, terms.required, terms.max_size, time_limit_s)
+
+
+def _best_reachable(f1: np.ndarray, terms: Terms) -> float:
+    return float(f1[terms.allowed].max(axis=0).mean())
 
 
 def _covered(f1: np.ndarray, chosen: Sequence[int]) -> np.ndarray:

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w study paper`: the sets that the paper's algorithm 2 and its exact optimum choose from a run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from w2w.core.files import write_json
+from w2w.core.results_folder import StudyResults
+from w2w.core.wording import capital
+from w2w.headless import options
+from w2w.headless.console import USAGE
+from w2w.headless.runs.own_files import check, claimed
+
+from ..paper.sets import PaperSets, paper_sets, sets_content
+from .consoles import wide_console
+
+WRITTEN = "paper_sets.json"
+
+
+def paper(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    target: Annotated[
+        float | None,
+        typer.Option(min=0.01, max=1, help="Mean-max F1 to reach.  [default: the run's]", show_default=False),
+    ] = None,
+    only: options.OnlyOrNone = None,
+    forbid: options.ForbidOrNone = None,
+    must: options.MustOrNone = None,
+    max_places: options.MaxPlaces = None,
+    costs: options.Costs = None,
+) -> None:
+    """Choose sensors as the paper does: by algorithm 2, beside the exact optimum of its proxy.
+
+    The proxy, mean-max F1, takes each activity from the sensor that is best at it, on the very clips that
+    choose. Beside it stand the paper's joint test, one classifier on all sensors, and what other clips would
+    give. Written to `RESULTS/paper_sets.json`; what is not given is as in the run.
+
+    Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met.
+    """
+    console = wide_console()
+    try:
+        study = StudyResults.load(results)
+        config = study.config()
+        wished = {"target": target, "max_places": max_places}
+        wished = {name: value for name, value in wished.items() if value is not None}
+        constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
+        config = replace(config, **wished, constraints=constraints)
+        check(results, [WRITTEN])
+        with console.status("Choosing and testing sets"):
+            sets = paper_sets(study, config)
+    except (ValueError, OSError) as error:
+        console.print(f"[red]{error}[/red]")
+        raise typer.Exit(USAGE) from error
+    show_sets(sets, study, console)
+    with claimed(results, [WRITTEN]):
+        write_json(results / WRITTEN, sets_content(sets, study))
+    console.print(f"Sets: {results / WRITTEN}")
+
+
+def show_sets(sets: PaperSets, study: StudyResults, console: Console) -> None:
+    """Print algorithm 2's set sensor by sensor, its joint test and the exact optimum."""
+    greedy, names = sets.greedy, study.patches.names
+    table = Table(title="By the paper's algorithm 2, sensor by sensor", title_justify="left")
+    for heading in ("", "patch", "mean-max F1", "joint F1", "expected F1"):
+        table.add_column(heading, justify="left" if heading == "patch" else "right", overflow="fold")
+    for number, (patch, score) in enumerate(zip(greedy.order, greedy.mean_max_after_each, strict=True)):
+        joint = f"{sets.together[number].mean[0]:.3f}" if number < len(sets.together) else ""
+        expected = "" if greedy.promise is None else f"{greedy.promise.mean[number]:.3f}"
+        table.add_row(str(number + 1), names[patch], f"{score:.3f}", joint, expected)
+    console.print(table)
+    console.print(f"{capital(greedy.sentence())}.")
+    if joint := sets.joint():
+        console.print(f"{capital(joint['sentence'])}.")
+    exact = "" if sets.exact is None else f": {', '.join(names[patch] for patch in sets.exact.order)}"
+    console.print(f"{capital(sets.gap_sentence())}{exact}.", markup=False)
+    if sets.exact is not None and sets.exact.promise is not None:
+        console.print(f"The exact optimum: {sets.exact.expected_sentence()}.")

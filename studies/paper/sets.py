@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The paper's sets of a finished study: algorithm 2's, the exact optimum, their promises, the joint test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from w2w.core.files import DIGITS
+from w2w.core.findings.advice_content import expected_content, patch_content
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.results_folder import StudyResults, prepared_tests
+from w2w.core.selection.promise import Promises
+from w2w.core.selection.terms import Terms, fewest
+from w2w.core.study import StudyConfig
+
+from .joint_test import joint_content, sensors_together, together_content
+from .promised import exact_by_half, greedy_by_half, promised
+from .subsets import ROUNDING, Subset, exact_subset, greedy_subset
+
+
+@dataclass(frozen=True, eq=False)
+class PaperSets:
+    """The sets that the paper's proxy chooses.
+
+    Attributes
+    ----------
+    greedy : Subset
+        By algorithm 2.
+    exact : Subset or None
+        The cheapest set that does it; None where the solver found none in time.
+    together : list of UtilityMap
+        What one classifier on the first sensor of `greedy`, the first two, and so on reaches on these clips.
+    least : int
+        How many of its first patches it takes to have one wherever one must be.
+    """
+
+    greedy: Subset
+    exact: Subset | None
+    together: list[UtilityMap]
+    least: int
+
+    def joint(self) -> dict[str, Any] | None:
+        """What the smallest set that is enough reaches when it is tested as one."""
+        tested = together_content(self.together, self.greedy.promise)
+        return joint_content(tested, self.greedy.target, len(self.greedy.order), self.least)
+
+    def gap_sentence(self) -> str:
+        """Say how far the greedy set is from the optimum."""
+        if self.exact is None:
+            return "the exact optimum was not found in time"
+        greedy, exact = self.greedy, self.exact
+        proof = "" if exact.proven else " (the best found in the time allowed, not proven)"
+        score = f"{exact.mean_max_after_each[-1]:.3f} with {_sensors(exact)}"
+        if exact.reached and not greedy.reached:
+            return f"the exact optimum reaches the target, {score}{proof}"
+        if exact.cost < greedy.cost - ROUNDING:
+            return f"the exact optimum reaches {score}, greedy needs {_sensors(greedy)}{proof}"
+        gain = exact.mean_max_after_each[-1] - greedy.mean_max_after_each[-1]
+        if gain > ROUNDING:
+            return f"the exact optimum reaches {score}, {gain:.3f} more than greedy{proof}"
+        return f"greedy is as good as the exact optimum{proof}"
+
+
+def paper_sets(study: StudyResults, config: StudyConfig) -> PaperSets:
+    """Choose the paper's sets from a finished ranking, and test them.
+
+    Raises
+    ------
+    ValueError
+        If the constraints cannot be met.
+    """
+    utility, wishes = study.utility, config.constraints.terms(study.patches)
+    asked = (utility.counted_f1, config.target, config.max_places)
+    greedy = greedy_subset(*asked, **wishes)
+    try:
+        exact = exact_subset(*asked, **wishes)
+    except TimeoutError:
+        exact = None
+    tests = prepared_tests(study, config)
+    if tests is not None:
+        promises = Promises(tests, Terms.checked(len(study.patches), config.max_places, **wishes))
+        expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
+        greedy = promised(greedy, promises, expected, greedy_by_half)
+        if exact is not None:
+            exact = promised(exact, promises, expected, exact_by_half)
+    together = sensors_together(study, greedy.order)
+    return PaperSets(greedy, exact, together, fewest(greedy.order, wishes["required"]))
+
+
+def sets_content(sets: PaperSets, study: StudyResults) -> dict[str, Any]:
+    """The sets as plain values."""
+    exact = sets.exact
+    return {
+        "subset": subset_content(sets.greedy, study),
+        "exact": None if exact is None else {**subset_content(exact, study), "proven": exact.proven},
+        "greedy_and_exact": sets.gap_sentence(),
+        "together": together_content(sets.together, sets.greedy.promise),
+        "joint": sets.joint(),
+    }
+
+
+def subset_content(subset: Subset, study: StudyResults) -> dict[str, Any]:
+    """A set of sensors with what it would reach on other clips, and its reach by the proxy on these."""
+    made, reached = subset.promise, subset.mean_max_after_each
+    return {
+        "target": subset.target,
+        "reached": subset.reached,
+        "sentence": subset.proxy_sentence(),
+        "expected_sentence": subset.expected_sentence(),
+        "best_reachable": round(subset.best_reachable, DIGITS),
+        "cost": subset.cost,
+        "places": [
+            {
+                **patch_content(patch, study.utility, study.patches),
+                **({} if made is None else expected_content(made, number, "_so_far")),
+                "mean_max_f1_so_far": round(value, DIGITS),
+            }
+            for number, (patch, value) in enumerate(zip(subset.order, reached, strict=True), start=1)
+        ],
+    }
+
+
+def _sensors(subset: Subset) -> str:
+    count = len(subset.order)
+    text = f"{count} sensor{'s' if count != 1 else ''}"
+    return text if abs(subset.cost - count) < ROUNDING else f"{text} at a cost of {subset.cost:g}"
