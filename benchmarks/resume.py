@@ -49,9 +49,7 @@ CLIPS = {
 BAKING = "turning motions to signals"
 AFTERWARDS = (
     "ranking patches",
-    "choosing patches",
     "choosing sensors to wear together",
-    "testing the sensors together",
     "writing results",
 )
 """Steps of a run, as it writes them down for `w2w status`."""

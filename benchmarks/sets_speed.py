@@ -43,21 +43,19 @@ def timed(name: str, work: Callable[[], object]) -> tuple[float, object]:
 
 
 def compare_ways(scores: JointScores, order: Sequence[int]) -> None:
-    """One more sensor by sums that all trainings share, against each training by itself."""
+    """One more sensor by its features, against by its kernels."""
     candidates = np.setdiff1d(np.arange(scores.n_patches), order)[:ONE_MORE].tolist()
     with threadpool_limits(1):
         for count in range(len(order)):
             spent = {}
-            for way in (scores._added_by_fits, scores._added_by_sums):
+            for way in (scores.adding_by_kernels, scores.adding_by_features):
                 add = way(order[:count])
                 began = time.thread_time()
                 for candidate in candidates:
                     add(candidate)
                 spent[way.__name__] = time.thread_time() - began
-            by_fits, by_sums = spent.values()
-            print(
-                f"one more than {count}: shared sums take {by_sums / by_fits:.2f} of each training by itself"
-            )
+            by_kernels, by_features = spent.values()
+            print(f"one more than {count}: features take {by_features / by_kernels:.2f} of kernels' time")
 
 
 def main() -> None:

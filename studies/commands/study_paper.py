@@ -80,5 +80,5 @@ def show_sets(sets: PaperSets, study: StudyResults, console: Console) -> None:
         console.print(f"{capital(joint['sentence'])}.")
     exact = "" if sets.exact is None else f": {', '.join(names[patch] for patch in sets.exact.order)}"
     console.print(f"{capital(sets.gap_sentence())}{exact}.", markup=False)
-    if sets.exact is not None and sets.exact.promise is not None:
+    if sets.exact is not None and set(sets.exact.order) != set(greedy.order):
         console.print(f"The exact optimum: {sets.exact.expected_sentence()}.")

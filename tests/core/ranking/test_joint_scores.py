@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.joint_fit import Training
-from w2w.core.ranking.joint_scores import JointScores
+from w2w.core.ranking.joint_scores import JointScores, Training
 
 N, W, D, A = 6, 60, 5, 3
 RIDGE = 0.1
@@ -53,26 +52,48 @@ def test_the_way_is_chosen_by_how_many_windows_there_are(library):
     features, labels, trainings = library
     joint = JointScores(features, labels, trainings, RIDGE)
     many = features.shape[2] == D
-    assert [joint._is_narrow(worn) for worn in (0, 5, 7)] == [many, many, False]
+    assert [joint._is_wide(worn) for worn in (0, 5, 11)] == [not many, not many, True]
 
 
 def test_the_first_and_the_first_two_are_what_adding_gives(library):
     features, labels, trainings = library
     joint = JointScores(features, labels, trainings, RIDGE)
     order = [3, 0, 5]
-    for size, scores in enumerate(joint.each_first(order), start=1):
+    for size, scores in enumerate(next(joint.each_first_of([order])), start=1):
         (added,) = joint.of_added(order[: size - 1], [order[size - 1]], np.copy)
         np.testing.assert_allclose(scores, added, atol=2e-3 * np.abs(added).max())
     np.testing.assert_array_equal(joint.windows, [*range(40, 60), *range(20)])
     some = list(joint.each_first_of([order, order[::-1]], sizes=[1, 3]))
     for one, scores in zip((order, order[::-1]), some, strict=True):
-        np.testing.assert_allclose(scores, joint.each_first(one)[::2], rtol=1e-5)  # summed in other steps
+        every = next(joint.each_first_of([one]))
+        np.testing.assert_allclose(scores, every[::2], rtol=1e-5)  # summed in other steps
 
 
 def test_an_activity_without_training_is_never_named(library):
     features, labels, _ = library
     seen = np.flatnonzero(labels[:40] != 2)
     joint = JointScores(features, labels, [Training(seen, np.arange(40, 60))], RIDGE)
-    for scores in joint.each_first([0, 1]):
+    for scores in next(joint.each_first_of([[0, 1]])):
         assert (scores[:, 2] == -np.inf).all()
         assert np.isfinite(scores[:, :2]).all()
+
+
+@pytest.mark.parametrize("worn", [(), (3,), (3, 0), (3, 0, 4)])
+def test_sums_that_trainings_share_give_what_each_training_gives(worn):
+    """Real proportions: classes far apart in small features, people left out, windows all are trained on."""
+    rng = np.random.default_rng(3)
+    n_windows, width, people = 300, 20, 7
+    labels, person = rng.integers(0, 5, n_windows), rng.integers(-1, people, n_windows)
+    features = rng.normal(size=(N, n_windows, width)) @ rng.normal(size=(width, width))
+    features += 30 * rng.normal(size=(N, 5, width))[:, labels]
+    features[:, :, 0] = 0.7  # never varies
+    features -= features.mean(axis=1, keepdims=True)
+    trainings = [
+        Training(np.flatnonzero(person != one), np.flatnonzero(person == one)) for one in range(people)
+    ]
+    features = features.astype(np.float32)
+    joint = JointScores(features, labels, trainings, RIDGE)
+    by_features, by_kernels = joint.adding_by_features(worn), joint.adding_by_kernels(worn)
+    for candidate in (1, 5):
+        wanted = by_kernels(candidate)
+        np.testing.assert_allclose(by_features(candidate), wanted, atol=1e-4 * np.abs(wanted).max())

@@ -1,23 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Patches worn together: class scores of one classifier on a set of patches, for every next patch."""
+"""Patches worn together: class scores of one classifier on a set of patches, for every next patch.
+
+Where windows are many, a patch enters by its features (`_Sums`): what trainings share is done once, and what
+patches worn explain is taken out by the inverse of a matrix in blocks. Where windows are few for all features
+worn, it enters by its kernel between windows (`_Dual`; Saunders, Gammerman and Vovk 1998).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import islice
-from typing import Any, TypeVar
+from itertools import islice, pairwise
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
 
-from .joint_fit import JointFit, Training
-from .joint_sums import JointSums
+from ..blas import add_square, multiply, multiply_lower, solve_positive
+from .class_sums import averaging, summing
+from .classifiers.discriminant import deviation, few, with_ridge
 
 Judged = TypeVar("Judged")
 
-NARROW = 0.75
-"""Features worn for each window trained on, up to which sums that trainings share take less time."""
+WIDE = 1.25
+"""Features worn for each window trained on, beyond which kernels take less time than features."""
+
+
+class Training(NamedTuple):
+    """Windows trained on, and windows tested on what was trained."""
+
+    trained: np.ndarray
+    tested: np.ndarray
 
 
 class JointScores:
@@ -25,7 +39,7 @@ class JointScores:
 
     It is the classifier of `Ridge` with the ridge multiplied by the number of patches, so that the
     kernel of a set is the mean of its patches' kernels and a wide set is held back no less than a
-    single patch. How a training is solved says `JointFit`.
+    single patch.
 
     Parameters
     ----------
@@ -54,11 +68,10 @@ class JointScores:
         ridge: float,
         workers: int = 2,
     ) -> None:
-        self.n_patches = len(features)
+        self.n_patches, _, self._width = features.shape
         self._workers = workers
-        n_activities = int(labels.max()) + 1
-        self._fits = [JointFit(features, labels, training, n_activities, ridge) for training in trainings]
-        self._sums = JointSums(features, labels, self._fits)
+        self._duals = [_Dual(features, labels, training, ridge) for training in trainings]
+        self._sums = _Sums(features, labels, self._duals)
         self.windows = np.concatenate([training.tested for training in trainings])
 
     def of_added(
@@ -74,48 +87,261 @@ class JointScores:
             Given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
             all classes share. Called from several threads.
         """
-        add = self._added_by_sums(worn) if self._is_narrow(len(worn)) else self._added_by_fits(worn)
+        add = self.adding_by_kernels(worn) if self._is_wide(len(worn)) else self.adding_by_features(worn)
         return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
 
-    def _is_narrow(self, worn: int) -> bool:
-        """Whether windows are many for so many patches worn, in every training."""
-        return not any(fit.few or worn * fit.shape[2] > NARROW * fit.shape[0] for fit in self._fits)
+    def _is_wide(self, worn: int) -> bool:
+        """Whether windows are few for so many patches worn, in any training."""
+        fewest = np.array(min(len(dual.training.trained) for dual in self._duals))
+        return bool(few(fewest, self._width)) or worn * self._width > WIDE * fewest
 
-    def _added_by_sums(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
-        return partial(self._sums.add, self._sums.wear(worn))
+    def adding_by_features(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
+        """Scores (V, A) by the patches worn and one more."""
+        return partial(self._sums.add, self._sums.wear(worn) if len(worn) else None)
 
-    def _added_by_fits(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
-        bases = list(self._parallel(lambda fit: fit.wear(worn), self._fits))
+    def adding_by_kernels(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
+        """The same, where windows are few."""
+        bases = list(self._parallel(lambda dual: dual.kernels(worn), self._duals))
 
         def add(candidate: int) -> np.ndarray:
-            scores = [fit.add(base, candidate) for fit, base in zip(self._fits, bases, strict=True)]
+            scores = [
+                dual.scores(dual.kernels([candidate]).plus(base), len(worn) + 1)
+                for dual, base in zip(self._duals, bases, strict=True)
+            ]
             return np.concatenate(scores)
 
         return add
 
-    def each_first(self, order: Sequence[int]) -> list[np.ndarray]:
-        """Scores (V, A) by the first patch, by the first two, and so on."""
-        return next(self.each_first_of([order]))
-
     def each_first_of(
         self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None
     ) -> Iterator[list[np.ndarray]]:
-        """As `each_first`, of one order after another; by so many of their first patches only, if told.
+        """Scores (V, A) by the first patch, the first two, and so on, of one order after another.
 
-        The numbers ascend; those that an order has not are passed over.
+        By some ascending numbers of patches only, if told; those that an order has not are passed over.
         """
 
-        def of(order_and_fit: tuple[Sequence[int], JointFit]) -> list[np.ndarray]:
-            order, fit = order_and_fit
+        def of(order_and_dual: tuple[Sequence[int], _Dual]) -> list[np.ndarray]:
+            order, dual = order_and_dual
             some = range(1, len(order) + 1) if sizes is None else [n for n in sizes if n <= len(order)]
-            sums = zip(some, fit.sums_of_kernels(order, some), strict=True)
-            return [fit.scores(kernels, count) for count, kernels in sums]
+            sums = zip(some, dual.sums_of_kernels(order, some), strict=True)
+            return [dual.scores(kernels, count) for count, kernels in sums]
 
-        found = self._parallel(of, [(order, fit) for order in orders for fit in self._fits])
+        found = self._parallel(of, [(order, dual) for order in orders for dual in self._duals])
         for _ in orders:
-            of_fits = islice(found, len(self._fits))
-            yield [np.concatenate(of_size) for of_size in zip(*of_fits, strict=True)]
+            of_duals = islice(found, len(self._duals))
+            yield [np.concatenate(of_size) for of_size in zip(*of_duals, strict=True)]
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         with ThreadPoolExecutor(self._workers) as pool:
             yield from pool.map(work, items)
+
+
+class _Kernels(NamedTuple):
+    """Products of patches' features in units of their deviation within classes, summed over patches.
+
+    Of the n windows trained on about their class means (the upper triangle), of the A class means and the v
+    windows tested with these, of windows tested with class means, and of each class mean with itself.
+    """
+
+    within_within: np.ndarray
+    means_within: np.ndarray
+    tested_within: np.ndarray
+    tested_means: np.ndarray
+    means_means: np.ndarray
+
+    def plus(self, other: _Kernels) -> _Kernels:
+        return _Kernels(*map(np.add, self, other))
+
+    def add(self, within: np.ndarray, means: np.ndarray, tested: np.ndarray) -> None:
+        """Take in the rows of one more patch, or of several side by side."""
+        add_square(self.within_within, within.T)
+        self.means_within[...] += multiply(means, within.T)
+        self.tested_within[...] += multiply(tested, within.T)
+        self.tested_means[...] += multiply(tested, means.T)
+        self.means_means[...] += np.einsum("ad,ad->a", means, means)
+
+
+class _Dual:
+    """One training, solved for its windows."""
+
+    def __init__(self, features: np.ndarray, labels: np.ndarray, training: Training, ridge: float) -> None:
+        self._features, self.training = features, training
+        self.n_activities = int(labels.max()) + 1
+        self._labels = labels[training.trained]
+        self._counts = np.bincount(self._labels, minlength=self.n_activities).astype(np.float32)
+        self._average = averaging(self._labels, self.n_activities)
+        self.ridge = np.float32(ridge * len(self._labels))
+        self._scales: dict[int, np.ndarray] = {}
+
+    def _rows(self, patch: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        inputs = self._features[patch]
+        seen = inputs[self.training.trained]
+        means = self._average @ seen
+        within = seen - means[self._labels]
+        scale = self._scales.get(patch)
+        if scale is None:
+            squares = (np.einsum("nd,nd->d", rows, rows) for rows in (within, seen))
+            scale = deviation(*(square / len(seen) for square in squares)).astype(np.float32)
+            self._scales[patch] = scale
+        within /= scale
+        return within, means / scale, inputs[self.training.tested] / scale
+
+    def kernels(self, patches: Sequence[int]) -> _Kernels:
+        """The kernels of patches, summed."""
+        return next(self.sums_of_kernels(patches, [len(patches)]))
+
+    def sums_of_kernels(self, patches: Sequence[int], sizes: Iterable[int]) -> Iterator[_Kernels]:
+        """The kernels of so many of the first patches, for ascending numbers: one and the same, added to."""
+        trained, tested, classes = len(self._labels), len(self.training.tested), len(self._counts)
+        shapes = ((trained, trained), (classes, trained), (tested, trained), (tested, classes), (classes,))
+        summed = _Kernels(*(np.zeros(shape, dtype=np.float32) for shape in shapes))
+        for before, count in pairwise([0, *sizes]):
+            rows = [self._rows(patch) for patch in patches[before:count]]
+            if rows:
+                summed.add(*(np.concatenate(of_patches, axis=1) for of_patches in zip(*rows, strict=True)))
+            yield summed
+
+    def scores(self, kernels: _Kernels, count: int) -> np.ndarray:
+        """Scores (v, A) by `count` patches."""
+        ridge = self.ridge * count
+        means = solve_positive(with_ridge(kernels.within_within.copy(), ridge), kernels.means_within)
+        products = kernels.tested_means - kernels.tested_within @ means.T
+        norms = kernels.means_means - np.einsum("an,an->a", kernels.means_within, means)
+        return self.offset(products / ridge, norms / ridge)
+
+    def offset(self, products: np.ndarray, norms: np.ndarray) -> np.ndarray:
+        """Scores (v, A) from products with the class means and these' squared lengths (A,)."""
+        offset = np.where(self._counts > 0, norms / 2, np.inf).astype(np.float32)
+        return (products - offset) * np.float32(len(self._labels))
+
+
+class _Of(NamedTuple):
+    """Features (W, D) of a patch or of several side by side, and sums over each of T trainings.
+
+    `about` (W, D) are features about the class means of all windows, part by part; `apart` (T, A, D) the
+    trainings' class means about these, times the roots of the classes' windows; `scale` (T, D) the deviation
+    within classes, infinite for features that never vary. In units of that are `gram` (T, D, D), of windows
+    about their class means, the upper triangle, and the class means `means` (T, A, D).
+    """
+
+    about: np.ndarray
+    apart: np.ndarray
+    scale: np.ndarray
+    gram: np.ndarray
+    means: np.ndarray
+
+
+class _Said(NamedTuple):
+    """What patches worn say in one training: by the inverse (K, K) of their Gram matrix's Cholesky factor."""
+
+    inverse: np.ndarray
+    means: np.ndarray
+    tested: np.ndarray
+    scores: np.ndarray
+    norms: np.ndarray
+
+
+class _Sums:
+    """All trainings at once, solved for features.
+
+    The windows are dealt to parts that every training has whole or not at all, such as folds. Products of
+    features are formed once a part; those of a training are sums of them. So that single precision does for
+    these, features are taken about the class means of all windows, which those of a training lie close to.
+    """
+
+    def __init__(self, features: np.ndarray, labels: np.ndarray, duals: Sequence[_Dual]) -> None:
+        self._features, self._duals = features, duals
+        has = np.zeros((len(duals), len(labels)), dtype=bool)
+        for row, dual in zip(has, duals, strict=True):
+            row[dual.training.trained] = True
+        used = np.flatnonzero(has.any(axis=0))
+        kinds, part = np.unique(has[:, used], axis=1, return_inverse=True)
+        self._of_part = kinds.astype(np.float32)
+        order = np.lexsort((labels[used], part.ravel()))
+        self._windows, part = used[order], part.ravel()[order]
+        self._labels = labels[self._windows]
+        n_parts, n_activities = kinds.shape[1], duals[0].n_activities
+        self._parts = [slice(*pair) for pair in pairwise(np.searchsorted(part, np.arange(n_parts + 1)))]
+        self._of_cell = summing(part * n_activities + self._labels, n_parts * n_activities)
+        self._summed_parts = summing(part, n_parts)
+        self._counts = self._summed(np.ones((len(self._windows), 1), dtype=np.float32))[..., 0]
+        self._average = averaging(self._labels, n_activities)
+
+    def wear(self, patches: Sequence[int]) -> tuple[_Of, list[_Said]]:
+        """What patches say where one more will be worn: their sums, and in each training."""
+        features = np.concatenate([self._features[patch] for patch in patches], axis=1)
+        worn = self._sums(features)
+        return worn, [self._said(features, worn, number, len(patches)) for number in range(len(self._duals))]
+
+    def add(self, worn: tuple[_Of, list[_Said]] | None, patch: int) -> np.ndarray:
+        """Scores (V, A) by the patches worn and one more, training by training."""
+        features = self._features[patch]
+        own, scores = self._sums(features), []
+        count = 1 if worn is None else worn[0].scale.shape[1] // features.shape[1] + 1
+        shared = None if worn is None else self._shared(worn[0], own)
+        for number, dual in enumerate(self._duals):
+            gram, means = with_ridge(own.gram[number], dual.ridge * count), own.means[number]
+            if worn is not None:
+                said = worn[1][number]
+                crossed = multiply_lower(said.inverse, shared[number])
+                add_square(gram, crossed, -1.0)
+                means = means - multiply(said.means, crossed)
+            slopes = solve_positive(gram, means)
+            found = multiply(features[dual.training.tested], (slopes / own.scale[number]).T)
+            norms = (means * slopes).sum(axis=1)
+            if worn is not None:
+                found += said.scores - multiply(said.tested, multiply(crossed, slopes.T))
+                norms += said.norms
+            scores.append(dual.offset(found, norms))
+        return np.concatenate(scores)
+
+    def _sums(self, features: np.ndarray) -> _Of:
+        inputs = features[self._windows]
+        centre = self._average @ inputs
+        about = inputs - centre[self._labels]
+        roots = np.sqrt(np.maximum(self._counts, 1))[..., None]
+        apart = self._summed(about) / roots
+        gram = np.zeros((len(self._parts), *(features.shape[1],) * 2), dtype=np.float32)
+        for of_part, rows in zip(gram, self._parts, strict=True):
+            add_square(of_part, about[rows])
+        gram = self._of_trainings(gram)
+        for of_training, means in zip(gram, apart, strict=True):
+            add_square(of_training, means, -1.0)
+        trained = self._counts.sum(axis=1)[:, None]
+        whole = self._of_trainings(self._summed_parts @ np.square(inputs)) / trained
+        scale = deviation(np.einsum("tdd->td", gram) / trained, whole).astype(np.float32)
+        gram /= scale[:, :, None]
+        gram /= scale[:, None]
+        return _Of(about, apart, scale, gram, (centre + apart / roots) / scale[:, None])
+
+    def _shared(self, worn: _Of, own: _Of) -> np.ndarray:
+        """Products (T, K, D) of the features worn with a patch's, as in `_Of.gram`."""
+        shared = np.empty((len(self._parts), worn.about.shape[1], own.about.shape[1]), dtype=np.float32)
+        for of_part, rows in zip(shared, self._parts, strict=True):
+            multiply(worn.about[rows].T, own.about[rows], out=of_part)
+        shared = self._of_trainings(shared)
+        for of_training, means_worn, means in zip(shared, worn.apart, own.apart, strict=True):
+            of_training -= multiply(means_worn.T, means)
+        shared /= worn.scale[:, :, None]
+        shared /= own.scale[:, None]
+        return shared
+
+    def _said(self, features: np.ndarray, worn: _Of, number: int, count: int) -> _Said:
+        """What `count` patches' features (W, K) say in a training beside one more."""
+        dual = self._duals[number]
+        upper = with_ridge(worn.gram[number].copy(), dual.ridge * (count + 1))
+        lower = cholesky(upper, overwrite_a=True, check_finite=False).T
+        identity = np.eye(len(lower), dtype=np.float32)
+        inverse = solve_triangular(lower, identity, lower=True, check_finite=False)
+        means = multiply(worn.means[number], inverse.T)
+        tested = multiply(features[dual.training.tested] / worn.scale[number], inverse.T)
+        return _Said(inverse, means, tested, multiply(tested, means.T), np.einsum("ak,ak->a", means, means))
+
+    def _summed(self, rows: np.ndarray) -> np.ndarray:
+        """Sums (T, A, D) of rows (W, D) over each training's windows of each class."""
+        return self._of_trainings((self._of_cell @ rows).reshape(len(self._parts), -1, rows.shape[1]))
+
+    def _of_trainings(self, of_parts: np.ndarray) -> np.ndarray:
+        """Sums (T, ...) over each training's parts, of sums (P, ...) over the windows of each part."""
+        sums = multiply(self._of_part, of_parts.reshape(len(of_parts), -1))
+        return sums.reshape(-1, *of_parts.shape[1:])

@@ -12,8 +12,7 @@ import numpy as np
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
-from ..ranking.joint_fit import Training
-from ..ranking.joint_scores import JointScores
+from ..ranking.joint_scores import JointScores, Training
 from ..ranking.map_scores import class_auc, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
