@@ -75,7 +75,7 @@ class StudyConfig:
     weights : tuple of (str, float)
         What activities count in the mean; 1 for the others.
     target : float
-        Mean-max F1 the recommended set of patches shall reach.
+        Expected F1 that the patches worn together shall reach.
     every_activity : float
         Expected F1 that the sensors worn together shall reach for each activity that counts; 0 for none.
     max_places : int or None
