@@ -68,27 +68,34 @@ def test_one_patch_is_named_where_it_stands_out(patches):
     )
 
 
-def test_a_group_is_named_by_the_parts_that_hold_it_the_best_patch_s_first(patches):
-    group = where(patches, "right forearm", "right upper arm")
-    best = int(np.flatnonzero(where(patches, "right upper arm"))[0])
-    counts = [int(where(patches, part).sum()) for part in ("right upper arm", "right forearm")]
+def test_a_group_is_named_by_the_parts_that_hold_it_the_highest_first(patches):
+    group = where(patches, "right forearm", "right upper arm", "left upper arm")
+    best = int(np.flatnonzero(where(patches, "right forearm"))[0])
     said = best_spot_sentence(best, ranked(scored(group, best), group), patches)
-    assert said.endswith(
-        f"({sum(counts)} patches are as good), expected mean F1 .84 on other clips (95 % interval .78 to .90)"
+    assert said == (
+        f"Right forearm and left and right upper arm ({group.sum()} patches are as good), "
+        "expected mean F1 .84 on other clips (95 % interval .78 to .90)"
     )
-    first = "Right upper arm and "
-    assert said.startswith(first + ("right forearm (" if 2 * counts[0] <= sum(counts) else "1 other part of"))
 
 
 def test_a_group_all_over_the_body_is_named_by_its_great_parts(patches):
     """Three small parts would hold less than half of it."""
-    parts = ("left hand", "left forearm", "left upper arm", "left shoulder", "right thigh", "right knee")
+    parts = ("left hand", "left forearm", "left upper arm", "right shoulder", "right thigh", "right knee")
     one_each = [int(np.flatnonzero(where(patches, part))[0]) for part in (*parts, "head", "sacrum")]
     group = np.isin(np.arange(len(patches)), one_each)
     said = best_spot_sentence(one_each[1], ranked(scored(group, one_each[1]), group), patches)
-    assert said.startswith("Left arm, right leg and 2 other parts of the body (8 patches are as good), ")
-    leg = best_spot_sentence(one_each[4], ranked(scored(group, one_each[4]), group), patches)
-    assert leg.startswith("Right leg, left arm and 2 other parts of the body (8 patches are as good), ")
+    assert said.startswith("Left and right arm, right leg and 2 other parts of the body (8 patches ")
+
+
+def test_noise_that_changes_which_of_equals_is_highest_changes_no_part_named(patches):
+    """Noise of a twentieth of the last digit shown, patch by patch."""
+    group = where(patches, "left thigh", "right thigh", "left hand")
+    rng, said = np.random.default_rng(0), set()
+    for _ in range(20):
+        expected = np.where(group, 0.842, 0.5) + rng.normal(scale=0.0005, size=len(patches))
+        best = int(expected.argmax())
+        said.add(best_spot_sentence(best, ranked(expected, group), patches))
+    assert len(said) == 1
 
 
 def test_where_all_are_as_good_no_part_is_named(patches):

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
+from ..patches.body_parts import SIDES
 from ..patches.patches import PatchSet
 from ..patches.segments import great_part, segment
 from ..ranking.f1 import FEWEST_CLIPS
@@ -71,7 +73,7 @@ def where_to_wear(
         place = "anywhere on the body" if n_allowed == len(patches) else "anywhere that is allowed"
         where = f"{place} (all {len(group)} patches are as good)"
     else:
-        where = f"{_parts(best, group, patches)} ({len(group)} patches are as good)"
+        where = f"{_parts(group, utility.expected_mean, patches)} ({len(group)} patches are as good)"
     return capital(where)
 
 
@@ -176,17 +178,35 @@ def _alone(best: int, utility: UtilityMap, allowed: np.ndarray | None) -> str:
     return f"the best patch anywhere would give {short(utility.expected_mean.max())}"
 
 
-def _parts(best: int, group: np.ndarray, patches: PatchSet) -> str:
-    """The parts of the body that hold most of a group, the best patch's own first: small ones, or great."""
+def _parts(group: np.ndarray, expected: np.ndarray, patches: PatchSet) -> str:
+    """The parts of the body that hold most of a group, both sides as one: small ones, or great.
+
+    First those whose patches add up to most above the group's lowest: where the highest of equals lies, noise
+    decides.
+    """
+    above = (expected[group] - expected[group].min()).tolist()
     for part_of in (segment, great_part):
-        counts = Counter(part_of(patches.regions[patch]) for patch in group.tolist())
-        own = part_of(patches.regions[best])
-        order = sorted(counts, key=lambda part: (part != own, -counts[part], part))
+        found = [part_of(patches.regions[patch]) for patch in group.tolist()]
+        counts, sums = Counter(map(_either_side, found)), Counter[str]()
+        for part, value in zip(found, above, strict=True):
+            sums[_either_side(part)] += value
+        order = sorted(counts, key=lambda part: (-sums[part], -counts[part], part))
         held = np.cumsum([counts[part] for part in order])
         named = int(np.flatnonzero(2 * held > len(group))[0]) + 1
         if named <= NAMED:
             break
     named = min(named, NAMED)
     rest = len(order) - named
-    names = [*order[:named], *([f"{rest} other part{'' if rest == 1 else 's'} of the body"] if rest else [])]
+    names = [_with_sides(part, found) for part in order[:named]]
+    names += [f"{rest} other part{'' if rest == 1 else 's'} of the body"] if rest else []
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _either_side(part: str) -> str:
+    side, _, stem = part.partition(" ")
+    return stem if side in SIDES else part
+
+
+def _with_sides(part: str, found: Sequence[str]) -> str:
+    sides = [side for side in SIDES if f"{side} {part}" in found]
+    return f"{' and '.join(sides)} {part}" if sides else part

@@ -112,21 +112,18 @@ def test_the_chosen_ridge_is_weak_where_noise_must_cancel_and_strong_where_it_is
     drowned = 5 * rng.normal(size=(300, 1, 300)).astype(np.float32)
     drowned[:, 0, :3] += np.eye(3)[labels] * 8
     model, everywhere = Ridge(), np.ones(300, bool)
-    weak = model.choose_alphas(cancelling, labels, fold, everywhere)
-    strong = model.choose_alphas(drowned, labels, fold, everywhere)
-    assert weak.shape == (5,)
-    assert weak.max() <= 0.01
-    assert strong.min() >= 0.1
+    assert model.choose_alpha(cancelling, labels, fold, everywhere) <= 0.01
+    assert model.choose_alpha(drowned, labels, fold, everywhere) >= 0.1
 
 
-def test_the_ridge_of_a_fold_never_sees_its_labels():
-    features, labels, fold, _ = library()
-    is_test = np.ones(len(labels), bool)
-    before = Ridge().choose_alphas(features, labels, fold, is_test)
-    shuffled = labels.copy()
-    shuffled[fold == 2] = np.random.default_rng(0).permutation(labels[fold == 2])
-    after = Ridge().choose_alphas(features, shuffled, fold, is_test)
-    assert before[2] == after[2]
+def test_a_little_noise_does_not_change_the_ridge():
+    """Single folds tell too little: here each would waver between ridges that do the same."""
+    features, labels, fold, _ = library(seed=2, n_sensors=24, spread=2.5)
+    is_test, chosen = np.ones(len(labels), bool), set()
+    for seed in range(8):
+        noise = 0.01 * np.random.default_rng(seed).normal(size=features.shape)
+        chosen.add(Ridge().choose_alpha((features + noise).astype(np.float32), labels, fold, is_test))
+    assert len(chosen) == 1
 
 
 def test_threads_and_repetition_change_nothing():

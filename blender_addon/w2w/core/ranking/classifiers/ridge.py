@@ -44,10 +44,10 @@ class Ridge:
     Parameters
     ----------
     alphas : tuple of float
-        Ridges to choose from, in units of a feature's variance within classes. Each fold
-        chooses by cross-validation within its own training windows, one ridge for all
-        sensors, so that patches differ by their signals alone: the largest within one standard
-        error of the best (Breiman et al. 1984).
+        Ridges to choose from, in units of a feature's variance within classes. One is chosen for
+        all folds and sensors, so that patches differ by their signals alone and folds do not differ
+        by which of two like ridges they took: the largest within one standard error of the best
+        (Breiman et al. 1984) in cross-validations within every fold's training windows.
     tuning_sensors : int
         Sensors, evenly taken, on which the choice rests.
     seed : int
@@ -59,7 +59,7 @@ class Ridge:
     """
 
     alphas: tuple[float, ...] = ALPHAS
-    tuning_sensors: int = 12
+    tuning_sensors: int = 24
     seed: int = 0
     workers: int = 2
     block_bytes: int = BLOCK_BYTES
@@ -102,7 +102,7 @@ class Ridge:
                 windows = work.splits[some.split].tested[some.place]
                 predictions[position[windows], sensor] = some.scores[:, 0].argmax(axis=0)
 
-        alphas = self.choose_alphas(features, labels, fold, is_test)[:, None]
+        alphas = self.settings(features, labels, fold, is_test, work)
         self.score_splits(features, labels, work.block, work.splits, alphas, name_windows, progress)
         return predictions
 
@@ -115,10 +115,7 @@ class Ridge:
         trials: Plan,
     ) -> np.ndarray:
         """The ridge of each split of a plan, shape (splits, 1)."""
-        by_fold = self.choose_alphas(features, labels, fold, is_test)
-        chosen = np.full(len(trials.splits), np.median(by_fold))
-        chosen[list(trials.whole.splits)] = by_fold
-        return chosen[:, None]
+        return np.full((len(trials.splits), 1), self.choose_alpha(features, labels, fold, is_test))
 
     def score_splits(
         self,
@@ -159,31 +156,27 @@ class Ridge:
                         progress(done / n_sensors)
                 del held  # before the next is read
 
-    def choose_alphas(
+    def choose_alpha(
         self, features: np.ndarray | PatchBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
-    ) -> np.ndarray:
-        """The ridge of each fold, chosen by cross-validation among the other folds.
+    ) -> float:
+        """The ridge of all folds, chosen by cross-validations among the others of each.
 
         Parameters
         ----------
         features, labels, fold, is_test
             As for `predict_folds`.
-
-        Returns
-        -------
-        ndarray, shape (folds tested,)
         """
         folds = np.unique(fold[is_test])
         if len(folds) < 3 or len(self.alphas) == 1:
-            return np.full(len(folds), self.alphas[len(self.alphas) // 2])
+            return self.alphas[len(self.alphas) // 2]
         names, block = np.unique(fold, return_inverse=True)
-        pairs = [(f, part) for f in folds for part in _parts(folds[folds != f])]
         splits = [
             Split(np.flatnonzero(~np.isin(names, [f, *part])), np.flatnonzero(is_test & np.isin(fold, part)))
-            for f, part in pairs
+            for f in folds
+            for part in _parts(folds[folds != f])
         ]
         sums = _Splits(labels, block, splits)
-        alphas = np.tile(self.alphas, (len(pairs), 1))
+        alphas = np.tile(self.alphas, (len(splits), 1))
         tested = [np.bincount(labels[split.tested], minlength=sums.n_classes) for split in splits]
         windows = np.where(np.array(tested) > 0, tested, np.nan)
         source = as_blocks(features)
@@ -199,8 +192,7 @@ class Ridge:
 
         with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
             scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
-        outer = np.array([f for f, _ in pairs])
-        return np.array([self._steadiest(scores[outer == f]) for f in folds])
+        return self._steadiest(scores)
 
     def _steadiest(self, scores: np.ndarray) -> float:
         """The largest ridge within one standard error of the best, of scores (parts, ridges)."""
