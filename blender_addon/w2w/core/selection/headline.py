@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..patches.body_parts import SIDES
@@ -184,29 +181,19 @@ def _parts(group: np.ndarray, expected: np.ndarray, patches: PatchSet) -> str:
     First those whose patches add up to most above the group's lowest: where the highest of equals lies, noise
     decides.
     """
-    above = (expected[group] - expected[group].min()).tolist()
+    above = expected[group] - expected[group].min()
     for part_of in (segment, great_part):
         found = [part_of(patches.regions[patch]) for patch in group.tolist()]
-        counts, sums = Counter(map(_either_side, found)), Counter[str]()
-        for part, value in zip(found, above, strict=True):
-            sums[_either_side(part)] += value
-        order = sorted(counts, key=lambda part: (-sums[part], -counts[part], part))
-        held = np.cumsum([counts[part] for part in order])
-        named = int(np.flatnonzero(2 * held > len(group))[0]) + 1
+        stems = np.array([part.removeprefix("left ").removeprefix("right ") for part in found])
+        held = {stem: above[stems == stem] for stem in stems.tolist()}
+        order = sorted(held, key=lambda stem: (-held[stem].sum(), -len(held[stem]), stem))
+        so_far = np.cumsum([len(held[stem]) for stem in order])
+        named = int(np.flatnonzero(2 * so_far > len(group))[0]) + 1
         if named <= NAMED:
             break
     named = min(named, NAMED)
     rest = len(order) - named
-    names = [_with_sides(part, found) for part in order[:named]]
+    sides = (" and ".join(side for side in SIDES if f"{side} {stem}" in found) for stem in order)
+    names = [f"{side} {stem}".strip() for side, stem in zip(sides, order[:named], strict=False)]
     names += [f"{rest} other part{'' if rest == 1 else 's'} of the body"] if rest else []
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _either_side(part: str) -> str:
-    side, _, stem = part.partition(" ")
-    return stem if side in SIDES else part
-
-
-def _with_sides(part: str, found: Sequence[str]) -> str:
-    sides = [side for side in SIDES if f"{side} {part}" in found]
-    return f"{' and '.join(sides)} {part}" if sides else part
