@@ -2,7 +2,7 @@
 """Does the advice hold for others? Disjoint halves of a library choose, and each other's raw scores judge.
 
     python -m benchmarks.repeatability SCRATCH [--only NAME ...] [--halvings 5] [--workers 2]
-        [--sets 4] [--patches 512] [--classifier ridge] [--no-shuffled]
+        [--sets 4] [--patches 512] [--classifier ridge] [--no-shuffled] [--rows FILE]
 
 Libraries, made or unpacked in SCRATCH and run there once: the demo's with 12 and 24 clips an activity, HDM05,
 Bandai-Namco and the mixed library of real FBX and BVH clips, of activities with four motions or more. Each is
@@ -22,7 +22,8 @@ ranks      how often the clips are said to rank placements
 For sets of 2 to `--sets` sensors (0 for none, as with any classifier but the ridge): what a set chosen by one
 half was promised to give, what it delivers on the other, and its gain there over sets drawn at random;
 likewise for sets that the paper's proxy chose, with the proxy's own mean-max F1. Then the same with labels
-shuffled between clips, where there is nothing to find. Last, the chances stated against those found.
+shuffled between clips, where there is nothing to find. Last, the chances stated against those found. `--rows`
+adds every choice to a file as it is made, a line of JSON each.
 """
 
 from __future__ import annotations
@@ -325,6 +326,7 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=4)
     parser.add_argument("--patches", type=int, default=512)
     parser.add_argument("--classifier", choices=CLASSIFIERS, default=Ridge.name)
+    parser.add_argument("--rows", type=Path)
     parser.add_argument("--shuffled", action=argparse.BooleanOptionalAction, default=True)
     given = parser.parse_args()
     if given.sets > 1 and given.classifier != Ridge.name:
@@ -335,7 +337,13 @@ def main() -> None:
         library = prepared(name, given.scratch, given.workers, given.patches, given.classifier)
         ways = (False, True) if CASES[name].subjects else (False,)
         for by_subject, shuffle in itertools.product(ways, (False, True) if given.shuffled else (False,)):
-            found = list(judged(library, by_subject, given.halvings, shuffle, given.sets))
+            found = []
+            for row in judged(library, by_subject, given.halvings, shuffle, given.sets):
+                found.append(row)
+                if given.rows:
+                    with given.rows.open("a", encoding="utf-8") as stream:
+                        of = {"library": name, "by_subject": by_subject, "shuffled": shuffle}
+                        stream.write(json.dumps(of | row) + "\n")
             every += [] if shuffle else found
             mean = {key: np.nanmean([row[key] for row in found]) for key in found[0]}
             words = "  ".join(f"{key} {value:.3f}" for key, value in mean.items())

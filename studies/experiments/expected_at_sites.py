@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much of the F1 that a run expects at a site do people's sensors there reach?
+
+    python -m w2w.studies.experiments.expected_at_sites LIBRARY... --mhad acc.npz --umafall umafall.npz
+        --dsads DSADS --upfall CompleteDataSet.csv     # any of them
+
+The first analysis of each set, as its protocol fixes it, with a simulated sensor on all 512 patches: the map
+that a run shows, with performers left out as people are (styles or clips where they have no name) and with
+folds of clips, as runs have by default. Printed for each: a row for every site (its patches' mean raw F1,
+mean expected F1 and mean ends of the interval, people's F1), then Spearman's rho of either map with people's
+F1, and how far either lies above people's on average.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from w2w.core.body.body import Body
+from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import HALVINGS, UtilityMap, utility_map
+
+from ..comparisons.truth import DATA_SETS, DataSet
+from ..comparisons.unpaired import RegionSimulator, load_motions, real_side
+from ..validation.site_windows import SiteWindows
+
+
+def ranked(
+    windows: SiteWindows, activities: Sequence[str], by_subject: bool, pooling: Pooling | None = None
+) -> UtilityMap:
+    """The map of all sensors; the expected one only where a pooling is given."""
+    subject = windows.subject if by_subject else None
+    protocol = (windows.activity, windows.clip, subject, windows.is_test, activities)
+    return utility_map(windows.features, *protocol, pooling=pooling, halvings=HALVINGS if pooling else 0)
+
+
+def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path]) -> Iterator[str]:
+    """Lines of a table."""
+    body, protocol = Body.bundled(), data_set.protocol
+    analysis = protocol.analyses[0]
+    simulator = RegionSimulator(body, protocol, everywhere=True)
+    worn = real_side(protocol, data_set.read(path), analysis).windows
+    made = simulator.side(load_motions(protocol, libraries, body)[0], analysis).windows
+    pooling = Pooling.on(body, sample_patches(body))
+    for by_subject in (True, False):
+        shared = [one for one in analysis.activities if (made.activity == one).any()]
+        simulated = ranked(made, shared, by_subject, pooling)
+        people = ranked(worn, simulated.activities, True)
+        if people.activities != simulated.activities:
+            simulated = ranked(made, people.activities, by_subject, pooling)
+        maps = (simulated.mean, simulated.expected_mean, simulated.expected_low, simulated.expected_high)
+        raw, expected, low, high = ([one[of].mean() for of in simulator.patches_of] for one in maps)
+        way = "performers" if by_subject else "clips"
+        for site, *values in zip(protocol.sites, raw, expected, low, high, people.mean, strict=True):
+            r, e, a, b, f1 = (f"{value:.2f}".removeprefix("0") for value in values)
+            yield f"| {name}, {way} | {site} | {r} | {e} ({a} to {b}) | {f1} |"
+        rho = ", ".join(f"{spearmanr(one, people.mean)[0]:.2f}" for one in (raw, expected))
+        above = (np.subtract(one, people.mean).mean() for one in (raw, expected))
+        inside = sum(bool(a <= f1 <= b) for a, b, f1 in zip(low, high, people.mean, strict=True))
+        over = ", ".join(f"{one:.3f}" for one in above)
+        yield (
+            f"{name}, {way}: {len(people.activities)} activities; rho of raw and of expected F1 {rho}; above "
+            f"people's by {over}; {inside} of {len(raw)} intervals hold it"
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("libraries", type=Path, nargs="+")
+    for name in DATA_SETS:
+        parser.add_argument(f"--{name}", type=Path)
+    given = parser.parse_args()
+    for name, data_set in DATA_SETS.items():
+        if path := getattr(given, name):
+            for row in rows(data_set.protocol.name, data_set, path, given.libraries):
+                print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()
