@@ -62,6 +62,8 @@ FEWEST_MOTIONS = 4
 """Motions of an activity of which each half has two, to train on one and test on the other."""
 CHANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0001)
 """Bounds between which stated chances are compared with found ones."""
+DISTINCT = 10
+"""Halvings by subject that differ from each other; five subjects have no more."""
 NOT_ACTIVITIES = ("negative", "static_pose", "unknown")
 
 
@@ -219,6 +221,7 @@ def judged(
     """What each half promised and the other delivered."""
     activity = library.labels.activity
     halve = halves_of_subjects if by_subject else halves_of_clips
+    made: list[np.ndarray] = []
     for number in range(halvings):
         rng = np.random.default_rng(number)
         if shuffle:
@@ -226,6 +229,9 @@ def judged(
             mixed = rng.permutation(library.labels.activity[first])
             activity = mixed[np.searchsorted(motions, library.labels.motion)]
         half = halve(library, rng)
+        while by_subject and len(made) < DISTINCT and any((half == one).mean() in (0, 1) for one in made):
+            half = halve(library, rng)
+        made.append(half)
         sides = [(np.flatnonzero(rows), by_subject, activity) for rows in (half, ~half)]
         maps = [library.rank(*side) for side in sides]
         ranked = zip(sides, maps, strict=True)

@@ -84,26 +84,23 @@ class RegionSimulator:
     protocol : Protocol
     seed : int
         Of the sensors' errors.
-    everywhere : bool
-        On all other patches too.
-
-    Attributes
-    ----------
-    patches_of : list of list of int
-        The patches of each site, of all that were sampled.
+    every : int
+        Records every so many of the other patches too, after those of the sites; 0 for none.
     """
 
-    def __init__(self, body: Body, protocol: Protocol, seed: int = 0, everywhere: bool = False) -> None:
+    def __init__(self, body: Body, protocol: Protocol, seed: int = 0, every: int = 0) -> None:
         patches = sample_patches(body)
         of_sites = [_patches_at(site, patches, body) for site in protocol.sites.values()]
         chosen = [patch for of_site in of_sites for patch in of_site]
-        self.body, self.protocol, self.seed, self.patches_of = body, protocol, seed, of_sites
+        self.body, self.protocol, self.seed = body, protocol, seed
         self.site_of = np.repeat(np.arange(len(of_sites)), [len(of_site) for of_site in of_sites])
         self.simulated_at = tuple(
             f"{len(of_site)} patches" if isinstance(site, str) else patches.names[of_site[0]]
             for site, of_site in zip(protocol.sites.values(), of_sites, strict=True)
         )
-        self._patches = at_patches(patches, range(len(patches.vertices)) if everywhere else chosen)
+        others = np.setdiff1d(np.arange(len(patches)), chosen)[::every] if every else []
+        self.patches = [*chosen, *others]
+        self._patches = at_patches(patches, self.patches)
 
     def with_sensor(self, sensor: SensorModel) -> RegionSimulator:
         """The same patches, read by another sensor."""

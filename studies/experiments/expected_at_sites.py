@@ -2,13 +2,13 @@
 """How much of the F1 that a run expects at a site do people's sensors there reach?
 
     python -m w2w.studies.experiments.expected_at_sites LIBRARY... --mhad acc.npz --umafall umafall.npz
-        --dsads DSADS --upfall CompleteDataSet.csv     # any of them
+        --dsads DSADS --upfall CompleteDataSet.csv [--every 1]     # any of them
 
-The first analysis of each set, as its protocol fixes it, with a simulated sensor on all 512 patches: the map
-that a run shows, with performers left out as people are (styles or clips where they have no name) and with
-folds of clips, as runs have by default. Printed for each: a row for every site (its patches' mean raw F1,
-mean expected F1 and mean ends of the interval, people's F1), then Spearman's rho of either map with people's
-F1, and how far either lies above people's on average.
+The first analysis of each set, as its protocol fixes it, with simulated sensors on the sites' patches and
+every so many of the others, of 512 in all: the map that a run shows, with performers left out as people are
+(styles or clips where they have no name) and with folds of clips, as runs have by default. Printed for each:
+a row for every site (its patches' mean raw F1, mean expected F1 and mean ends of the interval, people's F1),
+then Spearman's rho of either map with people's F1, and how far either lies above people's on average.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from scipy.stats import spearmanr
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
+from w2w.core.patches.skin import SkinDistances
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import HALVINGS, UtilityMap, utility_map
 
@@ -39,14 +40,17 @@ def ranked(
     return utility_map(windows.features, *protocol, pooling=pooling, halvings=HALVINGS if pooling else 0)
 
 
-def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path]) -> Iterator[str]:
+def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path], every: int) -> Iterator[str]:
     """Lines of a table."""
     body, protocol = Body.bundled(), data_set.protocol
     analysis = protocol.analyses[0]
-    simulator = RegionSimulator(body, protocol, everywhere=True)
+    simulator = RegionSimulator(body, protocol, every=every)
     worn = real_side(protocol, data_set.read(path), analysis).windows
     made = simulator.side(load_motions(protocol, libraries, body)[0], analysis).windows
-    pooling = Pooling.on(body, sample_patches(body))
+    some = np.ix_(simulator.patches, simulator.patches)
+    skin = SkinDistances.of(body, sample_patches(body))
+    pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
+    of_site = [np.flatnonzero(simulator.site_of == site) for site in range(len(protocol.sites))]
     for by_subject in (True, False):
         shared = [one for one in analysis.activities if (made.activity == one).any()]
         simulated = ranked(made, shared, by_subject, pooling)
@@ -54,7 +58,7 @@ def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path]) ->
         if people.activities != simulated.activities:
             simulated = ranked(made, people.activities, by_subject, pooling)
         maps = (simulated.mean, simulated.expected_mean, simulated.expected_low, simulated.expected_high)
-        raw, expected, low, high = ([one[of].mean() for of in simulator.patches_of] for one in maps)
+        raw, expected, low, high = ([one[of].mean() for of in of_site] for one in maps)
         way = "performers" if by_subject else "clips"
         for site, *values in zip(protocol.sites, raw, expected, low, high, people.mean, strict=True):
             r, e, a, b, f1 = (f"{value:.2f}".removeprefix("0") for value in values)
@@ -74,10 +78,11 @@ def main() -> None:
     parser.add_argument("libraries", type=Path, nargs="+")
     for name in DATA_SETS:
         parser.add_argument(f"--{name}", type=Path)
+    parser.add_argument("--every", type=int, default=1)
     given = parser.parse_args()
     for name, data_set in DATA_SETS.items():
         if path := getattr(given, name):
-            for row in rows(data_set.protocol.name, data_set, path, given.libraries):
+            for row in rows(data_set.protocol.name, data_set, path, given.libraries, given.every):
                 print(row, flush=True)
 
 

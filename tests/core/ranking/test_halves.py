@@ -37,7 +37,7 @@ def test_halves_share_no_clip_and_no_subject(subjects):
     labels, clip, fold, is_test = library(subjects=subjects)
     work = plan(labels, clip, fold, is_test, by_subject=bool(subjects))
     whose = fold if subjects else clip
-    assert len(work.pairs) == 4
+    assert len(work.pairs) == (10 if subjects else 4)
     for pair in work.pairs:
         one, other = (np.r_[trained(work, trial), trial.windows] for trial in pair)
         assert not np.isin(whose[one], whose[other]).any()

@@ -167,12 +167,13 @@ def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray, s
     variance = rest.variance_with(of_level + of_patch, raw)
     of_lead = _lead_variance(raw_means, pooled_means, slope) * 2 * noise_ratio / plan.shrink
     leads = slope * rise * rest.halved * centred(np.array(pooled_means))
+    told = min(len(raw), len(np.unique(plan.vote[plan.vote >= 0])) - 1)  # halvings of few share people
     return _Repeat(
         side_share=side_share,
         slope=slope * rise,
         slope_by_activity=by_activity * rise_by_activity,
         variance=variance,
-        freedom=_freedom(rest.halved**2 * of_level, len(raw), variance),
+        freedom=_freedom(rest.halved**2 * of_level, told, variance),
         of_lead=rest.halved**2 * of_lead + float(of_rest.var()),
         noise_maps=(leads[:, 0] - leads[:, 1]) / np.sqrt(plan.shrink) + of_rest,
         reliability=of_all(agreement(raw_means)) if plan.disjoint else np.nan,
@@ -250,10 +251,10 @@ def _lead_variance(
     return float(np.square(missed).mean())
 
 
-def _freedom(of_level: float, pairs: int, variance: float) -> float:
-    """Degrees of freedom of a variance whose part `of_level` few pairs tell, the rest many patches
+def _freedom(of_level: float, told: int, variance: float) -> float:
+    """Degrees of freedom of a variance whose part `of_level` so few tell, the rest many patches
     (Satterthwaite 1946, doi:10.2307/3002019)."""
-    return pairs * (variance / of_level) ** 2 if of_level > 0 else np.inf
+    return told * (variance / of_level) ** 2 if of_level > 0 else np.inf
 
 
 def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) -> np.ndarray:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +14,13 @@ import numpy as np
 from .folds import ALWAYS_TRAIN
 
 HALVINGS = 4
-"""Ways in which the clips are halved."""
+"""Ways in which the clips, or many subjects, are halved."""
 
 SET_HALVINGS = 2
 """Ways by which sets are chosen: each half chooses sets of its own, which takes most of the time."""
+
+ALL_WAYS = 10
+"""Subjects are halved in every way where there are no more: up to six of them."""
 
 FEWEST_SUBJECTS = 4
 """Subjects from which on each half has two, to train on one and test on the other."""
@@ -248,8 +252,10 @@ def _halve_subjects(fold: np.ndarray, seed: int, halvings: int) -> list[np.ndarr
     if len(subjects) < FEWEST_SUBJECTS:
         return []
     rng = np.random.default_rng([seed, 2])
+    ways = comb(len(subjects), len(subjects) // 2) // (2 - len(subjects) % 2)
+    halvings = ways if HALVINGS <= halvings < ways <= ALL_WAYS else halvings
     chosen: list[frozenset] = []
-    for _ in range(10 * halvings):
+    for _ in range(30 * halvings):
         half = frozenset(rng.permutation(subjects)[: len(subjects) // 2].tolist())
         others = frozenset(subjects.tolist()) - half
         if half not in chosen and others not in chosen and len(chosen) < halvings:
