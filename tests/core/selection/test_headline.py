@@ -13,6 +13,7 @@ from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import (
     BELOW_AVERAGE,
     CANNOT_RANK,
+    WORN,
     as_good_as,
     best_spot_sentence,
     confidence_sentence,
@@ -155,6 +156,7 @@ def test_what_the_best_spot_gains_and_how_sure_that_is():
     assert said.startswith(
         "The best spot beats an average one on other clips by about .10 (93 % sure). Patch"
     )
+    assert said.endswith(f"came out {WORN[False]} (docs/truth.md)")
     certain = replace(utility, beats_average=1.0)
     assert "(99 % sure)" in confidence_sentence(certain)
 
