@@ -190,9 +190,9 @@ def _rank(
     used: list[Clip], pooling: Pooling, plan: RunPlan, out: Path, monitor: RunMonitor
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     config, out = plan.config, out.resolve()  # where a cluster finds it, too
-    names = [clip.name for clip in used]
-    windows = [ClipWindows.read(out, name) for name in names]
-    inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
+    places = [(out, clip.name) for clip in used]
+    windows = [ClipWindows.read(*place) for place in places]
+    inputs = ranking_inputs(places, windows, config.classifier, config.windows)
     with monitor.bar("ranking patches", 100) as advance:
         done = 0
 

@@ -144,10 +144,10 @@ class SweepMaps:
             executor.shutdown(kill_workers=True)
 
     def _rank(self, case: Case, clips: list[LabelledClip], folder: Path) -> UtilityMap:
-        names = [clip.name for clip in clips]
-        found = [ClipWindows.read(folder, name) for name in names]
+        places = [(folder, clip.name) for clip in clips]
+        found = [ClipWindows.read(*place) for place in places]
         labels = WindowLabels.of(clips, found)
-        inputs = ranking_inputs(folder, names, found, case.config.classifier, case.config.windows)
+        inputs = ranking_inputs(places, found, case.config.classifier, case.config.windows)
         return rank_windows(inputs, labels, case.config, pooling=self.pooling)
 
 

@@ -14,7 +14,7 @@ from w2w.core.study import StudyConfig, record
 from w2w.scene.actions import read_action
 from w2w.scene.body import armature_of, body_of
 from w2w.scene.patches import patch_empties
-from w2w.ui import baking, jobs, signal_cache
+from w2w.ui import baking, jobs, preferences, signal_cache
 from w2w.ui.baking import bake_steps
 from w2w.ui.state import (
     BAKED,
@@ -72,7 +72,10 @@ def test_a_fault_of_ours_at_one_clip_costs_that_clip_alone(
 def test_ranking_bakes_again_what_the_cache_has_lost(library: Path) -> None:
     body = make_study(library)
     expected = utility_of(body.w2w).f1.copy()
+    foreign = preferences.cache_folder() / "signals" / "a run's own.npz"
+    foreign.write_bytes(b"")
     bpy.ops.w2w.clear_cache()
+    assert [path for path in preferences.cache_folder().rglob("*") if path.is_file()] == [foreign]
     signal_cache.forget()
     assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
     np.testing.assert_array_equal(utility_of(body.w2w).f1, expected)

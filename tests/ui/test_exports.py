@@ -128,7 +128,7 @@ def test_the_report_and_the_rest_are_those_of_the_saved_folder(library: Path, tm
 
 def test_esc_ends_the_report_and_leaves_nothing(opened: bpy.types.Object, tmp_path: Path) -> None:
     steps = report_steps(opened, tmp_path / "page.html")
-    while next(steps).text == "gathering the study":
+    while next(steps).text != "writing page.html":
         pass
     steps.close()
     assert not list(tmp_path.glob("*.html"))

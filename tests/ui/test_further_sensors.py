@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.clip_files import features_file
 from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.formats import read_recording
 from w2w.core.imu.further import NOTHING, FurtherSensors
@@ -48,7 +49,7 @@ def test_they_are_baked_exported_and_recognised_by_as_on_the_command_line(
     np.testing.assert_allclose(baked.magnetometer, expected.magnetometer, atol=1e-2)
     np.testing.assert_allclose(baked.barometer, expected.barometer, atol=0.1)
     np.testing.assert_allclose(baked.orientation, expected.orientation, atol=1e-4)
-    features = np.load(signal_cache.path_of(clip.signals))["features"]
+    features = np.load(features_file(*signal_cache.place_of(clip.signals)))["features"]
     assert features.shape[2] == describe(expected, config_of(study))[0].shape[2]
     bpy.ops.w2w.select_patch(patch=3)
     assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "csv"), kind="csv") == {"FINISHED"}

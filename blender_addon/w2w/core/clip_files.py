@@ -99,16 +99,21 @@ class ClipWindows:
         return cls(data["is_test"], data["signature"], tuple(data["counts"].tolist()))
 
 
+def recordings_of(out: Path, clip: str, windows: ClipWindows) -> list[Path]:
+    """The recording of a clip, then those of its copies, which may not have been kept."""
+    copies = range(len(windows.counts) - 1)
+    return [signals_file(out, clip), *(copy_file(out, clip, copy) for copy in copies)]
+
+
 def ranking_inputs(
-    out: Path, clips: Sequence[str], windows: Sequence[ClipWindows], classifier: str, spec: WindowSpec
+    clips: Sequence[tuple[Path, str]], windows: Sequence[ClipWindows], classifier: str, spec: WindowSpec
 ) -> PatchBlocks:
-    """What a classifier takes of a run's clips and copies, served from disk."""
-    recordings = []
-    for clip, found in zip(clips, windows, strict=True):
-        recordings.append(signals_file(out, clip))
-        recordings += [copy_file(out, clip, copy) for copy in range(len(found.counts) - 1)]
+    """What a classifier takes of clips and copies, served from disk; a clip by its folder and name there."""
+    recordings = [
+        path for clip, found in zip(clips, windows, strict=True) for path in recordings_of(*clip, found)
+    ]
     counts = [count for found in windows for count in found.counts]
-    features = [features_file(out, clip) for clip in clips]
+    features = [features_file(*clip) for clip in clips]
     return clip_inputs(inputs_of(classifier), features, recordings, counts, spec)
 
 

@@ -111,17 +111,17 @@ class StudyResults:
     @cached_property
     def windows(self) -> tuple[ClipWindows, ...]:
         """The windows of each clip."""
-        return tuple(ClipWindows.read(self.out, clip.name) for clip in self.clips)
+        return tuple(ClipWindows.read(*place) for place in self.places)
+
+    @property
+    def places(self) -> tuple[tuple[Path, str], ...]:
+        """Folder of each clip's files, and their name in it."""
+        return tuple((self.out, clip.name) for clip in self.clips)
 
     def inputs(self, classifier: str) -> PatchBlocks:
         """What a classifier takes of the run: all windows of all patches and copies, served from disk."""
-        return ranking_inputs(
-            self.out,
-            [clip.name for clip in self.clips],
-            self.windows,
-            classifier,
-            WindowSpec(**self.parameters["windows"]),
-        )
+        spec = WindowSpec(**self.parameters["windows"])
+        return ranking_inputs(self.places, self.windows, classifier, spec)
 
     def labels(self) -> WindowLabels:
         """What is known of each window."""

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.clip_files import WORK, ClipWindows
+from ..core.clip_files import WORK, ClipWindows, ranking_inputs
 from ..core.clip_ranking import LabelledClip, copies_among, rank_clips
 from ..core.findings.label_notes import copies_sentence
 from ..core.imu.recording import ImuRecording
@@ -20,9 +20,8 @@ from ..core.motion.duplicates import motion_signature
 from ..core.motion.source import reason_of
 from ..core.patches.caught import HAS_CAUGHT
 from ..core.patches.patches import PatchSet
-from ..core.ranking.inputs import PatchBlocks, clip_inputs
 from ..core.ranking.pooling import Pooling
-from ..core.ranking.utility import UtilityMap, inputs_of
+from ..core.ranking.utility import UtilityMap
 from ..core.study import StudyConfig, describe, record_baked
 from ..core.wording import capital
 from ..scene.bake import Bake, PatchBaker
@@ -137,10 +136,10 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
         yield from bake_steps(mesh, lost, 0.0, 0.4)
     ranked_as, config = rank_settings(study), config_of(study)
     used = [as_labelled(clip) for clip in ranked_clips(study)]
-    keys = [clip.signals for clip in ranked_clips(study)]
+    places = signal_cache.places_of(ranked_clips(study))
     body, patches = body_as_run(mesh), patches_of(mesh)
     utility, ranked = yield from in_thread(
-        lambda told: _rank(used, keys, Pooling.on(body, patches), config, told),
+        lambda told: _rank(used, places, Pooling.on(body, patches), config, told),
         "training at every patch",
         0.4 if lost else 0.0,
         0.95,
@@ -177,19 +176,6 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
     pairs = [(getattr(run, name), getattr(shown, name)) for name in ("vertices", "joints", "weights")]
     same = all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=AS_SHOWN) for a, b in pairs)
     return run if same else shown
-
-
-def ranking_source(keys: Sequence[str], config: StudyConfig) -> tuple[list[ClipWindows], PatchBlocks]:
-    """Windows of clips by the keys of their signals, and what the classifier takes of them."""
-    windows = [signal_cache.windows_of(key) for key in keys]
-    features = [signal_cache.path_of(key) for key in keys]
-    recordings = [
-        path
-        for key, found in zip(keys, windows, strict=True)
-        for path in signal_cache.recordings_of(key, found)
-    ]
-    counts = [count for found in windows for count in found.counts]
-    return windows, clip_inputs(inputs_of(config.classifier), features, recordings, counts, config.windows)
 
 
 def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
@@ -229,10 +215,9 @@ def _signals(
     def work(told: Callable[[float], None]) -> str:
         recording = record_baked(bake.matrices, bake.rate, patches, labels, config, bake.root, bake.worn)
         told(0.5)
-        features, is_test = describe(recording, config)
-        windows = ClipWindows(is_test, _signature(bake), (len(is_test),))
-        key = _key(recording, features, settings)
-        signal_cache.save(key, recording, features, windows, folder)
+        windows = describe(recording, config)
+        key = _key(recording, windows[0], settings)
+        signal_cache.save(key, recording, windows, _signature(bake), folder)
         return key
 
     return work
@@ -247,13 +232,14 @@ def _some(reasons: list[str]) -> str:
 
 def _rank(
     clips: list[LabelledClip],
-    keys: list[str],
+    places: list[tuple[Path, str]],
     pooling: Pooling,
     config: StudyConfig,
     told: Callable[[float], None],
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
-    """Rank clips by their signals under keys; see `rank_clips`."""
-    windows, inputs = ranking_source(keys, config)
+    """Rank clips by what is stored of them; see `rank_clips`."""
+    windows = [ClipWindows.read(*place) for place in places]
+    inputs = ranking_inputs(places, windows, config.classifier, config.windows)
     return rank_clips(clips, windows, inputs, config, told, pooling=pooling)
 
 

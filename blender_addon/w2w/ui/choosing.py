@@ -12,15 +12,15 @@ import bpy
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.clip_ranking import WindowLabels, rank_windows, same_motions
+from ..core.clip_files import ClipWindows
+from ..core.clip_ranking import rank_windows, same_motions
 from ..core.findings.advice_content import advice_content
-from ..core.ranking.inputs import PatchBlocks
 from ..core.ranking.pooling import Pooling
 from ..core.results_folder import StudyResults, choose_to_wear, prepared_tests
 from ..core.study import StudyConfig
 from ..core.wording import capital
 from . import counting, jobs, results, signal_cache
-from .baking import as_labelled, body_as_run, ranked_clips, ranking_source
+from .baking import as_labelled, body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread
 from .on_body import on_body
 from .state import config_of, current_body, patches_of, rank_settings, utility_of
@@ -33,19 +33,15 @@ _poolings: dict[str, Pooling] = {}
 
 @dataclass(frozen=True, eq=False)
 class SceneResults(StudyResults):
-    """A finished study that is in the scene, and in no folder."""
+    """A finished study that is in the scene; the files of its clips may lie in several folders."""
 
-    source: PatchBlocks
-    window_labels: WindowLabels
+    stored: tuple[tuple[Path, str], ...]
     shown: Body
 
-    def inputs(self, _classifier: str) -> PatchBlocks:
-        """What the classifier takes."""
-        return self.source
-
-    def labels(self) -> WindowLabels:
-        """What is known of each window."""
-        return self.window_labels
+    @property
+    def places(self) -> tuple[tuple[Path, str], ...]:
+        """Folder of each clip's files, and their name in it."""
+        return self.stored
 
     def body(self) -> Body:
         """The body of the study."""
@@ -124,10 +120,10 @@ def _gather_steps(
     finished = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
     pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.05, 0.2)
     if left_out or reweighed:
-        labels = finished.labels()
+        inputs, labels = finished.inputs(config.classifier), finished.labels()
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
         utility = yield from in_thread(
-            lambda told: rank_windows(finished.source, labels, config, told, pooling=pooling), text, 0.2, 0.3
+            lambda told: rank_windows(inputs, labels, config, told, pooling=pooling), text, 0.2, 0.3
         )
         finished = replace(finished, utility=utility)
     return finished, pooling
@@ -138,17 +134,12 @@ def _gathering(
 ) -> Callable[[object], SceneResults]:
     """Work for a thread: the study in the scene, as what is read of a results folder."""
     clips = [clip for clip in ranked_clips(mesh.w2w) if clip.activity not in left_out]
-    lost = [clip.name for clip in clips if not signal_cache.has(clip.signals)]
-    if lost:
-        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
-    keys, labelled = [clip.signals for clip in clips], [as_labelled(clip) for clip in clips]
+    places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
     utility, patches, body = utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
 
     def gather(_told: object) -> SceneResults:
-        windows, inputs = ranking_source(keys, config)
-        ranked = same_motions(labelled, windows)
-        labels = WindowLabels.of(ranked, windows)
-        return SceneResults(Path(), utility, patches, ranked, config.as_dict(), inputs, labels, body)
+        ranked = same_motions(labelled, [ClipWindows.read(*place) for place in places])
+        return SceneResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
 
     return gather
 

@@ -10,10 +10,11 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ..core.clip_files import signals_file
 from ..core.files import atomic_write, write_text
-from ..core.findings.new_folder import recording_of
 from ..core.findings.summary import patch_table
 from ..core.imu.formats import FORMATS, HELD, write_recording
+from ..core.imu.recording import ImuRecording
 from ..core.motion.library import unique_names
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.advice import SAME_OPINION, redundancy_clusters
@@ -23,7 +24,7 @@ from . import jobs, signal_cache
 from .baking import body_as_run, ranked_clips
 from .counting import is_as_ranked
 from .headless_door import run_headless
-from .jobs import Step, Steps, in_thread
+from .jobs import Steps, in_thread, part
 from .legend import legend
 from .on_body import on_body
 from .overlay import picks
@@ -224,9 +225,7 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
     """Write the signals of some patches, a file each, or of all patches, a file a clip."""
     patches, clips = patches_of(mesh), ranked_clips(mesh.w2w)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
-    lost = [clip.name for clip in clips if not signal_cache.has(clip.signals)]
-    if lost:
-        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
+    places = signal_cache.places_of(clips)
     if chosen is None:
         files = {(name, None): folder / f"{name}.npz" for name in names}
     else:
@@ -240,8 +239,8 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
         raise ValueError(f"{folder} already holds {standing[0]}: choose another folder")
     folder.mkdir(parents=True, exist_ok=True)
     sources = {
-        name: (signal_cache.recordings_of(clip.signals)[0], clip.activity, clip.subject)
-        for name, clip in zip(names, clips, strict=True)
+        name: (signals_file(*place), clip.activity, clip.subject)
+        for name, place, clip in zip(names, places, clips, strict=True)
     }
     for number, ((name, patch), path) in enumerate(files.items()):
         work = _writer(sources[name], name, patches.names, patch, path, kind)
@@ -257,15 +256,7 @@ def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Save the study for a while, and let the command line write its report."""
     with tempfile.TemporaryDirectory(prefix="w2w_report_") as temporary:
         folder = Path(temporary) / "results"
-        saving = save_steps(mesh, folder)
-        try:
-            while True:
-                step = next(saving)
-                yield Step(0.7 * step.fraction, "gathering the study")
-        except StopIteration:
-            pass
-        finally:
-            saving.close()
+        yield from part(save_steps(mesh, folder), 0.0, 0.7)
         yield from run_headless(["report", str(folder)], f"writing {path.name}", 0.7, 1.0)
         with atomic_write(path) as stream:
             stream.write((folder / "report.html").read_bytes())
@@ -278,7 +269,7 @@ def _writer(
     file, activity, subject = source
 
     def write(_told: object) -> None:
-        whole = recording_of(file, sites, activity, subject, name)
+        whole = ImuRecording.load(file).labelled(sites, activity, subject, name)
         if patch is None:
             whole.save(path)
             return

@@ -13,10 +13,14 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
+from ..core.clip_files import WORK
 from .text import wrapped
 
 EXTENSION = __package__.removesuffix(".w2w.ui").removesuffix(".blender_addon")
 """Name under which Blender knows the extension; the package's own where it runs as a plain module."""
+
+SIGNALS_SUFFIX = ".w2w"
+"""How the names of cached signals end: the chosen folder may hold other files, even a run's."""
 
 THREADS_VARIABLE = "OMP_NUM_THREADS"
 GPU_VARIABLE = "CUDA_VISIBLE_DEVICES"
@@ -157,7 +161,8 @@ class W2W_OT_clear_cache(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Delete the files."""
-        files = list(cache_folder().glob("*.w2w.npz"))
+        folders = (cache_folder() / "signals", cache_folder() / WORK / "features")
+        files = [file for folder in folders for file in folder.glob(f"*{SIGNALS_SUFFIX}.npz")]
         size = sum(file.stat().st_size for file in files)
         for file in files:
             file.unlink(missing_ok=True)

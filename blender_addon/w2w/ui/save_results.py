@@ -65,9 +65,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
         raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
     left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, utility_of(study))
     ranked = ranked_clips(study)
-    lost = [clip.name for clip in ranked if not signal_cache.has(clip.signals)]
-    if lost:
-        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
+    signal_cache.places_of(ranked)
     clips = [clip for clip in ranked if clip.activity not in left_out]
     names = unique_names([f"{clip.name}.npz" for clip in clips])
     armature, saved = armature_of(mesh), []
@@ -100,13 +98,10 @@ def _config(study: bpy.types.PropertyGroup, n_patches: int) -> StudyConfig:
 def _saved(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str) -> SavedClip:
     """A clip as it is in the scene, under a name for its files."""
     file = clip.file if clip.file and not Path(clip.file).is_absolute() else name
-    windows = signal_cache.windows_of(clip.signals)
-    motion = _motion(armature, clip, name)
     return SavedClip(
         Clip(Path(file), file, name, clip.activity, clip.subject, clip.motion_key),
-        motion,
-        signal_cache.path_of(clip.signals),
-        tuple(signal_cache.recordings_of(clip.signals, windows)),
+        _motion(armature, clip, name),
+        signal_cache.place_of(clip.signals),
         {
             "take": "",
             "skeleton": clip.skeleton,

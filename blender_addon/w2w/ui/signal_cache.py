@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baked signals on disk, under keys of everything they were made from, so that no study gets another's.
 
-They lie in the cache folder, or where a run has stored them: in its results folder.
+They lie in a folder laid out as a results folder: in the cache folder, or where a run has stored them.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Sequence
 from pathlib import Path
 
+import bpy
 import numpy as np
 
-from ..core.clip_files import ClipWindows, copy_file, features_file, signals_file, signals_key
-from ..core.files import load_arrays, write_npz
-from ..core.findings.new_folder import recording_of
+from ..core.clip_files import features_file, signals_file, signals_key, write_features
 from ..core.imu.recording import ImuRecording
-from .preferences import cache_folder
+from .preferences import SIGNALS_SUFFIX, cache_folder
 
 KEPT = 4
 """Recordings kept in memory for the overlay."""
@@ -33,51 +33,46 @@ def link(key: str, results: Path, clip: str) -> None:
     _recordings.pop(key, None)
 
 
-def path_of(key: str, folder: Path | None = None) -> Path:
-    """File of a key's features, in the cache folder by default; a thread must be told, for that asks bpy."""
-    if key in _linked:
-        return features_file(*_linked[key])
-    return (folder or cache_folder()) / f"{key}.w2w.npz"
+def place_of(key: str, folder: Path | None = None) -> tuple[Path, str]:
+    """Folder of a key's files and their name there; a thread must be told the cache folder."""
+    return _linked.get(key) or (folder or cache_folder(), key + SIGNALS_SUFFIX)
 
 
-def recordings_of(key: str, windows: ClipWindows | None = None) -> list[Path]:
-    """Files with a key's signals: the clip's own and, where its windows are given, those of its copies."""
-    if key not in _linked:
-        return [path_of(key)]
-    copies = range(len(windows.counts) - 1 if windows is not None else 0)
-    return [signals_file(*_linked[key]), *(copy_file(*_linked[key], copy) for copy in copies)]
+def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[tuple[Path, str]]:
+    """Where the files of baked clips are.
+
+    Raises
+    ------
+    ValueError
+        If some are not there any more.
+    """
+    lost = [clip.name for clip in clips if not has(clip.signals)]
+    if lost:
+        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
+    return [place_of(clip.signals) for clip in clips]
 
 
 def has(key: str) -> bool:
     """Whether a key's signals are there; those of a run may have been made anew since."""
     if key in _linked:
         return signals_key(*_linked[key]) == key
-    return bool(key) and path_of(key).is_file()
+    return bool(key) and all(file(*place_of(key)).is_file() for file in (signals_file, features_file))
 
 
-def save(key: str, recording: ImuRecording, features: np.ndarray, windows: ClipWindows, folder: Path) -> None:
-    """Keep a baked clip, its features of shape (W, N, D); safe in a thread."""
-    write_npz(
-        path_of(key, folder),
-        {
-            "acc": recording.acc,
-            "gyr": recording.gyr,
-            "rate": np.array(recording.rate),
-            **recording.further,
-            "features": features,
-            "is_test": windows.is_test,
-            "signature": windows.signature,
-        },
-    )
+def save(
+    key: str,
+    recording: ImuRecording,
+    windows: tuple[np.ndarray, np.ndarray],
+    signature: np.ndarray,
+    folder: Path,
+) -> None:
+    """Keep a baked clip with its windows, as features and whether each may be tested on; safe in a thread."""
+    place, (features, is_test) = place_of(key, folder), windows
+    for path in (signals_file(*place), features_file(*place)):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_features(features_file(*place), [features], is_test, signature)
+    recording.save(signals_file(*place))
     _recordings.pop(key, None)
-
-
-def windows_of(key: str) -> ClipWindows:
-    """Windows of a key."""
-    needed = ("is_test", "signature")
-    data = load_arrays(path_of(key), needed, "does not hold baked signals", ("counts",))
-    counts = data.get("counts", np.array([len(data["is_test"])]))
-    return ClipWindows(data["is_test"], data["signature"], tuple(counts.tolist()))
 
 
 def recording(key: str) -> ImuRecording | None:
@@ -99,6 +94,6 @@ def _load_recording(key: str) -> ImuRecording | None:
     if not has(key):
         return None
     try:
-        return recording_of(recordings_of(key)[0])
+        return ImuRecording.load(signals_file(*place_of(key)))
     except (OSError, ValueError):  # damaged is as good as gone: baked again
         return None

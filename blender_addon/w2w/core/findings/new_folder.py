@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..body.body import Body
 from ..clip_files import (
     FITTED,
@@ -21,11 +19,11 @@ from ..clip_files import (
     features_file,
     motion_file,
     ranking_inputs,
+    recordings_of,
     signals_file,
 )
 from ..clip_ranking import LabelledClip, rank_clips, same_motions
-from ..files import UNFINISHED, load_arrays, write_json, write_npz
-from ..imu.channels import FURTHER
+from ..files import UNFINISHED, write_json
 from ..imu.recording import ImuRecording
 from ..motion.library import Clip, Library
 from ..motion.motion import Motion
@@ -51,10 +49,8 @@ class SavedClip:
         Its name is that of its files.
     motion : Motion or None
         None where no motion tells what moved the body.
-    features : Path
-        File with its windows.
-    recordings : tuple of Path
-        Files with its signals: its own, then those of its copies, which may not have been kept.
+    place : tuple of Path and str
+        Folder that its signals and windows are in, laid out as a results folder, and their name there.
     details : dict
         What the summary is to say of it, beside its windows.
     source_sha256 : str
@@ -63,8 +59,7 @@ class SavedClip:
 
     clip: Clip
     motion: Motion | None
-    features: Path
-    recordings: tuple[Path, ...]
+    place: tuple[Path, str]
     details: dict[str, Any]
     source_sha256: str
 
@@ -153,26 +148,15 @@ def _write_clip(out: Path, saved: SavedClip, patches: PatchSet) -> ClipResult:
     if saved.motion is not None:
         saved.motion.save(motion_file(out, clip.name))
     labels = (clip.activity, clip.subject, clip.name)
-    recording_of(saved.recordings[0], patches.names, *labels).save(signals_file(out, clip.name))
-    for number, copy in enumerate(path for path in saved.recordings[1:] if path.is_file()):
+    recording = ImuRecording.load(signals_file(*saved.place))
+    recording.labelled(patches.names, *labels).save(signals_file(out, clip.name))
+    shutil.copyfile(features_file(*saved.place), features_file(out, clip.name))
+    windows = ClipWindows.read(out, clip.name)
+    copies = recordings_of(*saved.place, windows)[1:]
+    for number, copy in enumerate(path for path in copies if path.is_file()):
         shutil.copyfile(copy, copy_file(out, clip.name, number))
-    needed = ("features", "is_test", "signature")
-    windows = load_arrays(saved.features, needed, "does not hold a clip's windows", ("counts",))
-    windows.setdefault("counts", np.array([len(windows["is_test"])]))
-    write_npz(features_file(out, clip.name), windows)
-    own = int(windows["counts"][0])
-    details = {"windows": own, "test_windows": int(windows["is_test"].sum())}
+    details = {"windows": windows.counts[0], "test_windows": int(windows.is_test.sum())}
     return ClipResult(clip, "", {**saved.details, **details}, saved.source_sha256)
-
-
-def recording_of(
-    path: Path, sites: tuple[str, ...] = (), activity: str = "", subject: str = "", clip: str = ""
-) -> ImuRecording:
-    """The recording in a file of baked signals, under these labels."""
-    data = load_arrays(path, ("acc", "gyr", "rate"), "does not hold baked signals", tuple(FURTHER))
-    further = {name: data[name] for name in FURTHER if name in data}
-    labels = (sites, activity, subject, clip)
-    return ImuRecording(data["acc"], data["gyr"], float(data["rate"]), *labels, **further)
 
 
 def _ranked(
@@ -180,10 +164,10 @@ def _ranked(
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     """The ranking and its clips, made anew where it is not of these clips."""
     clips = [saved.clip for saved in parts.clips]
-    names = [clip.name for clip in clips]
-    windows = [ClipWindows.read(out, name) for name in names]
+    places = [(out, clip.name) for clip in clips]
+    windows = [ClipWindows.read(*place) for place in places]
     if parts.utility is not None:
         return parts.utility, same_motions(clips, windows)
     config = parts.config
-    inputs = ranking_inputs(out, names, windows, config.classifier, config.windows)
+    inputs = ranking_inputs(places, windows, config.classifier, config.windows)
     return rank_clips(clips, windows, inputs, config, lambda done: told(0.4 + 0.4 * done), pooling=pooling)

@@ -107,6 +107,10 @@ class ImuRecording:
         arrays = {reading.name: getattr(self, reading.name)[:, chosen] for reading in self.readings}
         return replace(self, sites=tuple(self.sites[sensor] for sensor in chosen if self.sites), **arrays)
 
+    def labelled(self, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> ImuRecording:
+        """The recording under other labels."""
+        return replace(self, sites=sites, activity=activity, subject=subject, clip=clip)
+
     @property
     def n_samples(self) -> int:
         """Number of samples in time, T."""
