@@ -33,29 +33,10 @@ LINE = 1000
 
 @dataclass(frozen=True)
 class StoredClip:
-    """A clip of a run.
+    """A clip of a run, its fields named as the panel's; of a skipped one only name, file and problem.
 
-    Parameters
-    ----------
-    name : str
-        Its own, and its files' in the results folder.
-    file : str
-        Where it was read from, as the run said it.
-    activity, subject : str
-    n_frames : int
-    rate : float
-    skeleton : str
-    scale : float
-    motion_key : str
-        Clips of an equal key show the same motion.
-    signals : str
-        Key of its signals (`core.clip_files.signals_key`).
-    action : str
-        Name of its action in the file.
-    problem : str
-        Why it could not be used; empty where it was.
-    source_sha256 : str
-        Hash of the file that it was read from.
+    `motion_key` is equal where clips show the same motion, `signals` is of `core.clip_files.signals_key`,
+    and `action` the name of its action in the file.
     """
 
     name: str

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -67,19 +68,14 @@ def check_fits(mesh: bpy.types.Object, record: StudyRecord) -> None:
     if utility.f1.shape != (len(patches), len(utility.activities)):
         raise ValueError(f"the ranking is of other patches than those of '{mesh.name}'")
     try:
-        config_of_run(record)
+        StudyConfig.from_dict(record.parameters)
     except (KeyError, TypeError) as error:
         raise ValueError(f"the parameters of the run cannot be understood: {error}") from error
 
 
-def config_of_run(record: StudyRecord) -> StudyConfig:
-    """The parameters of the run that a record is of."""
-    return StudyConfig.from_dict(record.parameters)
-
-
 def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.types.Action | None]) -> None:
     """Give a body that has its patches everything else that a run found."""
-    study, config = mesh.w2w, config_of_run(record)
+    study, config = mesh.w2w, StudyConfig.from_dict(record.parameters)
     study.is_body, study.has_shape = True, record.is_own_body
     study.parameters = json.dumps(record.parameters)
     take_over(study)
@@ -150,13 +146,10 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
 
 def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.types.Action | None) -> None:
     clip = study.clips.add()
-    clip.name, clip.file, clip.subject = stored.name, stored.file, stored.subject
-    clip.action, clip.activity = action, stored.activity
-    clip.n_frames, clip.rate = stored.n_frames, stored.rate
-    clip.skeleton, clip.scale = stored.skeleton, stored.scale
-    clip.signals, clip.problem = stored.signals, stored.problem
+    clip.action = action  # before its activity, which is noted on it
+    for name, value in (asdict(stored) | {"action": action}).items():
+        setattr(clip, name, value)
     clip.stored_as = stored.name if stored.signals else ""
-    clip.motion_key, clip.source_sha256 = stored.motion_key, stored.source_sha256
     if action is None and not stored.problem:
         clip.problem = "its motion is no longer where the run left it"
 
