@@ -7,7 +7,7 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from w2w.core.clip_files import WORK, features_file
+from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import UNFINISHED, file_sha256
 from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
@@ -55,12 +55,12 @@ class ClipTask:
     @property
     def motion_file(self) -> Path:
         """The retargeted motion."""
-        return self.out / "motions" / f"{self.clip.name}.npz"
+        return motion_file(self.out, self.clip.name)
 
     @property
     def signals_file(self) -> Path:
         """The recording of all patches."""
-        return self.out / "signals" / f"{self.clip.name}.npz"
+        return signals_file(self.out, self.clip.name)
 
     @property
     def features_file(self) -> Path:
