@@ -52,7 +52,7 @@ def main() -> int:
     options = _options()
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     body = Body.bundled()
-    patches = sample_patches(body, options.patches, mode="fast")
+    patches = sample_patches(body, options.patches)
     motion = _swinging(body, options.frames)
     objects = add_body(body)
     show_action(objects.armature, write_action(objects.armature, motion))

@@ -40,7 +40,7 @@ USERS = (synthesis, skinning, features)
 def jobs() -> dict[str, Callable[[], object]]:
     """Twenty seconds of motion on 512 patches, to signals and from there to features."""
     body = Body.bundled()
-    patches = sample_patches(body, 512, mode="fast")
+    patches = sample_patches(body, 512)
     rotations = np.broadcast_to(np.eye(3), (600, N_JOINTS, 3, 3)).copy()
     motion = Motion(rotations, np.zeros((600, 3)), 30.0)
     settings = synthesis.Synthesis(rate_hz=50)

@@ -38,7 +38,7 @@ def main() -> None:
     kind = "trousers" if "trousers" in sys.argv else "tshirt"
     body = Body.bundled()
     cloth = cut(kind, body).cloth
-    patches = sample_patches(body, 128, mode="fast")
+    patches = sample_patches(body, 128)
     own = cover(cloth.vertices, cloth.faces, body, patches)
     still = _standing(body)
     print(

@@ -79,7 +79,7 @@ def _frames(kind: str, body: Body, motion: Motion) -> Iterator[tuple[np.ndarray,
     mesh = add_body(body).mesh
     item = dress(mesh, kind)
     garment = cut(kind, body).cloth
-    patches = sample_patches(body, 16, mode="fast")
+    patches = sample_patches(body, 16)
     moved, before = with_run_up(motion)
     readers = [EvaluatedVertices(one, np.array([0])) for one in (mesh, item)]
     frames = follow(mesh, [item], [cover(garment.vertices, garment.faces, body, patches)], motion, patches)

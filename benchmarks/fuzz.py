@@ -239,7 +239,7 @@ def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
         other = whole[rng.integers(0, len(whole))].read_bytes()
         target = place / "library" / "damaged" / f"{number}{path.suffix}"
         target.write_bytes(mutated(path.read_bytes(), rng, other))
-    config, out = StudyConfig(patches=4, patch_mode="fast"), place / "out"
+    config, out = StudyConfig(patches=4), place / "out"
     make_folders(out)
     Body.bundled().save(out / WORK / "body.npz")
     place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")

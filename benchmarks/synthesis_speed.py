@@ -147,7 +147,7 @@ def record_long_clip(minutes: float) -> None:
     from w2w.core.patches.patches import sample_patches
 
     body = Body.bundled()
-    patches = sample_patches(body, N_SENSORS, mode="fast")
+    patches = sample_patches(body, N_SENSORS)
     t = np.arange(int(minutes * 60 * FRAME_RATE))[:, None] / FRAME_RATE
     hz = np.random.default_rng(0).uniform(0.2, 2, N_JOINTS)
     turns = np.zeros((len(t), N_JOINTS, 3))

@@ -60,7 +60,7 @@ def draped(body: Body, clip: Path, second: float) -> tuple[Body, dict[str, Body]
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     objects = add_body(body)
     items = {kind: dress(objects.mesh, kind) for kind in KINDS}
-    patches = sample_patches(body, 16, mode="fast")
+    patches = sample_patches(body, 16)
     cloths = {kind: cut(kind, body).cloth for kind in KINDS}
     covers = without_overlap([cover(c.vertices, c.faces, body, patches) for c in cloths.values()])
     moved, before = with_run_up(motion)

@@ -17,8 +17,8 @@ PURE_WHEELS = (
     "typing_extensions", "tzdata",
 )  # fmt: skip
 COMPILED_WHEELS = (
-    "contourpy", "kiwisolver", "MarkupSafe", "matplotlib", "pillow", "pydantic_core", "pygeodesic",
-    "scikit-learn", "scipy",
+    "contourpy", "kiwisolver", "MarkupSafe", "matplotlib", "pillow", "pydantic_core", "scikit-learn",
+    "scipy",
 )  # fmt: skip
 """What the extension and its command import beyond numpy, and what these need; the versions stand in
 constraints.txt."""
@@ -30,13 +30,10 @@ OTHER_VERSIONS = {
     ("contourpy", "3.13"): "1.3.2",
     ("matplotlib", "3.11"): "3.10.8",
     ("matplotlib", "3.13"): "3.10.8",
-    ("pygeodesic", "3.11"): "0.1.11",
-    ("pygeodesic", "3.13"): "0.1.11",
-    ("pygeodesic", "3.14"): None,
     ("scipy", "3.14"): "1.16.3",
 }
 """Where the constrained version has no wheel for a Python, or wants a newer numpy than Blender 4.2 has
-(1.24): the one to take, or None where there is none. Pythons that share a zip have the same: see
+(1.24): the one to take. Pythons that share a zip have the same: see
 `shipped_name`."""
 
 PLATFORMS = {
@@ -51,9 +48,8 @@ ASK = "import sys; print('w2w-python', *sys.version_info[:2])"
 
 
 def versions_for(python: str, names: tuple[str, ...] = PURE_WHEELS + COMPILED_WHEELS) -> dict[str, str]:
-    """Version of each library for a Python such as "3.13"; what has no wheel for it is left out."""
-    found = {name: OTHER_VERSIONS.get((name, python), _constrained(name)) for name in names}
-    return {name: version for name, version in found.items() if version is not None}
+    """Version of each library for a Python such as "3.13"."""
+    return {name: OTHER_VERSIONS.get((name, python), _constrained(name)) for name in names}
 
 
 def fetch_wheels(platform: str, pythons: tuple[str, ...]) -> list[Path]:

@@ -23,7 +23,6 @@ from ..reports import comparison, console_tables, draw, html, pictures
 from ..runs.folder import SUMMARY, TABLES, FolderBusyError, check_results, make_folders, only_run
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
-from ..runs.patch_mode import placeable
 from ..runs.picture_names import HEATMAPS, picture_files
 from ..runs.study import RunPlan, StudyError, run_study, write_config
 from ..runs.workers import EngineError
@@ -62,7 +61,6 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     typer.Exit
         With the exit code, when there is no result.
     """
-    plan = replace(plan, config=placeable(plan.config, monitor.console))
     try:
         check_folder(plan, out)
         make_folders(out)

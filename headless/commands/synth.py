@@ -24,7 +24,6 @@ from w2w.core.study import record as record_at
 from .. import signal_options
 from ..console import NOTHING_TO_DO, USAGE
 from ..runs.own_files import new_file
-from ..runs.patch_mode import placeable
 from ..runs.workers import load_alone
 
 
@@ -67,7 +66,6 @@ def synth(
             further=_recorded_too(record, magnetic_dip, kind),
             seed=seed,
         )
-        config = placeable(config, console)
         body = Body.bundled()
         patches = sensor_at(body, patch, lambda body: place_patches(body, config))
     except ValueError as error:

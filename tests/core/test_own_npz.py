@@ -19,7 +19,7 @@ def files(bundled_body, tmp_path_factory):
     """A whole file of each kind."""
     folder = tmp_path_factory.mktemp("whole")
     bundled_body.save(folder / "Body.npz")
-    sample_patches(bundled_body, 8, mode="fast").save(folder / "PatchSet.npz")
+    sample_patches(bundled_body, 8).save(folder / "PatchSet.npz")
     rng = np.random.default_rng(1)
     labels = np.repeat(["a", "b"], 20)
     clips = np.repeat(np.arange(8), 5)

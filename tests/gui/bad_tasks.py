@@ -53,7 +53,7 @@ class BadTask(ClipTask):
 
 def main(library: str, out: str, report: str) -> None:
     """Do good and bad tasks together, and one call that dies."""
-    folder, config = Path(out), StudyConfig(patches=8, patch_mode="fast")
+    folder, config = Path(out), StudyConfig(patches=8)
     make_folders(folder)
     body = Body.bundled()
     body.save(folder / WORK / "body.npz")

@@ -22,8 +22,6 @@ def main(zip_path: str, report: str) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.extensions.package_install_files(filepath=zip_path, repo="user_default", enable_on_install=True)
     modules = ("scipy", "sklearn", "trimesh", "joblib", "threadpoolctl", "cmap", "cloudpickle")
-    if sys.version_info < (3, 14):  # for which there is none
-        modules += ("pygeodesic",)
     found = {name: importlib.import_module(name).__file__ for name in modules}
     bpy.ops.w2w.add_body()
     study = bpy.context.scene.w2w.body.w2w

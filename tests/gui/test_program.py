@@ -40,11 +40,6 @@ RADIANS_OR_METRES = 1e-5
 STEPS_OF_THE_SENSOR = 1.01
 """Signals may differ by one step of the sensor's resolution, where rounding falls to the other side."""
 
-WITHOUT_PYGEODESIC = (
-    "import sys; sys.modules['pygeodesic'] = None; from w2w.headless.start import main; main()"
-)
-"""As in a Blender whose Python has none, which places patches in mode "fast"."""
-
 TIMEOUT_S = 1800
 """A busy machine is slow; the longest takes a minute on an idle one."""
 
@@ -113,9 +108,7 @@ def test_the_installed_zip_alone_runs_a_whole_study(study) -> None:
 
 def test_it_agrees_with_the_blender_module(study, library: Path) -> None:
     out, theirs = PLACE / "by module", study[1]
-    mode = json.loads((theirs / "config.json").read_text())["parameters"]["patch_mode"]
-    start = ["-m", "headless"] if mode == "exact" else ["-c", WITHOUT_PYGEODESIC]
-    command = [sys.executable, *start, "run", str(library), "--out", str(out), *STUDY]
+    command = [sys.executable, "-m", "headless", "run", str(library), "--out", str(out), *STUDY]
     assert done([*command, "--no-pictures", "--no-report"]).returncode == 0
     for path in sorted(out.glob("motions/*.npz")):
         ours, other = np.load(path), np.load(theirs / "motions" / path.name)

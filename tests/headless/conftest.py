@@ -74,10 +74,10 @@ def placed_once() -> Iterator[None]:
     """The same patches on the same body are placed once in this process: it takes a second or more."""
     placed = {}
 
-    def place(body, n, seed, mode):
-        key = (body.vertices.tobytes(), n, seed, mode)
+    def place(body, n, seed):
+        key = (body.vertices.tobytes(), n, seed)
         if key not in placed:
-            placed[key] = sample_patches(body, n, seed, mode=mode)
+            placed[key] = sample_patches(body, n, seed)
         return placed[key]
 
     with pytest.MonkeyPatch.context() as patch:
@@ -105,8 +105,8 @@ def sparse_results(bundled_body, tmp_path_factory) -> Path:
 
 def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path:
     make_folders(out)
-    config = StudyConfig(patches=PLACES, patch_mode="fast", seed=3, title=project)
-    patches = sample_patches(body, PLACES, seed=3, mode="fast")
+    config = StudyConfig(patches=PLACES, seed=3, title=project)
+    patches = sample_patches(body, PLACES, seed=3)
     body.save(out / ".w2w" / "body.npz")
     patches.save(out / ".w2w" / "patches.npz")
     labels = [activity for activity, count in clips_of.items() for _ in range(count)]

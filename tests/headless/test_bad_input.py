@@ -223,7 +223,7 @@ def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundl
 
     amass(tmp_path / "half an hour.npz", frames=1801, mocap_framerate=np.array(1.0))
     make_folders(tmp_path)
-    config = StudyConfig(patches=64, patch_mode="fast")
+    config = StudyConfig(patches=64)
     bundled_body.save(tmp_path / WORK / "body.npz")
     place_patches(bundled_body, config).save(tmp_path / WORK / "patches.npz")
     clip = Clip(tmp_path / "half an hour.npz", "half an hour.npz", "long", "idle")

@@ -28,13 +28,13 @@ def body_in_scene(empty_file: bpy.types.Scene, bundled_body: Body) -> BodyObject
 @pytest.fixture(scope="session")
 def patches(bundled_body: Body) -> PatchSet:
     """A few patches all over the bundled body."""
-    return sample_patches(bundled_body, n=48, seed=3, mode="fast")
+    return sample_patches(bundled_body, n=48, seed=3)
 
 
 @pytest.fixture(scope="session")
 def all_patches(bundled_body: Body) -> PatchSet:
     """As many patches as the paper has."""
-    return sample_patches(bundled_body, seed=0, mode="fast")
+    return sample_patches(bundled_body, seed=0)
 
 
 def difference(matrices: np.ndarray, truth: np.ndarray) -> tuple[float, float]:

@@ -62,7 +62,7 @@ def test_an_unknown_garment_is_refused(body_in_scene):
 @pytest.mark.usefixtures("empty_file")
 def test_a_shirt_hangs_on_the_body_and_gives_the_same_bytes_again():
     body = Body.bundled()
-    patches = sample_patches(body, n=64, seed=0, mode="fast")
+    patches = sample_patches(body, n=64, seed=0)
     pelvis = np.tile(body.joints[0], (12, 1))
     lean = np.tile(np.eye(3), (12, 24, 1, 1))
     standing = Motion(lean, pelvis, 50.0, "standing", "one", "clip")

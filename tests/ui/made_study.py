@@ -33,7 +33,6 @@ def take_through(library: Path, steps: str) -> bpy.types.Object:
     assert bpy.ops.w2w.add_body() == {"FINISHED"}
     body = bpy.context.scene.w2w.body
     body.w2w.patch_count = N_PATCHES
-    body.w2w.patch_method = "fast"
     if "motions" in steps:
         assert bpy.ops.w2w.import_folder(directory=str(library)) == {"FINISHED"}
     if "patches" in steps:

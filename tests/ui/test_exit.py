@@ -20,7 +20,7 @@ import w2w as extension
 extension.register()
 bpy.ops.w2w.add_body()
 study = bpy.context.scene.w2w.body.w2w
-study.patch_count, study.patch_method = 24, "fast"
+study.patch_count = 24
 bpy.ops.w2w.place_patches()
 if sys.argv[2] == "job":
     from w2w.ui import jobs, step3_patches

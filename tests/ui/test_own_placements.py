@@ -213,7 +213,6 @@ def test_a_table_is_read_as_the_command_line_reads_it(library: Path, tmp_path: P
 @pytest.mark.slow
 def test_both_doors_tell_the_same_of_them(library: Path, tmp_path: Path) -> None:
     body = make_study(library, "motions")
-    body.w2w.patch_method = "exact"
     bpy.ops.w2w.load_placements(filepath=table(tmp_path))
     all_steps()
     options = ["--patches", str(N_PATCHES), "--workers", "1", "--no-pictures"]

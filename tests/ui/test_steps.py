@@ -18,7 +18,7 @@ from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, confidence_sentence, mean_caution
 from w2w.scene.patches import carrier_triangles, patch_empties
-from w2w.ui import jobs, menus, properties, results, step3_patches
+from w2w.ui import jobs, menus, properties, results
 from w2w.ui.state import (
     STALE,
     bake_settings,
@@ -50,18 +50,6 @@ def test_each_step_says_what_is_missing(library: Path) -> None:
     assert not bpy.ops.w2w.rank_patches.poll()
     bpy.ops.w2w.bake_signals()
     assert missing_for_rank(body) == ""
-
-
-def test_where_exact_distances_lack_their_library_placing_says_so_once(library: Path, monkeypatch) -> None:
-    monkeypatch.setattr(step3_patches, "exact_is_available", lambda: False)
-    body = make_study(library, "")
-    body.w2w.patch_method = "exact"
-    bpy.ops.w2w.place_patches()
-    said = "; by fast distances: pygeodesic, the library of exact ones, is not there for this Python"
-    assert jobs.message.text.endswith(said)
-    assert body.w2w.patch_method == "fast"
-    bpy.ops.w2w.place_patches()
-    assert jobs.message.text.endswith("regions")
 
 
 def test_the_joint_that_moves_decides_where_its_activity_is_seen(library: Path) -> None:

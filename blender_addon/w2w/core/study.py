@@ -45,8 +45,6 @@ class StudyConfig:
     ----------
     patches : int
         Patches on the body.
-    patch_mode : {"exact", "fast"}
-        Geodesic distances that the patches are sampled by (`patches.sample_patches`).
     placements : tuple of (str, int or tuple of 3 floats)
         Placements of one's own beside the sampled patches, as for `with_placements`.
     garments : tuple of str
@@ -94,7 +92,6 @@ class StudyConfig:
     """
 
     patches: int = DEFAULT_PATCHES
-    patch_mode: str = "exact"
     placements: tuple[tuple[str, int | tuple[float, ...]], ...] = ()
     garments: tuple[str, ...] = ()
     synthesis: Synthesis = field(default_factory=Synthesis)
@@ -148,7 +145,7 @@ class StudyConfig:
 
     def signal_parameters(self) -> dict[str, Any]:
         """The parameters that signals and features depend on; the others only rank and choose."""
-        names = ("patches", "patch_mode", "synthesis", "root_band_hz", "windows", "seed")
+        names = ("patches", "synthesis", "root_band_hz", "windows", "seed")
         chosen = {name: plain(getattr(self, name)) for name in names}
         chosen |= {"sensor_model": plain(self.sensor_model())}
         for name in ("placements", "garments"):
@@ -219,7 +216,7 @@ def place_patches(body: Body, config: StudyConfig) -> PatchSet:
     ValueError
         If a placement cannot be: the message says why.
     """
-    patches = sample_patches(body, config.patches, config.seed, mode=config.patch_mode)
+    patches = sample_patches(body, config.patches, config.seed)
     return with_placements(body, patches, dict(config.placements)) if config.placements else patches
 
 

@@ -208,7 +208,6 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
         study = body.w2w
         placed = patches_of(body)
         layout.prop(study, "patch_count")
-        layout.prop(study, "patch_method")
         layout.prop(study, "patch_seed")
         row = layout.row(align=True)
         row.scale_y = 1.2

@@ -158,14 +158,6 @@ class W2W_PG_study(
         max=6890,
         soft_max=1024,
     )
-    patch_method: EnumProperty(
-        name="Distances",
-        description="How distances over the surface are measured when patches are spread",
-        items=(
-            ("exact", "Exact", "Exact geodesic distances"),
-            ("fast", "Fast", "Graph distances, 0.6 % off on average"),
-        ),
-    )
     patch_seed: IntProperty(name="Seed", description="Chooses the patch that spreading starts from", min=0)
     patch_size: FloatProperty(
         name="Size",

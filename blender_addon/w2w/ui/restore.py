@@ -124,11 +124,7 @@ def opened_text(mesh: bpy.types.Object) -> str:
 
 def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
     with without_updates():
-        study.patch_count, study.patch_method, study.patch_seed = (
-            config.patches,
-            config.patch_mode,
-            config.seed,
-        )
+        study.patch_count, study.patch_seed = config.patches, config.seed
         if config.own_sensor is not None and config.own_sensor.name == config.sensor:
             keep_own_sensor(study, config.own_sensor)
             study.sensor = OWN

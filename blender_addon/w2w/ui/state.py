@@ -93,7 +93,6 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
     return replace(
         run,
         patches=study.patch_count,
-        patch_mode=study.patch_method,
         synthesis=_synthesis(study, run.synthesis),
         root_band_hz=_band(study, "root_band", run.root_band_hz),
         **_sensor(study),

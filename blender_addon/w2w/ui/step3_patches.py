@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import bpy
 
-from ..core.patches.geodesics import exact_is_available
 from ..core.study import place_patches as sample
 from ..scene.packing import pack
 from ..scene.patches import place_patches, remove_patches
@@ -61,9 +60,6 @@ class W2W_OT_remove_patches(bpy.types.Operator):
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = body_as_run(mesh), mesh.w2w
-    is_replaced = study.patch_method == "exact" and not exact_is_available()
-    if is_replaced:
-        study.patch_method = "fast"
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(config_of(study), seed=study.patch_seed, placements=tuple(own))
     patches = yield from jobs.in_thread(
@@ -80,8 +76,6 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     text = f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
     if own:
         text += f", {len(own)} of them your own"
-    if is_replaced:
-        text += "; by fast distances: pygeodesic, the library of exact ones, is not there for this Python"
     return text
 
 

@@ -9,7 +9,7 @@ from w2w.core.patches.patches import sample_patches
 
 
 def test_it_names_the_patches_and_their_regions(tmp_path, bundled_body):
-    patches = sample_patches(bundled_body, n=12, mode="fast")
+    patches = sample_patches(bundled_body, n=12)
     (tmp_path / WORK).mkdir()
     chosen = np.array([2, 5])
     own = Cover(chosen, np.zeros((2, 3), dtype=int), np.tile(np.eye(3), (2, 1, 1)))

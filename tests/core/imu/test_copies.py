@@ -18,7 +18,7 @@ IDEAL = SensorModel.ideal()
 
 @pytest.fixture(scope="module")
 def patches(bundled_body):
-    return sample_patches(bundled_body, 12, seed=0, mode="fast")
+    return sample_patches(bundled_body, 12, seed=0)
 
 
 def copies(body, patches, motion, *switches, sensor=IDEAL, number=2, seed=0):

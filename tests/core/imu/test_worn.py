@@ -13,7 +13,7 @@ from w2w.core.study import StudyConfig, record, record_baked
 
 @pytest.fixture(scope="module")
 def some_patches(bundled_body):
-    return sample_patches(bundled_body, n=24, seed=1, mode="fast")
+    return sample_patches(bundled_body, n=24, seed=1)
 
 
 def offset_by(matrices, offset):

@@ -11,7 +11,7 @@ from w2w.core.patches.patches import sample_patches
 
 @pytest.fixture(scope="module")
 def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0, mode="fast")
+    return sample_patches(bundled_body, 512, seed=0)
 
 
 def found(patches, wish):

@@ -27,8 +27,8 @@ def graph(bundled_body) -> StripGraph:
 
 
 @pytest.fixture(scope="module")
-def centres(bundled_body, graph) -> np.ndarray:
-    return np.array(farthest_points(graph, 256, 0, len(bundled_body.vertices)).picks)
+def centres(graph) -> np.ndarray:
+    return farthest_points(graph, 256, 0)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from w2w.core.patches.patches import sample_patches
 
 @pytest.fixture(scope="module")
 def patches(bundled_body):
-    return sample_patches(bundled_body, n=96, seed=0, mode="fast")
+    return sample_patches(bundled_body, n=96, seed=0)
 
 
 @pytest.fixture(scope="module")

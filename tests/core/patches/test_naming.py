@@ -26,7 +26,7 @@ SITES = {site.name: site for site in SENSOR_SITES}
 
 @pytest.fixture(scope="module")
 def patches(bundled_body) -> PatchSet:
-    return sample_patches(bundled_body, mode="fast")
+    return sample_patches(bundled_body)
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +170,7 @@ def test_a_patch_s_own_name_means_that_patch(bundled_body, patches) -> None:
 @pytest.mark.filterwarnings("ignore:the nearest patch")
 @pytest.mark.parametrize("n", [16, 48, 96])
 def test_no_patch_stands_for_a_place_that_it_is_far_from(bundled_body, n) -> None:
-    few = sample_patches(bundled_body, n, mode="fast")
+    few = sample_patches(bundled_body, n)
     seen = set()
     for region in regions_of(bundled_body)[1]:
         if region in few.names:
@@ -195,7 +195,7 @@ def test_no_patch_stands_for_a_place_that_it_is_far_from(bundled_body, n) -> Non
 
 
 def test_python_is_warned_of_a_patch_that_is_not_near(bundled_body) -> None:
-    few = sample_patches(bundled_body, 96, mode="fast")
+    few = sample_patches(bundled_body, 96)
     with pytest.warns(UserWarning, match="the nearest patch to 'chest' is .* cm away"):
         resolve("chest", bundled_body, few)
 

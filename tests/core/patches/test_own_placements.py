@@ -28,7 +28,7 @@ def test_placements_keep_their_names_order_and_vertices(bundled_body):
 
 
 def test_they_are_the_patches_that_sampling_makes_of_the_same_vertices(bundled_body):
-    sampled = sample_patches(bundled_body, 24, seed=3, mode="fast")
+    sampled = sample_patches(bundled_body, 24, seed=3)
     own = patches_at(bundled_body, {f"p{n}": int(vertex) for n, vertex in enumerate(sampled.vertices)})
     np.testing.assert_array_equal(own.triangles, sampled.triangles)
     np.testing.assert_array_equal(own.labels, sampled.labels)
@@ -88,7 +88,7 @@ def test_every_piece_of_a_body_needs_a_placement(bundled_body):
 
 
 def test_placements_stand_after_the_sampled_patches(bundled_body):
-    sampled = sample_patches(bundled_body, 24, seed=3, mode="fast")
+    sampled = sample_patches(bundled_body, 24, seed=3)
     free = int(np.setdiff1d(np.arange(1000), sampled.vertices)[0])
     both = with_placements(bundled_body, sampled, {"ring": free, "strap pod": int(sampled.vertices[5])})
     assert len(both) == 25
@@ -102,7 +102,7 @@ def test_placements_stand_after_the_sampled_patches(bundled_body):
 
 
 def test_a_placement_may_not_be_called_as_another_patch(bundled_body):
-    sampled = sample_patches(bundled_body, 24, seed=3, mode="fast")
+    sampled = sample_patches(bundled_body, 24, seed=3)
     free = int(np.setdiff1d(np.arange(1000), sampled.vertices)[0])
     with pytest.raises(ValueError, match="already: name your placement otherwise"):
         with_placements(bundled_body, sampled, {sampled.names[0].upper(): free})

@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
 from w2w.core.body.body import Body
-from w2w.core.patches.geodesics import ExactSolver
+from w2w.core.body.shapes import shaped
 from w2w.core.patches.interpolation import interpolation_weights
-from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.patches.patches import PATCH_ORDER, PatchSet, sample_patches
 from w2w.core.patches.strip_graph import StripGraph
+
+FIRST = [5860, 1404, 4806, 637, 1163, 5521, 6067, 3372]
 
 
 @pytest.fixture(scope="module")
@@ -31,39 +34,57 @@ def test_patches_are_distinct_places_with_a_cell_each(bundled_body, patches) -> 
 
 
 def test_cells_hold_the_vertices_nearest_to_their_patch(bundled_body, patches) -> None:
-    distance = ExactSolver(bundled_body.vertices, bundled_body.faces)
+    graph = StripGraph.of(bundled_body.vertices, bundled_body.faces)
     for patch in (0, 400):
         cell = np.flatnonzero(patches.labels == patch)
-        own = distance.distances(int(patches.vertices[patch]))[cell]
+        own = graph.distances(int(patches.vertices[patch]))[cell]
         for other in np.random.default_rng(patch).integers(512, size=3):
-            to_other = distance.distances(int(patches.vertices[other]))[cell]
+            to_other = graph.distances(int(patches.vertices[other]))[cell]
             assert (own <= to_other + 1e-8).all()
 
 
 def test_the_seed_chooses_the_first_patch(bundled_body) -> None:
-    firsts = {int(sample_patches(bundled_body, 3, seed, "fast").vertices[0]) for seed in range(5)}
+    firsts = {int(sample_patches(bundled_body, 3, seed).vertices[0]) for seed in range(5)}
     assert len(firsts) == 5
-    one, two = (sample_patches(bundled_body, 20, 7, "fast") for _ in range(2))
+    one, two = (sample_patches(bundled_body, 20, 7) for _ in range(2))
     np.testing.assert_array_equal(one.triangles, two.triangles)
 
 
 @pytest.mark.slow
 def test_2048_patches_work(bundled_body) -> None:
-    patches = sample_patches(bundled_body, 2048, mode="fast")
+    patches = sample_patches(bundled_body, 2048)
     assert len(set(patches.vertices.tolist())) == 2048
     spread = patches.to_vertices(np.arange(2048.0))
     assert 0 <= spread.min() < spread.max() <= 2047
 
 
-@pytest.mark.parametrize("mode", ["exact", "fast"])
-def test_symmetric_patches_mirror_each_other(bundled_body, mode: str) -> None:
-    patches = sample_patches(bundled_body, 64, mode=mode, symmetric=True)
+def test_the_bundled_body_s_patches_are_nested_and_those_of_its_shapes(bundled_body, patches) -> None:
+    few, woman = sample_patches(bundled_body, 24), sample_patches(shaped(bundled_body, gender=-1), 512)
+    np.testing.assert_array_equal(few.vertices, patches.vertices[:24])
+    np.testing.assert_array_equal(woman.vertices, patches.vertices)
+
+
+def test_the_order_of_the_bundled_body_s_patches_is_fixed_and_holds_every_vertex() -> None:
+    order = np.load(PATCH_ORDER)
+    assert order[:8].tolist() == FIRST
+    np.testing.assert_array_equal(np.sort(order), np.arange(6890))
+
+
+def test_each_patch_of_the_order_is_farthest_from_those_before(bundled_body, patches) -> None:
+    exact = PyGeodesicAlgorithmExact(bundled_body.vertices, bundled_body.faces)
+    for count in (1, 2, 5, 17, 64, 150, 256, 400, 511):
+        nearest, _ = exact.geodesicDistances(patches.vertices[:count].tolist(), None)
+        assert nearest[patches.vertices[count]] >= nearest.max() - 2e-9
+
+
+def test_symmetric_patches_mirror_each_other(bundled_body) -> None:
+    patches = sample_patches(bundled_body, 64, symmetric=True)
     assert set(bundled_body.mirror[patches.vertices]) == set(patches.vertices)
 
 
 @pytest.mark.parametrize("n", [64, 128])
 def test_mirror_pairs_are_as_near_to_each_other_as_other_patches(bundled_body, n: int) -> None:
-    picks = sample_patches(bundled_body, n, mode="fast", symmetric=True).vertices
+    picks = sample_patches(bundled_body, n, symmetric=True).vertices
     graph, images = StripGraph.of(bundled_body.vertices, bundled_body.faces), bundled_body.mirror[picks]
     spacing, pair = [], []
     for pick, image in zip(picks, images, strict=True):
@@ -101,7 +122,6 @@ def test_a_file_of_something_else_is_refused(bundled_body, tmp_path) -> None:
     [
         ({"n": 0}, "between 1 and"),
         ({"n": 7000}, "between 1 and"),
-        ({"mode": "heat"}, '"exact" or "fast"'),
     ],
 )
 def test_wrong_arguments_are_named(bundled_body, arguments, message) -> None:

@@ -13,7 +13,7 @@ from w2w.core.patches.products import PRODUCTS
 
 @pytest.fixture(scope="module")
 def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0, mode="fast")
+    return sample_patches(bundled_body, 512, seed=0)
 
 
 def test_products_are_made_of_regions_that_a_body_has(bundled_body):

@@ -14,7 +14,7 @@ from w2w.core.patches.skin import SkinDistances
 @pytest.fixture(scope="module")
 def measured():
     body = Body.bundled()
-    patches = sample_patches(body, 96, mode="fast", symmetric=True)
+    patches = sample_patches(body, 96, symmetric=True)
     return body, patches, SkinDistances.of(body, patches)
 
 

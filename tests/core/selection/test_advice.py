@@ -16,7 +16,7 @@ ACTIVITIES = ("bow", "jump", "run", "walk")
 
 @pytest.fixture(scope="module")
 def patches(bundled_body):
-    return sample_patches(bundled_body, 24, seed=0, mode="fast")
+    return sample_patches(bundled_body, 24, seed=0)
 
 
 @pytest.fixture(scope="module")

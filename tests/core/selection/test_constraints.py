@@ -10,7 +10,7 @@ from w2w.core.selection.constraints import Constraints, read_costs
 
 @pytest.fixture(scope="module")
 def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0, mode="fast")
+    return sample_patches(bundled_body, 512, seed=0)
 
 
 def test_only_forbid_must_and_costs(patches):
@@ -67,7 +67,7 @@ def test_a_part_that_must_be_chosen_may_be_forbidden_in_places(patches):
 
 
 def test_where_no_place_lies_nothing_can_be_forbidden_or_required(bundled_body):
-    few = sample_patches(bundled_body, 12, seed=0, mode="fast")
+    few = sample_patches(bundled_body, 12, seed=0)
     assert not any(region.startswith("left wrist") for region in few.regions)
     assert Constraints(forbid=("left wrist",)).terms(few)["allowed"].all()
     with pytest.raises(

@@ -25,7 +25,7 @@ from w2w.core.selection.headline import (
 
 @pytest.fixture(scope="module")
 def patches(bundled_body):
-    return sample_patches(bundled_body, 256, seed=0, mode="fast")
+    return sample_patches(bundled_body, 256, seed=0)
 
 
 def ranked(expected, as_good, reliability=0.8, clips=12, protocol="5-fold cross-validation grouped by clip"):

@@ -62,7 +62,7 @@ def _sweep(path, name):
         features, activity, clip, None, np.ones(72, bool), ("bow", "jump"), Ridge(alphas=(0.1,)), resamples=9
     )
     one = SweptCase(Case("usual", name, StudyConfig()), utility, compare_maps(utility, utility))
-    sweep_figure(path, [one], sample_patches(Body.bundled(), 6, mode="fast"))
+    sweep_figure(path, [one], sample_patches(Body.bundled(), 6))
 
 
 def _confusions(path, name):
@@ -75,7 +75,7 @@ def _score_maps(path, name):
 
 
 def _drawing(path, name):
-    patches = sample_patches(Body.bundled(), 6, mode="fast")
+    patches = sample_patches(Body.bundled(), 6)
     draw_heatmap(path, Body.bundled(), patches, SIX, name, name, name)
 
 

@@ -45,7 +45,7 @@ def library(shared_data, tmp_path_factory):
 
 @pytest.fixture
 def tasks(library, bundled_body, tmp_path):
-    config = StudyConfig(patches=8, patch_mode="fast")
+    config = StudyConfig(patches=8)
     make_folders(tmp_path)
     bundled_body.save(tmp_path / WORK / "body.npz")
     place_patches(Body.bundled(), config).save(tmp_path / WORK / "patches.npz")

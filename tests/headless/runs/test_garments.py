@@ -40,7 +40,7 @@ def test_an_object_must_be_named(tmp_path):
 
 def test_what_is_covered_stands_in_the_work_folder(tmp_path, bundled_body):
     (tmp_path / WORK).mkdir()
-    patches = sample_patches(bundled_body, n=48, mode="fast")
+    patches = sample_patches(bundled_body, n=48)
     fit_garments(StudyConfig(garments=("tshirt", "trousers")), bundled_body, patches, tmp_path)
     covers = load_covers(tmp_path / FITTED)
     assert list(covers) == ["tshirt", "trousers"]

@@ -33,7 +33,7 @@ CLAIMS = [
 
 @pytest.fixture(scope="module")
 def patches():
-    return sample_patches(Body.bundled(), 40, mode="fast")
+    return sample_patches(Body.bundled(), 40)
 
 
 def ranked(patches, seed=0, clips=6, shuffled=False):

@@ -33,7 +33,7 @@ def usual():
 def said(utility):
     console = Console(record=True, width=1000, file=StringIO())
     one = SweptCase(Case("usual", "as run", StudyConfig()), utility, compare_maps(utility, utility))
-    show_sweep([one], sample_patches(Body.bundled(), 6, mode="fast"), console)
+    show_sweep([one], sample_patches(Body.bundled(), 6), console)
     return console.export_text()
 
 

@@ -10,7 +10,7 @@ from importlib import metadata
 
 from ..body.body import PACKAGE
 
-LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "pygeodesic", "bpy")
+LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "bpy")
 
 
 def versions() -> dict[str, str]:

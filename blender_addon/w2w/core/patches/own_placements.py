@@ -10,13 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ..body.body import Body
-from ..body.regions import regions_of
 from ..csv_tables import read_table
-from .carriers import carrier_triangles
-from .interpolation import interpolation_weights
-from .patches import PatchSet
-from .skin import AT_ONCE
-from .strip_graph import StripGraph
+from .patches import PatchSet, patch_set
 
 FARTHEST_M = 0.05
 """From the skin that a position may lie: a sensor has a case and a strap."""
@@ -46,7 +41,7 @@ def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> P
     if not isinstance(placements, Mapping):
         raise ValueError(f"placements are given as {{'strap pod': 1234}}, not as {placements!r}")
     names, centres = _checked(body, placements)
-    return _patches(body, centres, names, seed=0)
+    return patch_set(body, centres, names, seed=0)
 
 
 def with_placements(
@@ -81,7 +76,7 @@ def with_placements(
         else:
             names.append(name)
             centres.append(vertex)
-    return _patches(body, np.array(centres), tuple(names), patches.seed)
+    return patch_set(body, np.array(centres), tuple(names), patches.seed)
 
 
 def placement_vertices(body: Body, placements: Mapping[str, int | Sequence[float]]) -> dict[str, int]:
@@ -175,36 +170,6 @@ def _checked(
     centres = np.array([_vertex(body, *each) for each in zip(names, placements.values(), strict=True)])
     check_apart(names, centres.tolist())
     return names, centres
-
-
-def _patches(body: Body, centres: np.ndarray, names: tuple[str, ...], seed: int) -> PatchSet:
-    graph = StripGraph.of(body.vertices, body.faces)
-    labels = _nearest(graph, centres)  # refuses what is of several pieces
-    codes, regions = regions_of(body)
-    return PatchSet(
-        vertices=centres.astype(np.int32),
-        triangles=carrier_triangles(body, graph, centres),
-        labels=labels,
-        regions=tuple(regions[code] for code in codes[centres]),
-        seed=seed,
-        interpolation=interpolation_weights(graph, centres),
-        own_names=names,
-    )
-
-
-def _nearest(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
-    """The nearest of some vertices to each vertex, shape (V,); of equals the first."""
-    cover = graph.distances(centres, nearest=True)
-    if not np.isfinite(cover).all():
-        raise ValueError(f"the body is of {graph.n_pieces} separate pieces: each needs a placement")
-    least, nearest = np.full(len(cover), np.inf), np.zeros(len(cover), dtype=np.int32)
-    for begin in range(0, len(centres), AT_ONCE):  # some at a time: a window has its turn in between
-        distance = graph.distances(centres[begin : begin + AT_ONCE], limit=cover.max())
-        closest = distance.min(axis=0)
-        nearer = closest < least
-        nearest[nearer] = begin + distance.argmin(axis=0)[nearer]
-        least[nearer] = closest[nearer]
-    return nearest
 
 
 def _vertex(body: Body, name: str, where: int | Sequence[float]) -> int:

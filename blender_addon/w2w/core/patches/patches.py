@@ -7,22 +7,24 @@ from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..body.body import Body
+from ..body.body import TEMPLATES, Body
 from ..body.regions import regions_of
+from ..body.shapes import bundled_targets
 from ..files import load_arrays, write_npz
 from .carriers import carrier_triangles
-from .geodesics import ExactSolver
 from .interpolation import interpolation_weights
-from .sampling import Sampling, farthest_points, mirrored_farthest_points
+from .sampling import farthest_points, mirrored_farthest_points
 from .strip_graph import StripGraph
 
 DEFAULT_PATCHES = 512
 """How many patches the paper samples."""
+
+PATCH_ORDER = TEMPLATES / "patch_order.npy"
+"""All vertices of the bundled body in the order of an exact geodesic farthest-point sampling by seed 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,10 +160,12 @@ def sample_patches(
     body: Body,
     n: int = DEFAULT_PATCHES,
     seed: int = 0,
-    mode: Literal["exact", "fast"] = "exact",
     symmetric: bool = False,
 ) -> PatchSet:
     """Sample patches evenly over a body by geodesic farthest-point sampling.
+
+    The bundled body has, for seed 0, one fixed order of patches, in which every number of patches is a
+    beginning; all its shapes share it. Elsewhere distances are those of a `StripGraph`.
 
     Parameters
     ----------
@@ -171,9 +175,6 @@ def sample_patches(
     seed : int
         Chooses the random vertex that sampling starts at, as in the paper (on the mirror plane
         for a symmetric sampling).
-    mode : {"exact", "fast"}
-        "exact" measures exact polyhedral distances, "fast" those of a `StripGraph`, which err
-        by 0.6 % on average and need no compiled geodesics package.
     symmetric : bool
         Pick mirror pairs, on bodies that know their mirror map.
 
@@ -181,43 +182,41 @@ def sample_patches(
     ------
     ValueError
         If `n` is more than the number of vertices or less than that of the mesh's separate
-        pieces, a vertex belongs to no face, the mode is unknown, or a symmetric sampling is
-        asked of a body without mirror map.
+        pieces, a vertex belongs to no face, or a symmetric sampling is asked of a body without
+        mirror map.
     """
-    _check(body, n, mode, symmetric)
+    _check(body, n, symmetric)
     graph = StripGraph.of(body.vertices, body.faces)
     if n < graph.n_pieces:
         raise ValueError(f"n must reach every one of the mesh's {graph.n_pieces} separate pieces, not {n}")
-    solver = ExactSolver(body.vertices, body.faces) if mode == "exact" else graph
     rng = np.random.default_rng(seed)
     if symmetric:
-        sampling = _sample_pairs(body, solver, graph, n, rng)
+        on_plane = np.flatnonzero(body.mirror == np.arange(len(body.mirror)))
+        picks = mirrored_farthest_points(graph, n, int(rng.choice(on_plane)), body.mirror)
+    elif seed == 0 and bundled_targets().fit(body):
+        picks = np.load(PATCH_ORDER)[:n]
     else:
-        sampling = farthest_points(solver, n, int(rng.integers(len(body.vertices))), len(body.vertices))
-    centres = np.array(sampling.picks, dtype=np.int32)
+        picks = farthest_points(graph, n, int(rng.integers(len(body.vertices))))
+    return patch_set(body, picks, (), seed)
+
+
+def patch_set(body: Body, centres: np.ndarray, own_names: tuple[str, ...], seed: int) -> PatchSet:
+    """Patches centred at vertices, with names of their own or none."""
+    graph = StripGraph.of(body.vertices, body.faces)
+    labels = graph.nearest(centres)  # refuses what is of several pieces
     codes, region_names = regions_of(body)
     return PatchSet(
-        vertices=centres,
+        vertices=centres.astype(np.int32),
         triangles=carrier_triangles(body, graph, centres),
-        labels=sampling.labels,
+        labels=labels,
         regions=tuple(region_names[code] for code in codes[centres]),
         seed=seed,
         interpolation=interpolation_weights(graph, centres),
+        own_names=own_names,
     )
 
 
-def _sample_pairs(
-    body: Body, solver: ExactSolver | StripGraph, graph: StripGraph, n: int, rng: np.random.Generator
-) -> Sampling:
-    """Sample mirror pairs from a start on the mirror plane, so that no pair is nearer than others are."""
-    on_plane = np.flatnonzero(body.mirror == np.arange(len(body.mirror)))
-    # a shortest way to the image crosses the plane halfway
-    pair_gap = 2 * graph.distances(on_plane, nearest=True)
-    pair_gap[on_plane] = np.inf
-    return mirrored_farthest_points(solver, n, int(rng.choice(on_plane)), body.mirror, pair_gap)
-
-
-def _check(body: Body, n: int, mode: str, symmetric: bool) -> None:
+def _check(body: Body, n: int, symmetric: bool) -> None:
     if not isinstance(body, Body):
         raise ValueError(f"patches are sampled on a Body, not on {body!r}")
     n_vertices = len(body.vertices)
@@ -225,8 +224,6 @@ def _check(body: Body, n: int, mode: str, symmetric: bool) -> None:
         raise ValueError(
             f"n must be a whole number between 1 and the body's {n_vertices} vertices, not {n!r}"
         )
-    if mode not in ("exact", "fast"):
-        raise ValueError(f'mode must be "exact" or "fast", not "{mode}"')
     if symmetric and (body.mirror is None or not (body.mirror == np.arange(n_vertices)).any()):
         raise ValueError(f'body "{body.name}" has no mirror map, so its patches cannot be symmetric')
     loose = np.setdiff1d(np.arange(n_vertices), body.faces)

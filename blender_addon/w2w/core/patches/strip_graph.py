@@ -66,19 +66,25 @@ class StripGraph:
                 near = np.flatnonzero(np.isfinite(found))
                 yield near[np.argsort(found[near], kind="stable")][: max(within, count)]
 
-    def closer(self, source: int, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances from `source` up to the largest in `distance`; see `ExactSolver.closer`."""
-        values = self.distances(source, limit=distance.max())
-        return self._everything, values
+    def nearest(self, centres: np.ndarray) -> np.ndarray:
+        """Position in `centres` of the one nearest to each vertex, shape (V,), int32.
+
+        Raises
+        ------
+        ValueError
+            If a piece of the mesh holds none of them.
+        """
+        sources = dijkstra(self.graph, indices=centres, min_only=True, return_predecessors=True)[2]
+        if (sources < 0).any():
+            raise ValueError(f"the body is of {self.n_pieces} separate pieces: each needs a placement")
+        position = np.zeros(self.graph.shape[0], dtype=np.int32)
+        position[centres] = np.arange(len(centres))
+        return position[sources]
 
     @cached_property
     def n_pieces(self) -> int:
         """Number of separate pieces of the mesh."""
         return int(connected_components(self.graph, directed=False, return_labels=False))
-
-    @cached_property
-    def _everything(self) -> np.ndarray:
-        return np.arange(self.graph.shape[0])
 
 
 @lru_cache(maxsize=KEPT)
