@@ -140,7 +140,7 @@ def code_sha256() -> str:
     digest = hashlib.sha256()
     hashed = {"core": PACKAGE / "core", "scene": PACKAGE / "scene", "runs": HEADLESS / "runs"}
     files = [(name, root, path) for name, root in hashed.items() for path in root.rglob("*.py")]
-    templates = (*TEMPLATES.glob("*.npz"), *TEMPLATES.rglob("*.json"))
+    templates = (*TEMPLATES.glob("*.np[yz]"), *TEMPLATES.rglob("*.json"))
     files += [("templates", TEMPLATES, path) for path in templates]
     for name, root, path in sorted(files):
         digest.update(f"{name}/{path.relative_to(root).as_posix()}".encode())
