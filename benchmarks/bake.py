@@ -32,11 +32,12 @@ from w2w.core.motion.skinning import patch_matrices
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.scene.actions import show_action, write_action
-from w2w.scene.bake import PatchBaker, read_empties
+from w2w.scene.bake import PatchBaker
 from w2w.scene.body import add_body
 from w2w.scene.heatmap import add_heatmaps, show_heatmap
 from w2w.scene.load import carry, read_motion
 from w2w.scene.patches import patch_empties, place_patches
+from w2w.scene.playback import each_frame
 
 RATE = 24.0
 AIMS = {"general path": 9.0, "fast path, from the action": 60.0, "fast path, from a Motion": 100.0}
@@ -60,7 +61,7 @@ def main() -> int:
     baker = PatchBaker(objects.mesh, patches)
     frames = 1.0 + np.arange(options.frames)
     ways: dict[str, Callable[[], object]] = {
-        "empties, one by one": lambda: read_empties(empties, frames),
+        "empties, one by one": lambda: _read_empties(empties, frames),
         "general path": lambda: baker.bake(path="general"),
         "fast path, from the action": baker.bake,
         "fast path, from a Motion": lambda: patch_matrices(body, patches.triangles, motion),
@@ -74,6 +75,13 @@ def main() -> int:
     if options.library is not None:
         met &= _bake_library(options.library, body, patches, options.rounds)
     return 0 if met else 1
+
+
+def _read_empties(empties: list[bpy.types.Object], frames: np.ndarray) -> np.ndarray:
+    matrices = np.empty((len(frames), len(empties), 4, 4))
+    for number in each_frame(frames):
+        matrices[number] = [np.array(empty.matrix_world) for empty in empties]
+    return matrices
 
 
 def _options() -> argparse.Namespace:

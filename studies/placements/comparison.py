@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from w2w.core.ranking.f1 import resampled_f1
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import mean_over
+
+from .score_table import resampled_f1
 
 RESAMPLES = 1000
 

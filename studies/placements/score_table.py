@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from w2w.core.ranking.f1 import resampled_f1
+from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import mean_over
 
@@ -92,3 +92,29 @@ def score_table(
             rows.append(row(group, "", members))
     rows.append(row("", "", list(range(n_activities))))
     return rows
+
+
+def resampled_f1(
+    truth: np.ndarray,
+    predictions: np.ndarray,
+    clip: np.ndarray,
+    n_activities: int,
+    n_resamples: int,
+    seed: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """F1 of a few patches, and of every resample of the clips, for intervals of one's own.
+
+    Parameters
+    ----------
+    truth, predictions, clip, n_activities, n_resamples, seed
+        As for `score_patches`; with the same seed the same clips are drawn.
+
+    Returns
+    -------
+    f1 : ndarray, shape (N, A), float32
+    samples : ndarray, shape (n_resamples, N, A), float32
+        The same clips are drawn at all patches: a difference of two has an interval of its own.
+    """
+    counts = count_by_clip(truth, predictions, clip, n_activities)
+    drawn = clip_resamples(counts.activity, n_resamples, np.random.default_rng(seed))
+    return f1_scores(counts, np.ones((1, len(counts.size))))[0], f1_scores(counts, drawn)

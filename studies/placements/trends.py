@@ -16,9 +16,10 @@ from w2w.core.csv_tables import read_table
 from w2w.core.file_names import shown
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.f1 import resampled_f1
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import mean_over
+
+from .score_table import resampled_f1
 
 SUPPORTED, CONTRADICTED, UNDECIDED = "supported", "contradicted", "undecided"
 

@@ -9,7 +9,9 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.scene.bake import Bake, PatchBaker
 from w2w.scene.body import BodyObjects, add_body
+from w2w.scene.playback import each_frame
 
 
 @pytest.fixture
@@ -51,3 +53,16 @@ def difference(matrices: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
     )
     cosine = (np.trace(turn, axis1=-2, axis2=-1) - 1) / 2
     return float(distance), float(np.degrees(np.arctan2(np.linalg.norm(axis / 2, axis=0), cosine)).max())
+
+
+def bake(mesh, patches, action=None, path="auto") -> Bake:
+    """World matrices of a body's patches during one action."""
+    return PatchBaker(mesh, patches).bake(action, path)
+
+
+def read_empties(empties, frames: np.ndarray) -> np.ndarray:
+    """World matrices of objects, frame by frame, as Blender gives them: the truth for both ways to bake."""
+    matrices = np.empty((len(frames), len(empties), 4, 4))
+    for number in each_frame(frames):
+        matrices[number] = [np.array(empty.matrix_world) for empty in empties]
+    return matrices

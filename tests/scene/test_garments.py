@@ -10,12 +10,11 @@ from w2w.core.motion.run_up import with_run_up
 from w2w.core.motion.skinning import patch_matrices, skinning_transforms
 from w2w.core.patches.garments import cut
 from w2w.scene.actions import show_action, write_action
-from w2w.scene.bake import bake
 from w2w.scene.body import add_skinned, body_of
 from w2w.scene.garments import GarmentBaker, check_garment, cover_of, follow
 from w2w.scene.pauses import without_pauses
 
-from .conftest import difference
+from .conftest import bake, difference
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -125,38 +125,6 @@ class PatchBaker:
         matrices = patch_matrices(self._body, self.patches.triangles, stood)
         reason = "the armature's f-curves alone move the body"
         return Bake(matrices, motion.rate, "fast", reason, motion, stood.pelvis)
-
-
-def bake(
-    mesh: bpy.types.Object,
-    patches: PatchSet,
-    action: bpy.types.Action | None = None,
-    path: Literal["auto", "general"] = "auto",
-) -> Bake:
-    """World matrices of a body's patches during one action; see `PatchBaker`, and use that for many."""
-    return PatchBaker(mesh, patches).bake(action, path)
-
-
-def read_empties(empties: Sequence[bpy.types.Object], frames: np.ndarray) -> np.ndarray:
-    """World matrices of objects, one by one and frame by frame, as Blender gives them.
-
-    Slow, and right whatever moves them: what the two paths are measured against.
-
-    Parameters
-    ----------
-    empties : sequence of Object
-    frames : ndarray, shape (T,)
-        In the scene's time; parts of a frame count.
-
-    Returns
-    -------
-    ndarray, shape (T, N, 4, 4), float64
-    """
-    matrices = np.empty((len(frames), len(empties), 4, 4))
-    for number in each_frame(frames):
-        for index, empty in enumerate(empties):
-            matrices[number, index] = np.array(empty.matrix_world)
-    return matrices
 
 
 def _check(mesh: bpy.types.Object, patches: PatchSet) -> None:

@@ -4,7 +4,7 @@
 import numpy as np
 from sklearn.metrics import confusion_matrix, f1_score
 
-from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores, resampled_f1, score_patches
+from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores, score_patches
 
 
 def simulate(rng, n_clips=30, n_activities=3, n_sensors=1, right=0.7, clip_spread=0.2):
@@ -86,17 +86,6 @@ def test_blocks_of_sensors_change_nothing():
     whole, parts = (score_patches(truth, predictions, clip, 3, 50, 0.9, 0, block) for block in (512, 3))
     for a, b in zip((*whole[:2], *whole[2]), (*parts[:2], *parts[2]), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-6)
-
-
-def test_the_same_seed_draws_the_same_clips_for_a_map_and_for_a_few_of_its_places():
-    truth, predictions, clip = simulate(np.random.default_rng(6), n_sensors=7)
-    f1, _, boot = score_patches(truth, predictions, clip, 3, 50, 0.9, 1)
-    few, samples = resampled_f1(truth, predictions[:, [5, 2]], clip, 3, 50, 1)
-    np.testing.assert_array_equal(few, f1[[5, 2]])
-    np.testing.assert_array_equal(samples.mean(axis=2), boot.mean_samples[:, [5, 2]])
-    low, high = np.quantile(samples, [0.05, 0.95], axis=0)
-    np.testing.assert_allclose(low, boot.f1_low[[5, 2]], rtol=1e-6)
-    np.testing.assert_allclose(high, boot.f1_high[[5, 2]], rtol=1e-6)
 
 
 def test_a_clip_under_two_activities_counts_as_two():

@@ -12,10 +12,12 @@ from typer.testing import CliRunner
 from w2w.core.exports.study_signals import placed, worn
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.vendor_formats import read_orientation_sto, read_xsens_txt
+from w2w.core.imu.vendor_formats import read_xsens_txt
 from w2w.core.motion.motion import Motion
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
+
+from ...orientation_sto import read_orientation_sto
 
 pytestmark = pytest.mark.slow
 

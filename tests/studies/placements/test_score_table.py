@@ -5,8 +5,11 @@ import numpy as np
 import pytest
 from sklearn.metrics import f1_score
 
+from w2w.core.ranking.f1 import score_patches
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.placements.score_table import score_table
+from w2w.studies.placements.score_table import resampled_f1, score_table
+
+from ...core.ranking.test_f1 import simulate
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 GROUPS = {"run": "moving", "walk": "moving", "jump": "sport"}
@@ -66,3 +69,14 @@ def test_only_what_differs_for_sure_is_called_worse(utility):
 
 def test_one_group_has_no_mean_of_its_own(utility):
     assert len(score_table(utility, [0, 1], {})) == 5
+
+
+def test_the_same_seed_draws_the_same_clips_for_a_map_and_for_a_few_of_its_places():
+    truth, predictions, clip = simulate(np.random.default_rng(6), n_sensors=7)
+    f1, _, boot = score_patches(truth, predictions, clip, 3, 50, 0.9, 1)
+    few, samples = resampled_f1(truth, predictions[:, [5, 2]], clip, 3, 50, 1)
+    np.testing.assert_array_equal(few, f1[[5, 2]])
+    np.testing.assert_array_equal(samples.mean(axis=2), boot.mean_samples[:, [5, 2]])
+    low, high = np.quantile(samples, [0.05, 0.95], axis=0)
+    np.testing.assert_allclose(low, boot.f1_low[[5, 2]], rtol=1e-6)
+    np.testing.assert_allclose(high, boot.f1_high[[5, 2]], rtol=1e-6)

@@ -23,7 +23,7 @@ N_QUADS, N_LONE_TRIANGLES = 6876, 24
 
 NUMBERING = TEMPLATES / "smpl_numbering.npz"
 """SMPL's number of every vertex in walking order, and which way each quad is cut; made by
-`describe_topology` from the meshes of SMPL-Body (Max Planck Institute for Intelligent Systems,
+`tools/make_smpl_numbering.py` from the meshes of SMPL-Body (Max Planck Institute for Intelligent Systems,
 CC BY 4.0)."""
 
 TRIANGLES_SHA256 = "c8c3c29bde967a6c8d3624257581620b59737dfcd7ff6f77fbbf35a6035c491a"
@@ -147,30 +147,6 @@ def canonical_walk(faces: list[tuple[int, ...]], n_vertices: int) -> Walk | None
 def walk_digest(walk: Walk, n_vertices: int) -> str:
     """SHA-256 of a walk's faces, written in the numbers the walk gave their vertices."""
     return hashlib.sha256(_code(walk, n_vertices).tobytes()).hexdigest()
-
-
-def describe_topology(triangles: np.ndarray, quads: np.ndarray) -> tuple[dict[str, np.ndarray], str, str]:
-    """What `NUMBERING` and the two digests hold, from SMPL's faces.
-
-    Parameters
-    ----------
-    triangles : ndarray, shape (13776, 3)
-        In SMPL's numbering and winding.
-    quads : ndarray, shape (6900, 4)
-        The same mesh before its quads were cut, -1 in the fourth column of triangles.
-
-    Returns
-    -------
-    arrays : dict of str to ndarray
-    triangles_sha256, quads_sha256 : str
-    """
-    walk = canonical_walk([tuple(face) for face in triangles.tolist()], N_VERTICES)
-    polygons = [tuple(corner for corner in face if corner >= 0) for face in quads.tolist()]
-    quad_walk = canonical_walk(polygons, N_VERTICES)
-    joined = {(face[k], face[k - 1]) for face in triangles.tolist() for k in range(3)}
-    cut = [(face[0], face[2]) in joined for face in quad_walk.corners if len(face) == 4]
-    arrays = {"smpl_vertex": walk.vertices.astype(np.uint16), "cut": np.packbits(cut)}
-    return arrays, walk_digest(walk, N_VERTICES), walk_digest(quad_walk, N_VERTICES)
 
 
 def _cut(walk: Walk) -> list[tuple[int, ...]]:

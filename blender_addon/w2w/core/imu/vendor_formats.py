@@ -192,39 +192,3 @@ def write_orientation_sto(
         for k, row in enumerate(quaternions.tolist())
     )
     write_text(path, "\n".join([*head, *rows]) + "\n")
-
-
-def read_orientation_sto(path: str | Path) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Read orientations from an OpenSim storage file.
-
-    Returns
-    -------
-    quaternions : ndarray, shape (T, N, 4)
-        w, x, y, z.
-    rate : float
-        Samples per second.
-    sites : tuple of str
-
-    Raises
-    ------
-    ValueError
-        If the file holds no quaternions.
-    """
-    lines = text_lines(path)
-    if "endheader" not in lines:
-        raise ValueError(f"{path} is no OpenSim storage file: it has no line 'endheader'")
-    start = lines.index("endheader")
-    facts = dict(line.split("=", 1) for line in lines[:start] if "=" in line)
-    if facts.get("DataType") != "Quaternion":
-        raise ValueError(f"{path} holds {facts.get('DataType', 'numbers')}, not quaternions")
-    sites = tuple(lines[start + 1].split("\t")[1:])
-    fields = [line.split("\t") for line in lines[start + 2 :] if line]
-    try:
-        quaternions = np.array([[field.split(",") for field in row[1:]] for row in fields], dtype=np.float64)
-        stamps = np.array([row[0] for row in fields], dtype=np.float64)
-    except ValueError as error:
-        raise ValueError(f"{path} has a row that does not hold {len(sites)} quaternions") from error
-    if quaternions.shape != (len(fields), len(sites), 4):
-        raise ValueError(f"{path} has rows that do not hold {len(sites)} quaternions")
-    rate = float(facts["DataRate"]) if "DataRate" in facts else rate_of_stamps(stamps, path, 1e-6)
-    return quaternions, rate, sites

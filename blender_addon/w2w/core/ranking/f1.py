@@ -138,32 +138,6 @@ def score_patches(
     return np.concatenate(f1), np.concatenate(confusion), bootstrap
 
 
-def resampled_f1(
-    truth: np.ndarray,
-    predictions: np.ndarray,
-    clip: np.ndarray,
-    n_activities: int,
-    n_resamples: int,
-    seed: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """F1 of a few patches, and of every resample of the clips, for intervals of one's own.
-
-    Parameters
-    ----------
-    truth, predictions, clip, n_activities, n_resamples, seed
-        As for `score_patches`; with the same seed the same clips are drawn.
-
-    Returns
-    -------
-    f1 : ndarray, shape (N, A), float32
-    samples : ndarray, shape (n_resamples, N, A), float32
-        The same clips are drawn at all patches: a difference of two has an interval of its own.
-    """
-    counts = count_by_clip(truth, predictions, clip, n_activities)
-    drawn = clip_resamples(counts.activity, n_resamples, np.random.default_rng(seed))
-    return f1_scores(counts, np.ones((1, len(counts.size))))[0], f1_scores(counts, drawn)
-
-
 class _Units:
     """What counts as one clip: the windows of one clip and activity."""
 
