@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Matrix products and solutions by SciPy's BLAS and LAPACK, whatever NumPy was built with.
+"""Matrix products and solutions by SciPy's BLAS and LAPACK: stays until Blender 4.5 LTS ends.
 
 NumPy 1.26, which Blender 4 brings, carries an OpenBLAS that takes processors made since for the oldest it
 knows and works at a third of their speed or less; SciPy's is newer. Where that is so, synthesis, features and
