@@ -124,10 +124,6 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
         The armature that the action is for; its place in the world is left out.
     action : Action
 
-    Returns
-    -------
-    Motion
-
     Raises
     ------
     InexpressibleActionError

@@ -32,10 +32,6 @@ def adopt_file(path: str | Path, betas: np.ndarray | None = None) -> Body:
     betas : ndarray, shape (n,), optional
         Shape coefficients, for an official SMPL model.
 
-    Returns
-    -------
-    Body
-
     Raises
     ------
     BodyError

@@ -51,10 +51,6 @@ def add_body(body: Body, collection: bpy.types.Collection | None = None, name: s
         Where to link the objects; the scene's own collection by default.
     name : str
         Name of the mesh, and of the armature with "Armature" behind it; the body's by default.
-
-    Returns
-    -------
-    BodyObjects
     """
     collection = collection or bpy.context.scene.collection
     name = name or body.name
@@ -94,10 +90,6 @@ def body_of(mesh: bpy.types.Object) -> Body:
     ----------
     mesh : Object
         A mesh with an armature modifier.
-
-    Returns
-    -------
-    Body
 
     Raises
     ------

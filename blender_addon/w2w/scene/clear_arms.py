@@ -29,13 +29,7 @@ SIDES = {"left": -1.0, "right": 1.0}
 
 
 def with_clear_arms(body: Body, motion: Motion) -> Motion:
-    """A motion with each arm turned outward at the shoulder, throughout, as far as it takes to be clear.
-
-    Parameters
-    ----------
-    body : Body
-    motion : Motion
-    """
+    """A motion with each arm turned outward at the shoulder, throughout, as far as it takes to be clear."""
     return replace(motion, rotations=_turned(motion, {side: outward(body, motion, side) for side in SIDES}))
 
 

@@ -27,10 +27,6 @@ def clear_reach(body: Body, motion: Motion) -> float:
     body : Body
     motion : Motion
         As the body is to move.
-
-    Returns
-    -------
-    float
     """
     bearable = None
     for reach in REACHES:

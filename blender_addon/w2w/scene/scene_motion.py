@@ -40,10 +40,6 @@ def read_scene_take(found: SceneTake) -> Generator[float, None, SourceMotion]:
     the armature plays the take frame by frame, with a pause after each; at the end, or when the
     generator is closed early, the scene is as it was.
 
-    Parameters
-    ----------
-    found : SceneTake
-
     Yields
     ------
     float

@@ -68,10 +68,6 @@ def read_clip(path: str | Path) -> SourceMotion:
     path : str or Path
         An FBX, glTF, VRM or USD file.
 
-    Returns
-    -------
-    SourceMotion
-
     Raises
     ------
     UnusableMotion
@@ -196,10 +192,6 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
         Which frames; every whole frame of the take by default.
     unkeyed : sequence of objects like PoseBone, optional
         Whose channels count where a bone has no curve; the pose bones', as they are, by default.
-
-    Returns
-    -------
-    SourceMotion
     """
     if frames is None:
         start, stop = take.frame_range

@@ -112,10 +112,6 @@ def body_from_model(model: dict[str, Any], name: str, betas: np.ndarray | None =
     betas : ndarray, shape (n,), optional
         Shape coefficients, at most as many as the model has; the joints follow the shape.
 
-    Returns
-    -------
-    Body
-
     Raises
     ------
     BodyError

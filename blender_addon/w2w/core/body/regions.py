@@ -46,10 +46,6 @@ def regions_of(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
 def label_regions(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
     """Name the region of every vertex.
 
-    Parameters
-    ----------
-    body : Body
-
     Returns
     -------
     codes : ndarray, shape (V,), int16

@@ -102,10 +102,6 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions
     given : PoseFacts
         What is known better than by the file.
 
-    Returns
-    -------
-    JointPositions
-
     Raises
     ------
     UnusableMotion

@@ -22,10 +22,6 @@ POSITION, ROTATION = "position", "rotation"
 def read_bvh(path: str | Path) -> SourceMotion:
     """Read a BVH file.
 
-    Parameters
-    ----------
-    path : str or Path
-
     Returns
     -------
     SourceMotion

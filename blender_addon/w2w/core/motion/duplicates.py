@@ -53,10 +53,6 @@ ONE_LENGTH = 0.03
 def motion_signature(motion: Motion) -> np.ndarray:
     """Poses at even phases of a clip and its length, whoever moves and wherever they face.
 
-    Parameters
-    ----------
-    motion : Motion
-
     Returns
     -------
     ndarray, shape (K,), float32

@@ -113,10 +113,6 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     exact_labels : bool
         Keep activities of the csv apart that differ only in case, spaces or underscores.
 
-    Returns
-    -------
-    Library
-
     Raises
     ------
     LibraryError

@@ -60,10 +60,6 @@ class _Pair:
 def match_by_structure(source: SourceMotion) -> dict[int, int]:
     """Find the joints of an unnamed skeleton.
 
-    Parameters
-    ----------
-    source : SourceMotion
-
     Returns
     -------
     dict of int to int

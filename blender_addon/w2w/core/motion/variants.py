@@ -28,10 +28,6 @@ def smoothed_root(motion: Motion, cutoff_hz: float) -> Motion:
     cutoff_hz : float
         -3 dB, Hz; below half the frame rate.
 
-    Returns
-    -------
-    Motion
-
     Raises
     ------
     ValueError

@@ -103,13 +103,7 @@ class SurfacePoints:
 
 
 def correspond(character: Character, body: Body) -> SurfacePoints:
-    """The point of a body's surface that each vertex of a character is.
-
-    Parameters
-    ----------
-    character : Character
-    body : Body
-    """
+    """The point of a body's surface that each vertex of a character is."""
     weights = _whole_weights(character)
     laid = lay_on(character, body, weights)
     _, nearest = cKDTree(_features(body.vertices, body.vertex_normals, body.weights)).query(

@@ -73,10 +73,6 @@ def count_by_clip(
     clip : array_like, shape (W,)
         Windows of one clip and several activities count as several clips.
     n_activities : int
-
-    Returns
-    -------
-    ClipCounts
     """
     return _count(predictions, _Units(truth, clip, n_activities))
 

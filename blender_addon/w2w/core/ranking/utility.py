@@ -245,10 +245,6 @@ def utility_map(
     counts : mapping of str to float, optional
         What activities count in the means, 1 by default; those of 0 are trained against only.
 
-    Returns
-    -------
-    UtilityMap
-
     Raises
     ------
     ValueError
