@@ -98,7 +98,7 @@ def test_a_type_checker_sees_every_public_name(wheel):
 
 def test_it_works_far_from_the_tree(installed):
     code = (
-        "import w2w, pathlib; body = w2w.Body.bundled(); patches = w2w.sample_patches(body, 8, mode='fast'); "
+        "import w2w, pathlib; body = w2w.Body.bundled(); patches = w2w.sample_patches(body, 8); "
         "print(pathlib.Path(w2w.__file__).parts[-3:], len(patches.names))"
     )
     done = python(installed, "-c", code)
