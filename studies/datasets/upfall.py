@@ -2,8 +2,8 @@
 """Reader of UP-Fall: 17 people, six daily activities and five falls, five worn sensors.
 
 Martinez-Villasenor et al., Sensors 2019 (doi:10.3390/s19091988). What is known here of the file was read in
-public programs that load it; nothing could be tried on the download itself. All in SI units and the
-conventions of `imu`: specific force and angular velocity in the sensor frame.
+public programs that load it; tried on nine people's files of single trials, put together. All in SI units and
+the conventions of `imu`: specific force and angular velocity in the sensor frame.
 """
 
 from __future__ import annotations
