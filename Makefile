@@ -30,6 +30,7 @@ lint: setup
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/lint-imports
+	.venv/bin/mypy
 
 # What reads, plays and writes through Blender, again with another of its series;
 # `make test-blender-5 MARK=slow` runs the slow tests.
