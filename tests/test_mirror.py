@@ -40,7 +40,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     ),
     "tests/studies/datasets": "broad clock dsads gait gait_sites",
     "tests/studies/experiments": (
-        "band gait gait_limits garments lever_arms noise_by_clips noise_draws rehab_counterparts "
+        "band expected_at_sites gait gait_limits garments lever_arms noise_by_clips noise_draws rehab_counterparts "
         "truth_draws vigour_views why_figure why_rows why_views"
     ),
     "tests/studies/placements": "activity_groups score_text trend_table",
