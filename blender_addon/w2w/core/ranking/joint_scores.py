@@ -23,9 +23,6 @@ from .classifiers.discriminant import deviation, few, with_ridge
 
 Judged = TypeVar("Judged")
 
-WIDE = 1.25
-"""Features worn for each window trained on, beyond which kernels take less time than features."""
-
 
 class Training(NamedTuple):
     """Windows trained on, and windows tested on what was trained."""
@@ -91,9 +88,9 @@ class JointScores:
         return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
 
     def _is_wide(self, worn: int) -> bool:
-        """Whether windows are few for so many patches worn, in any training."""
+        """Whether windows are few, or fewer than features worn, in any training."""
         fewest = np.array(min(len(dual.training.trained) for dual in self._duals))
-        return bool(few(fewest, self._width)) or worn * self._width > WIDE * fewest
+        return bool(few(fewest, self._width)) or worn * self._width > fewest
 
     def adding_by_features(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
         """Scores (V, A) by the patches worn and one more."""
