@@ -40,8 +40,8 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     ),
     "tests/studies/datasets": "broad clock dsads gait gait_sites",
     "tests/studies/experiments": (
-        "band expected_at_sites gait gait_limits garments lever_arms noise_by_clips noise_draws rehab_counterparts "
-        "truth_draws vigour_views why_figure why_rows why_views"
+        "band expected_at_sites gait gait_limits garments lever_arms noise_by_clips noise_draws "
+        "rehab_counterparts truth_draws vigour_views why_figure why_rows why_views"
     ),
     "tests/studies/placements": "activity_groups score_text trend_table",
     "tests/studies/rehab": "arm_raise clips curves one_leg pose session sit_to_stand skeleton stairs style",
