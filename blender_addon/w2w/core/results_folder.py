@@ -76,8 +76,17 @@ class StudyResults:
         return cls(out, utility, patches, clips, config["parameters"])
 
     def config(self) -> StudyConfig:
-        """The parameters of the run."""
-        return StudyConfig.from_dict(self.parameters)
+        """The parameters of the run.
+
+        Raises
+        ------
+        ValueError
+            If config.json holds what cannot be; the message says which parameter, and what is allowed.
+        """
+        try:
+            return StudyConfig.from_dict(self.parameters)
+        except ValueError as error:
+            raise ValueError(f"{self.out / 'config.json'}: {error}") from error
 
     def body(self) -> Body:
         """The body of the study.

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from .imu.worn import Worn
 from .motion.duplicates import POSES, mirrored_signatures, move_alike
 from .motion.motion import Motion
 from .motion.variants import low_passed, smoothed_root
+from .parameters import parameter, parameters_of, read_record
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
 from .ranking.features import window_features
@@ -33,6 +34,10 @@ from .ranking.utility import inputs_of
 from .ranking.windows import WindowSpec, cut_windows
 from .selection.constraints import Constraints
 
+SIGNALS, RANKING, FILES = "Signals", "Ranking", "Bodies and files"
+WISHES = "Design constraints"
+"""Headings of the options that few people need."""
+
 SAME_MOTION = 0.1
 """Signatures nearer than this may show one motion: real downloads at other rates, or in place, are."""
 
@@ -41,49 +46,7 @@ SAME_MOTION = 0.1
 class StudyConfig:
     """Every parameter of a study; the same config and clips give the same bytes.
 
-    Parameters
-    ----------
-    patches : int
-        Patches on the body.
-    placements : tuple of (str, int or tuple of 3 floats)
-        Placements of one's own beside the sampled patches, as for `with_placements`.
-    garments : tuple of str
-        What is worn, the outer first: sensors of the patches that it covers are on it, not on the skin.
-    synthesis : Synthesis
-        How ideal signals are made; its `rate_hz` is the sensor's rate.
-    sensor : str
-        Name of a sensor preset (`presets.preset`), "ideal", or the name of `own_sensor`.
-    own_sensor : SensorModel or None
-        A sensor of one's own (`sensor_file.read_sensor`); counts where `sensor` is its name.
-    root_band_hz : float or None
-        Band limit of the root's path, Hz, for motions whose suit did not measure it (`smoothed_root`).
-    further : FurtherSensors
-        What is recorded beside acc and gyr, and recognised by; nothing by default.
-    windows : WindowSpec
-    augmentation : Augmentation or None
-        Copies of every clip to train on.
-    classifier : str
-        Name in `utility.CLASSIFIERS`.
-    folds : int
-        Folds of the cross-validation by clip.
-    by_subject : bool
-        Leave one subject out at a time instead.
-    background : tuple of str
-        Activities that are trained against and count in no mean.
-    weights : tuple of (str, float)
-        What activities count in the mean; 1 for the others.
-    target : float
-        Expected F1 that the patches worn together shall reach.
-    every_activity : float
-        Expected F1 that the sensors worn together shall reach for each activity that counts; 0 for none.
-    max_places : int or None
-        Most patches in that set.
-    constraints : Constraints
-        Where sensors may and must go, and what they cost there.
-    seed : int
-        Every random draw comes from it.
-    title : str
-        The project's name, for people.
+    Each parameter's meaning, unit, range and option stand in its declaration.
 
     Raises
     ------
@@ -91,45 +54,88 @@ class StudyConfig:
         If a value is out of range; the message names it.
     """
 
-    patches: int = DEFAULT_PATCHES
-    placements: tuple[tuple[str, int | tuple[float, ...]], ...] = ()
-    garments: tuple[str, ...] = ()
+    patches: int = parameter(
+        DEFAULT_PATCHES,
+        "Number of patches on the body that are compared.",
+        title="Patches", least=2, most=6890, usual=(None, 1024),
+    )  # fmt: skip
+    placements: tuple[tuple[str, int | tuple[float, ...]], ...] = parameter(
+        (),
+        "Spots of your own beside them: csv with columns name, vertex, or name, x, y, z (metres "
+        "on the body at rest, z up, soles at z = 0).",
+        group=FILES,
+    )
+    garments: tuple[str, ...] = parameter(
+        (),
+        "What is worn: tshirt, trousers, or FILE.blend:OBJECT, one of yours that follows W2W's body "
+        "there; several comma-separated, the outer first. Patches that it covers are then on the "
+        "cloth, which Blender simulates: minutes a clip.",
+        "garment",
+    )
     synthesis: Synthesis = field(default_factory=Synthesis)
-    sensor: str = DEFAULT_SENSOR
-    own_sensor: SensorModel | None = None
-    root_band_hz: float | None = None
+    sensor: str = parameter(
+        DEFAULT_SENSOR,
+        "Sensor preset (see `w2w sensors`), 'ideal' for no errors, or a JSON file of your own part.",
+        title="Sensor",
+    )
+    own_sensor: SensorModel | None = None  # counts where `sensor` is its name
+    root_band_hz: float | None = parameter(
+        None,
+        "Band limit of the root's path, Hz: about 3 for inertial suits.",
+        "root_band",
+        title="Root Band", unit="Hz", least=0.1, most=1000, usual=(None, 20), group=SIGNALS,
+    )  # fmt: skip
     further: FurtherSensors = NOTHING
     windows: WindowSpec = field(default_factory=WindowSpec)
     augmentation: Augmentation | None = None
-    classifier: str = "ridge"
-    folds: int = 5
-    by_subject: bool = False
-    background: tuple[str, ...] = ()
-    weights: tuple[tuple[str, float], ...] = ()
-    target: float = 0.90
-    every_activity: float = 0.0
-    max_places: int | None = None
+    classifier: str = parameter(
+        "ridge",
+        "Classifier for each patch: ridge (seconds), trees (minutes), multi3net (needs PyTorch).",
+        title="Classifier",
+    )
+    folds: int = parameter(
+        5,
+        "Cross-validation folds; a clip is never split between them.",
+        title="Folds", least=2, most=1000, usual=(None, 20), group=RANKING,
+    )  # fmt: skip
+    by_subject: bool = parameter(
+        False,
+        "Leave one subject out at a time instead of folds: test on people that were not trained on. "
+        "Every clip needs its subject's name.",
+        title="By Subject",
+    )
+    background: tuple[str, ...] = parameter(
+        (),
+        "Activities to train against but not to count in the mean, comma-separated: 'walking,sitting'.",
+        group=WISHES,
+    )
+    weights: tuple[tuple[str, float], ...] = parameter(
+        (),
+        "csv with columns activity, weight: what activities count in the mean (1 for the others).",
+        group=WISHES,
+    )
+    target: float = parameter(
+        0.90,
+        "F1 that the set of sensors should reach: expected on other clips of those worn together.",
+        title="Target F1", least=0.01, most=1,
+    )  # fmt: skip
+    every_activity: float = parameter(
+        0.0,
+        "Expected F1 that sensors worn together should reach for every activity, beside the mean.",
+        title="Every Activity", least=0, most=1, group=WISHES,
+    )  # fmt: skip
+    max_places: int | None = parameter(None, "Maximum number of sensors.", title="At Most", least=1)
     constraints: Constraints = field(default_factory=Constraints)
-    seed: int = 0
-    title: str = ""
+    seed: int = parameter(0, "Random seed: every random draw comes from it.", title="Noise Seed", least=0)
+    title: str = parameter("", "Project name for the report.")
 
     def __post_init__(self) -> None:
-        if not 0 < self.target <= 1:
-            raise ValueError(f"target must be an F1 above 0 and at most 1, not {self.target}")
-        if not 0 <= self.every_activity <= 1:
-            raise ValueError(f"every_activity must be an F1 from 0 to 1, not {self.every_activity}")
+        for declared in parameters_of(type(self)).values():
+            declared.check(self)
         for name, weight in self.weights:
             if not (isinstance(weight, Real) and np.isfinite(weight) and weight >= 0):
                 raise ValueError(f"the weight of {name!r} must be 0 or more, not {weight}")
-        if not (isinstance(self.folds, Integral) and self.folds >= 2):
-            raise ValueError(f"folds must be a whole number from 2 on, not {self.folds!r}")
-        if self.max_places is not None and not (
-            isinstance(self.max_places, Integral) and self.max_places > 0
-        ):
-            raise ValueError(f"the most sensors must be a whole number from 1 on, not {self.max_places!r}")
         inputs = inputs_of(self.classifier)
-        if self.root_band_hz is not None and not self.root_band_hz > 0:
-            raise ValueError(f"root_band_hz must be positive, or None for none, not {self.root_band_hz}")
         if self.further.features and inputs == "windows":
             names = ", ".join(self.further.features)
             raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")
@@ -170,29 +176,15 @@ class StudyConfig:
 
     @classmethod
     def from_dict(cls, parameters: Mapping[str, Any]) -> StudyConfig:
-        """The config that `as_dict` gave; what an earlier version did not know takes its default."""
-        given = {**plain(cls()), **parameters}
-        given = {item.name: given[item.name] for item in fields(cls)}
-        given["synthesis"] = Synthesis(
-            **given["synthesis"] | {"gravity": tuple(given["synthesis"]["gravity"])}
-        )
-        given["windows"] = WindowSpec(**given["windows"])
-        names = {name: tuple(given["further"][name]) for name in ("record", "features")}
-        given["further"] = FurtherSensors(**given["further"] | names)
-        wishes = {name: tuple(given["constraints"][name]) for name in ("only", "forbid", "must")}
-        costs = tuple((words, cost) for words, cost in given["constraints"]["costs"])
-        given["constraints"] = Constraints(**wishes, costs=costs)
-        given["background"] = tuple(given["background"])
-        given["garments"] = tuple(given["garments"])
-        given["weights"] = tuple((name, weight) for name, weight in given["weights"])
-        given["placements"] = tuple(
-            (name, tuple(where) if isinstance(where, list) else where) for name, where in given["placements"]
-        )
-        if given["own_sensor"] is not None:
-            given["own_sensor"] = sensor_of_plain(given["own_sensor"])
-        if given["augmentation"] is not None:
-            given["augmentation"] = Augmentation(**given["augmentation"])
-        return cls(**given)
+        """The config that `as_dict` gave; what is not given takes its default.
+
+        Raises
+        ------
+        ValueError
+            If a key is unknown, or a value of the wrong kind or out of range; the message says which.
+        """
+        known = {name: value for name, value in parameters.items() if name != "sensor_model"}  # derived
+        return read_record(cls, known, {SensorModel: sensor_of_plain})
 
 
 def plain(value: Any) -> Any:

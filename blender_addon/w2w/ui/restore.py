@@ -69,7 +69,7 @@ def check_fits(mesh: bpy.types.Object, record: StudyRecord) -> None:
         raise ValueError(f"the ranking is of other patches than those of '{mesh.name}'")
     try:
         StudyConfig.from_dict(record.parameters)
-    except (KeyError, TypeError) as error:
+    except ValueError as error:
         raise ValueError(f"the parameters of the run cannot be understood: {error}") from error
 
 

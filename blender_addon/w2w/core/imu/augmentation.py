@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ..body.skeleton import JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
 from ..motion.motion import Motion
+from ..parameters import parameter
 from .recording import ImuRecording
 
 SWITCHES = ("tempo", "amplitude", "warp", "mirror", "bodies", "remount", "noise")
@@ -60,7 +61,7 @@ class Augmentation:
         If a number is out of its range.
     """
 
-    copies: int = 4
+    copies: int = parameter(4, "Copies per clip, with --augment.", least=0, group="Ranking")
     mirror: bool = True
     tempo: float = 0.15
     amplitude: float = 0.15

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..blas import multiply
 from ..filtering import count_resampled
+from ..parameters import parameter
 from ..rotations import decompose
 from . import errors
 from .channels import FURTHER
@@ -66,9 +67,23 @@ class FurtherSensors:
         Standard deviation of the pressure at sea level, the same for all sensors of a clip.
     """
 
-    record: tuple[str, ...] = ()
-    features: tuple[str, ...] = ()
-    dip_deg: float = 66.8
+    record: tuple[str, ...] = parameter(
+        (),
+        f"Record these beside acc and gyr, comma-separated: {', '.join(FURTHER)}.",
+        title="Record", group="Signals",
+    )  # fmt: skip
+    features: tuple[str, ...] = parameter(
+        (),
+        "Recognise activities by these, too, of those that are recorded.",
+        "recognise_by",
+        title="Recognise By", group="Signals",
+    )  # fmt: skip
+    dip_deg: float = parameter(
+        66.8,
+        "Angle of the earth's magnetic field below the horizontal, degrees, for the magnetometer.",
+        "magnetic_dip",
+        title="Magnetic Dip", unit="°", least=-90, most=90, group="Signals",
+    )  # fmt: skip
     field_ut: float = 49.4
     tilt_deg: float = 0.5
     heading_deg: float = 1.0

@@ -17,6 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from ..blas import multiply
 from ..filtering import butterworth, count_resampled
+from ..parameters import parameter
 from ..rotations import decompose, double_inverse, into_frame, rate_in_frame, turn_between
 from ..threads import for_each
 from .gaps import bridge
@@ -125,10 +126,24 @@ class Synthesis:
         If a parameter is out of its range; the message names it.
     """
 
-    rate_hz: float = 50.0
+    rate_hz: float = parameter(
+        50.0,
+        "Samples a second, Hz.",
+        "rate",
+        title="Rate", unit="Hz", least=5, most=1000, usual=(10, 200),
+    )  # fmt: skip
     method: Literal["spline", "finite-difference"] = "spline"
-    convention: Literal["physical", "paper"] = "physical"
-    cutoff_hz: float | None = 10.0
+    convention: Literal["physical", "paper"] = parameter(
+        "physical",
+        "physical, or paper: the equations as the paper prints them, for comparison only.",
+        group="Signals",
+    )
+    cutoff_hz: float | None = parameter(
+        10.0,
+        "Band limit of the paths, Hz; 0 for none. Raise it for clean motion capture.",
+        "band",
+        title="Band", unit="Hz", least=0, most=1000, usual=(None, 40), group="Signals",
+    )  # fmt: skip
     gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
     max_gap_s: float = 0.25
 

@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ..imu.recording import ImuRecording
+from ..parameters import parameter
 
 ShortClips = Literal["reflect", "cycle", "refuse"]
 
@@ -66,7 +67,12 @@ class WindowSpec:
         If a length is not positive, the stride exceeds the length, or `short` is unknown.
     """
 
-    length_s: float = 2.0
+    length_s: float = parameter(
+        2.0,
+        "Window length, seconds: of so much signal an activity is recognised.",
+        "window",
+        title="Window", unit="s", least=0.1, most=600, usual=(0.2, 30),
+    )  # fmt: skip
     stride_s: float = 1.0
     short: ShortClips = "reflect"
     shortest_s: float = 0.5

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..csv_tables import read_table
+from ..parameters import parameter
 from ..patches.body_parts import find_patches
 from ..patches.patches import PatchSet
 
@@ -38,10 +39,16 @@ class Constraints:
         If a wish is no list of words, or a cost is not positive.
     """
 
-    only: tuple[str, ...] = ()
-    forbid: tuple[str, ...] = ()
-    must: tuple[str, ...] = ()
-    costs: tuple[tuple[str, float], ...] = ()
+    only: tuple[str, ...] = parameter(
+        (), "Use only these regions, comma-separated: 'left', 'left,middle', 'arm,torso', 'left wrist'."
+    )
+    forbid: tuple[str, ...] = parameter((), "Never use these regions: 'head,hand,foot'.")
+    must: tuple[str, ...] = parameter((), "Use at least one patch in each of these regions: 'left wrist'.")
+    costs: tuple[tuple[str, float], ...] = parameter(
+        (),
+        "csv with columns region, cost: price or discomfort of a sensor there (1 elsewhere).",
+        group="Design constraints",
+    )
 
     def __post_init__(self) -> None:
         for name in ("only", "forbid", "must"):

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters declared once: help, unit, range and heading in the metadata of a record's field.
+
+The command line's options and the panel's properties are made of these declarations, and records are read
+back from JSON by them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from functools import cache
+from numbers import Integral, Real
+from types import UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+T = TypeVar("T")
+
+DECLARED = "declared"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter's declaration; `path` leads from the outermost record to its field."""
+
+    help: str
+    name: str = ""
+    title: str = ""
+    unit: str = ""
+    least: float | None = None
+    most: float | None = None
+    usual: tuple[float | None, float | None] = (None, None)
+    group: str | None = ""
+    path: tuple[str, ...] = ()
+    kind: Any = None
+    default: Any = None
+
+    def of(self, record: Any) -> Any:
+        """The parameter's value; None where a record on its path is None."""
+        for name in self.path:
+            record = None if record is None else getattr(record, name)
+        return record
+
+    def given(self, record: T, value: Any) -> T:
+        """The record with another value of the parameter."""
+        return _put(record, self.path, value)
+
+    def check(self, record: Any) -> None:
+        """Refuse a value out of range.
+
+        Raises
+        ------
+        ValueError
+            If it is; the message says what is allowed.
+        """
+        value, kinds = self.of(record), get_args(self.kind) or (self.kind,)
+        if value is None or (self.least is None and self.most is None):
+            return
+        whole = int in kinds
+        low = self.least if self.least is not None else float("-inf")
+        high = self.most if self.most is not None else float("inf")
+        if isinstance(value, Integral if whole else Real) and low <= value <= high:
+            return
+        allowed = f"from {low:g}" + (f" to {high:g}" if self.most is not None else " on")
+        noun = "a whole number " if whole else ""
+        raise ValueError(f"{'.'.join(self.path)} must be {noun}{allowed}, not {value!r}")
+
+
+def parameter(default: Any, help: str, name: str = "", **about: Any) -> Any:  # noqa: A002
+    """A field of a record, declared for people.
+
+    `name` is its option's and property's name where that is not the field's; `group` the heading of the
+    option, None where there is no option; `title` its label in the panel; `usual` the range of a slider.
+    """
+    return field(default=default, metadata={DECLARED: Parameter(help, name, **about)})
+
+
+@cache
+def parameters_of(record: type) -> dict[str, Parameter]:
+    """All parameters that a record and the records in it declare, by name."""
+    return dict(_declared(record, ()))
+
+
+def _declared(record: type, path: tuple[str, ...]) -> Iterator[tuple[str, Parameter]]:
+    hints = get_type_hints(record)
+    for item in fields(record):
+        inner = [kind for kind in (hints[item.name], *get_args(hints[item.name])) if is_dataclass(kind)]
+        if DECLARED in item.metadata:
+            declared, where = item.metadata[DECLARED], (*path, item.name)
+            named = declared.name or item.name
+            yield (
+                named,
+                replace(declared, name=named, path=where, kind=hints[item.name], default=item.default),
+            )
+        elif inner:
+            yield from _declared(inner[0], (*path, item.name))
+
+
+def _put(record: Any, path: tuple[str, ...], value: Any) -> Any:
+    name, *rest = path
+    return replace(record, **{name: _put(getattr(record, name), tuple(rest), value) if rest else value})
+
+
+def read_record(
+    record: type[T], given: Any, readers: Mapping[type, Callable[[Any], Any]], where: str = ""
+) -> T:
+    """A record from what JSON holds; what is not given takes its default.
+
+    Parameters
+    ----------
+    record : type
+        A dataclass.
+    given : Mapping
+    readers : Mapping
+        How records are read that are not written field by field.
+    where : str
+        Path of the record, for messages.
+
+    Raises
+    ------
+    ValueError
+        If a key is unknown or a value of the wrong kind; the message names the key and what is allowed.
+    """
+    names = [item.name for item in fields(record) if item.init]
+    if not isinstance(given, Mapping):
+        raise ValueError(f"{where or 'parameters'} must hold {', '.join(names)}, not {given!r}")
+    hints, path = get_type_hints(record), f"{where}." if where else ""
+    for name in given:
+        if name not in names:
+            raise ValueError(f"{path}{name} is unknown; there are {', '.join(names)}")
+    for item in fields(record):
+        if item.name not in given and item.default is MISSING and item.default_factory is MISSING:
+            raise ValueError(f"{path}{item.name} is missing")
+    return record(
+        **{name: _value(hints[name], value, readers, f"{path}{name}") for name, value in given.items()}
+    )
+
+
+def _value(kind: Any, given: Any, readers: Mapping[type, Callable[[Any], Any]], where: str) -> Any:
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        if given is None and type(None) in parts:
+            return None
+        wanted = [part for part in parts if (get_origin(part) is tuple) == isinstance(given, list)]
+        return _value((wanted or parts)[0], given, readers, where)
+    if kind in readers:
+        return readers[kind](given)
+    if is_dataclass(kind):
+        return read_record(kind, given, readers, where)
+    if origin is tuple and isinstance(given, list | tuple):
+        kinds = [parts[0]] * len(given) if parts[-1] is Ellipsis else parts
+        if len(kinds) == len(given):
+            return tuple(
+                _value(part, value, readers, f"{where}[{index}]")
+                for index, (part, value) in enumerate(zip(kinds, given, strict=True))
+            )
+    if origin is Literal and given in parts:
+        return given
+    if kind is float and isinstance(given, Real) and not isinstance(given, bool):
+        return given
+    if isinstance(kind, type) and type(given) is kind:
+        return given
+    raise ValueError(f"{where} must be {_said(kind)}, not {given!r}")
+
+
+def _said(kind: Any) -> str:
+    """A kind of value, for messages."""
+    if get_origin(kind) is Literal:
+        return " or ".join(map(repr, get_args(kind)))
+    if get_origin(kind) is tuple:
+        parts = get_args(kind)
+        return f"a list of {len(parts)}" if parts[-1] is not Ellipsis else "a list"
+    names = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
+    return names.get(kind, str(kind))
