@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bodies that a study is run on, and how far their maps agree."""
+"""What options mean that hold words: the bodies that a study is run on, and wishes for sensors."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, get_args
 
 import numpy as np
-import typer
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, shaped
@@ -107,73 +105,6 @@ def _shaped(words: list[str]) -> Body:
         if name not in SHAPE_PARAMETERS:
             raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
     return shaped(Body.bundled(), gender=GENDERS[words[0]], **given)
-
-
-PANEL = "Design constraints"
-
-Only = Annotated[
-    str,
-    typer.Option(
-        help="Use only these regions, comma-separated: 'left', 'left,middle', 'arm,torso', 'left wrist'.",
-        rich_help_panel=PANEL,
-    ),
-]
-Forbid = Annotated[
-    str, typer.Option(help="Never use these regions: 'head,hand,foot'.", rich_help_panel=PANEL)
-]
-Must = Annotated[
-    str,
-    typer.Option(
-        help="Use at least one patch in each of these regions: 'left wrist'.", rich_help_panel=PANEL
-    ),
-]
-EveryActivity = Annotated[
-    float,
-    typer.Option(
-        min=0,
-        max=1,
-        help="Expected F1 that sensors worn together should reach for every activity, beside the mean.",
-        rich_help_panel=PANEL,
-    ),
-]
-OnlyOrNone, ForbidOrNone, MustOrNone, EveryActivityOrNone = (
-    Annotated[get_args(option)[0] | None, *option.__metadata__]
-    for option in (Only, Forbid, Must, EveryActivity)
-)
-"""As they are, for where what is not given is the run's."""
-
-MaxPlaces = Annotated[
-    int | None, typer.Option("--max", min=1, help="Maximum number of sensors.", rich_help_panel=PANEL)
-]
-Costs = Annotated[
-    Path | None,
-    typer.Option(
-        "--cost",
-        help="csv with columns region, cost: price or discomfort of a sensor there (1 elsewhere).",
-        rich_help_panel=PANEL,
-    ),
-]
-
-Classifier = Annotated[
-    str,
-    typer.Option(
-        help="Classifier for each patch: ridge (seconds), trees (minutes), multi3net (needs PyTorch)."
-    ),
-]
-Background = Annotated[
-    str,
-    typer.Option(
-        help="Activities to train against but not to count in the mean, comma-separated: 'walking,sitting'.",
-        rich_help_panel=PANEL,
-    ),
-]
-Weights = Annotated[
-    Path | None,
-    typer.Option(
-        help="csv with columns activity, weight: what activities count in the mean (1 for the others).",
-        rich_help_panel=PANEL,
-    ),
-]
 
 
 def parse_wishes(only: str, forbid: str, must: str, costs: Path | None) -> Constraints:

@@ -1,77 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Options for how signals are made: the sensor, its rate, the bands, the convention."""
+"""What the options for signals mean: the sensor, its rate, the bands, the convention."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import PRESETS, preset
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
-
-PANEL = "Signals"
-
-AS_DEFAULT = Synthesis()
-
-Sensor = Annotated[
-    str,
-    typer.Option(
-        help="Sensor preset (see `w2w sensors`), 'ideal' for no errors, or a JSON file of your own part.",
-        rich_help_panel=PANEL,
-    ),
-]
-Rate = Annotated[float, typer.Option(min=5, max=1000, help="Sensor rate, Hz.", rich_help_panel=PANEL)]
-Band = Annotated[
-    float,
-    typer.Option(
-        min=0,
-        help="Band limit, Hz; 0 for none. Raise it for clean motion capture.",
-        rich_help_panel=PANEL,
-    ),
-]
-RootBand = Annotated[
-    float | None,
-    typer.Option(
-        min=0.1,
-        help="Band limit of the root's path, Hz: about 3 for inertial suits.",
-        rich_help_panel=PANEL,
-    ),
-]
-Convention = Annotated[
-    str,
-    typer.Option(
-        help="physical, or paper: the equations as the paper prints them, for comparison only.",
-        rich_help_panel=PANEL,
-    ),
-]
-
-Record = Annotated[
-    str,
-    typer.Option(
-        help=f"Record these beside acc and gyr, comma-separated: {', '.join(FURTHER)}.",
-        rich_help_panel=PANEL,
-    ),
-]
-RecogniseBy = Annotated[
-    str,
-    typer.Option(help="Recognise by these, too, of those that --record names.", rich_help_panel=PANEL),
-]
-MagneticDip = Annotated[
-    float,
-    typer.Option(
-        min=-90,
-        max=90,
-        help="Angle of the earth's magnetic field below the horizontal, degrees, for the magnetometer.",
-        rich_help_panel=PANEL,
-    ),
-]
 
 
 def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherSensors:

@@ -17,30 +17,27 @@ from rich.console import Console
 
 from w2w.core.body.body import Body
 from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
-from w2w.core.imu.further import NOTHING
-from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.patches.own_placements import read_placements
 from w2w.core.ranking.utility import unavailable
 from w2w.core.ranking.weights import read_weights
-from w2w.core.study import StudyConfig
+from w2w.core.study import FILES, StudyConfig
 
 from . import options, pose_options, signal_options, window_options
+from .declared import DeclaredOptions
 from .runs.garments import parse_garments
 from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
 from .runs.workers import Engine
 from .stopping import STOPPED, say_for_machines
 
+RUN = "How the run is done"
+
 
 @dataclass(frozen=True)
-class StudyOptions:
-    """What is asked of a study, as the command line gives it."""
+class StudyOptions(DeclaredOptions):
+    """What is asked of a study, as the command line gives it: its parameters, and how it is run."""
 
-    exact_labels: Annotated[
-        bool,
-        typer.Option(help="Keep labels apart that differ only in case, spaces or underscores."),
-    ] = False
     bodies: Annotated[
         str,
         typer.Option(
@@ -49,42 +46,6 @@ class StudyOptions:
             "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end."
         ),
     ] = "neutral"
-    patches: Annotated[int, typer.Option(min=2, max=6890, help="Number of patches on the body.")] = 512
-    placements: Annotated[
-        Path | None,
-        typer.Option(
-            help="Spots of your own beside them: csv with columns name, vertex, or name, x, y, z (metres "
-            "on the body at rest, z up, soles at z = 0)."
-        ),
-    ] = None
-    garment: Annotated[
-        str,
-        typer.Option(
-            help="What is worn: tshirt, trousers, or FILE.blend:OBJECT, one of yours that follows W2W's body "
-            "there; several comma-separated, the outer first. Patches that it covers are then on the "
-            "cloth, which Blender simulates: minutes a clip."
-        ),
-    ] = ""
-    rate: signal_options.Rate = 50.0
-    sensor: signal_options.Sensor = DEFAULT_SENSOR
-    band: signal_options.Band = signal_options.AS_DEFAULT.cutoff_hz
-    root_band: signal_options.RootBand = None
-    convention: signal_options.Convention = signal_options.AS_DEFAULT.convention
-    record: signal_options.Record = ""
-    recognise_by: signal_options.RecogniseBy = ""
-    magnetic_dip: signal_options.MagneticDip = NOTHING.dip_deg
-    window: window_options.Window = 2.0
-    stride: window_options.Stride = None
-    classifier: options.Classifier = "ridge"
-    target: Annotated[float, typer.Option(min=0.01, max=1, help="F1 the set of sensors should reach.")] = 0.90
-    every_activity: options.EveryActivity = 0.0
-    background: options.Background = ""
-    weights: options.Weights = None
-    only: options.Only = ""
-    forbid: options.Forbid = ""
-    must: options.Must = ""
-    max_places: options.MaxPlaces = None
-    costs: options.Costs = None
     augment: Annotated[
         str,
         typer.Option(
@@ -92,35 +53,52 @@ class StudyOptions:
             "comma-separated, or all; mirror exchanges left and right, except where an activity names a side."
         ),
     ] = ""
-    copies: Annotated[int, typer.Option(min=1, help="Copies per clip, with --augment.")] = 4
-    folds: Annotated[
-        int, typer.Option(min=2, help="Cross-validation folds; a clip is never split between them.")
-    ] = 5
-    by_subject: Annotated[
-        bool, typer.Option(help="Leave-one-subject-out cross-validation instead of folds.")
-    ] = False
-    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0
     workers: Annotated[int, typer.Option(min=1, help="Clips processed in parallel.")] = os.cpu_count() or 1
-    pictures: Annotated[bool, typer.Option(help="Render heatmaps and save study.blend.")] = True
-    report: Annotated[bool, typer.Option(help="Write report.html.")] = True
-    title: Annotated[str, typer.Option(help="Project name for the report.")] = ""
+    stride: window_options.Stride = None
     bone_map: Annotated[
         list[Path] | None,
-        typer.Option(help="Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable."),
+        typer.Option(
+            help="Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable.",
+            rich_help_panel=FILES,
+        ),
     ] = None
+    exact_labels: Annotated[
+        bool,
+        typer.Option(
+            help="Keep labels apart that differ only in case, spaces or underscores.", rich_help_panel=FILES
+        ),
+    ] = False
     pose_rate: pose_options.PoseRate = None
     pose_unit: pose_options.PoseUnit = ""
     pose_up: pose_options.PoseUp = ""
     pose_joints: pose_options.PoseJoints = ""
-    clip_limit: Annotated[float, typer.Option(min=1, help="Time limit per clip, seconds.")] = LIMIT_S
-    clip_memory: Annotated[float, typer.Option(min=0.5, help="Memory limit per clip, GiB.")] = MEMORY / 2**30
+    pictures: Annotated[
+        bool, typer.Option(help="Render heatmaps and save study.blend.", rich_help_panel=RUN)
+    ] = True
+    report: Annotated[bool, typer.Option(help="Write report.html.", rich_help_panel=RUN)] = True
+    clip_limit: Annotated[
+        float, typer.Option(min=1, help="Time limit per clip, seconds.", rich_help_panel=RUN)
+    ] = LIMIT_S
+    clip_memory: Annotated[
+        float, typer.Option(min=0.5, help="Memory limit per clip, GiB.", rich_help_panel=RUN)
+    ] = MEMORY / 2**30
     scheduler: Annotated[
-        str, typer.Option(help="Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.")
+        str,
+        typer.Option(
+            help="Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.",
+            rich_help_panel=RUN,
+        ),
     ] = ""
-    strict: Annotated[bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.")] = False
+    strict: Annotated[
+        bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.", rich_help_panel=RUN)
+    ] = False
     log_json: Annotated[
         bool,
-        typer.Option("--log-json", help="Print machine-readable events instead: one JSON object per line."),
+        typer.Option(
+            "--log-json",
+            help="Print machine-readable events instead: one JSON object per line.",
+            rich_help_panel=RUN,
+        ),
     ] = False
 
     def config(self) -> StudyConfig:

@@ -9,14 +9,15 @@ from typing import Annotated, Any
 import typer
 
 from w2w.core.ranking.windows import WindowSpec
+from w2w.core.study import RANKING
 
-Window = Annotated[float, typer.Option(min=0.1, help="Window length, seconds.")]
 Stride = Annotated[
     float | None,
     typer.Option(
         min=0.05,
         help="Stride of the training windows, seconds.  [default: half the window]",
         show_default=False,
+        rich_help_panel=RANKING,
     ),
 ]
 

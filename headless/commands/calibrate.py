@@ -13,15 +13,15 @@ from rich.console import Console
 from w2w.core.file_names import shown
 from w2w.core.imu.calibration import Calibration, calibrate
 from w2w.core.imu.calibration_gain import Alike, held_out
-from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.sensor_file import write_sensor
 
 from ..console import NOTHING_TO_DO, USAGE
+from ..declared import DEFAULTS, declared
 from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
 from ..runs.own_sensor import Simulate, files_together, read_pairs
-from ..signal_options import AS_DEFAULT, Band, RootBand, Sensor, chosen_sensor
+from ..signal_options import chosen_sensor
 
 
 def calibrate_sensor(
@@ -42,12 +42,12 @@ def calibrate_sensor(
     ],
     patch: Annotated[str, typer.Option(help="Where it was worn: 'left wrist', 'sternum', a patch's name.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="JSON file to write, for --sensor.")],
-    sensor: Sensor = DEFAULT_SENSOR,
+    sensor: declared("sensor") = DEFAULTS.sensor,
     shift: Annotated[
         float, typer.Option(min=0.02, max=10, help="Most seconds that sensor and motion may be apart.")
     ] = 0.5,
-    band: Band = AS_DEFAULT.cutoff_hz,
-    root_band: RootBand = None,
+    band: declared("band") = DEFAULTS.band,
+    root_band: declared("root_band") = None,
     pose_rate: PoseRate = None,
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",

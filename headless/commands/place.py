@@ -20,10 +20,11 @@ from w2w.core.results_folder import (
     ranked_again,
 )
 from w2w.core.selection.advice import Advice
-from w2w.core.study import StudyConfig
+from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
 from ..console import BUSY, USAGE
+from ..declared import declared
 from ..reports.advice_text import show_best_spot, show_worn
 from ..reports.redraw import check_redraw, copied, redraw
 from ..runs.folder import FolderBusyError
@@ -33,30 +34,22 @@ from ..runs.own_files import ForeignFileError, new_file
 
 def place(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
-    target: Annotated[
-        float | None,
-        typer.Option(
-            min=0.01,
-            max=1,
-            help="F1 the set of sensors should reach.  [default: the run's]",
-            show_default=False,
-        ),
-    ] = None,
-    every_activity: options.EveryActivityOrNone = None,
-    only: options.OnlyOrNone = None,
-    forbid: options.ForbidOrNone = None,
-    must: options.MustOrNone = None,
-    max_places: options.MaxPlaces = None,
-    costs: options.Costs = None,
+    target: declared("target", or_none=True) = None,
+    every_activity: declared("every_activity", or_none=True) = None,
+    only: declared("only", or_none=True) = None,
+    forbid: declared("forbid", or_none=True) = None,
+    must: declared("must", or_none=True) = None,
+    max_places: declared("max_places") = None,
+    costs: declared("costs") = None,
     background: Annotated[
         str | None,
         typer.Option(
             help="Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
             show_default=False,
-            rich_help_panel=options.PANEL,
+            rich_help_panel=WISHES,
         ),
     ] = None,
-    weights: options.Weights = None,
+    weights: declared("weights") = None,
     out: Annotated[
         Path | None,
         typer.Option(

@@ -13,8 +13,7 @@ from rich.markup import escape
 from w2w.core.body.body import Body
 from w2w.core.file_names import shown
 from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
-from w2w.core.imu.further import NOTHING, FurtherSensors
-from w2w.core.imu.presets import DEFAULT_SENSOR
+from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.virtual import sensor_at
 from w2w.core.motion.library import Clip
 from w2w.core.motion.source import UnusableMotion
@@ -23,6 +22,7 @@ from w2w.core.study import record as record_at
 
 from .. import signal_options
 from ..console import NOTHING_TO_DO, USAGE
+from ..declared import DEFAULTS, declared
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
 
@@ -37,16 +37,16 @@ def synth(
         str, typer.Option("--format", help=f"{', '.join(FORMATS)}; the last two have units of their own.")
     ] = "csv",
     plot: Annotated[Path | None, typer.Option(help="png file to draw the signal to.")] = None,
-    sensor: signal_options.Sensor = DEFAULT_SENSOR,
-    rate: signal_options.Rate = 100.0,
-    band: signal_options.Band = signal_options.AS_DEFAULT.cutoff_hz,
-    root_band: signal_options.RootBand = None,
-    convention: signal_options.Convention = signal_options.AS_DEFAULT.convention,
-    record: signal_options.Record = "",
-    magnetic_dip: signal_options.MagneticDip = NOTHING.dip_deg,
+    sensor: declared("sensor") = DEFAULTS.sensor,
+    rate: declared("rate") = 100.0,
+    band: declared("band") = DEFAULTS.band,
+    root_band: declared("root_band") = None,
+    convention: declared("convention") = DEFAULTS.convention,
+    record: declared("record") = "",
+    magnetic_dip: declared("magnetic_dip") = DEFAULTS.magnetic_dip,
     acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
     gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the sensor's errors.")] = 0,
+    seed: declared("seed", help="Seed of the sensor's errors.") = 0,
 ) -> None:
     """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.
 

@@ -16,6 +16,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital
 from w2w.headless import options
 from w2w.headless.console import USAGE
+from w2w.headless.declared import declared
 from w2w.headless.runs.own_files import check, claimed
 
 from ..paper.sets import PaperSets, paper_sets, sets_content
@@ -30,11 +31,11 @@ def paper(
         float | None,
         typer.Option(min=0.01, max=1, help="Mean-max F1 to reach.  [default: the run's]", show_default=False),
     ] = None,
-    only: options.OnlyOrNone = None,
-    forbid: options.ForbidOrNone = None,
-    must: options.MustOrNone = None,
-    max_places: options.MaxPlaces = None,
-    costs: options.Costs = None,
+    only: declared("only", or_none=True) = None,
+    forbid: declared("forbid", or_none=True) = None,
+    must: declared("must", or_none=True) = None,
+    max_places: declared("max_places") = None,
+    costs: declared("costs") = None,
 ) -> None:
     """Choose sensors as the paper does: by algorithm 2, beside the exact optimum of its proxy.
 

@@ -20,8 +20,8 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import best_single
 from w2w.core.study import StudyConfig
 from w2w.headless.commands.execute import check_folder, execute, refused
+from w2w.headless.declared import declared
 from w2w.headless.needs_blender import needs_blender
-from w2w.headless.options import EveryActivity
 from w2w.headless.reports.console_tables import show_labels
 from w2w.headless.reports.draw import draw_alone
 from w2w.headless.reports.pictures import MAX_LISTED
@@ -30,7 +30,7 @@ from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import claimed
 from w2w.headless.runs.study import RunPlan
 from w2w.headless.runs.workers import Engine
-from w2w.headless.signal_options import Sensor, sensor_settings
+from w2w.headless.signal_options import sensor_settings
 
 from ..paper.sets import paper_sets
 from ..paper.subsets import Subset
@@ -55,8 +55,8 @@ def rehab(
     target: Annotated[
         float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
     ] = 0.90,
-    every_activity: EveryActivity = 0.9,
-    sensor: Sensor = "watch",
+    every_activity: declared("every_activity") = 0.9,
+    sensor: declared("sensor") = "watch",
     quality: Annotated[
         bool, typer.Option(help="Ask the second question, too: which exercise was done well, which badly.")
     ] = True,

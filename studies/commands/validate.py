@@ -17,10 +17,10 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE, why_not
-from w2w.headless.options import Classifier
+from w2w.headless.declared import declared
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
-from w2w.headless.signal_options import Sensor, chosen_sensor
+from w2w.headless.signal_options import chosen_sensor
 
 from ..comparisons.dsads import compare_dsads
 from ..comparisons.gait import compare_gait, write_gait
@@ -62,8 +62,8 @@ def mmfit(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="MM-Fit's folder of w00 to w20.")],
     out: Out,
     non_activity: NonActivity = "activity",
-    sensor: Sensor = DEFAULT_SENSOR,
-    classifier: Classifier = "ridge",
+    sensor: declared("sensor") = DEFAULT_SENSOR,
+    classifier: declared("classifier") = "ridge",
     folds: Folds = 5,
     seed: Seed = 0,
 ) -> None:
@@ -88,8 +88,8 @@ def mmfit(
 def vidimu(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="VIDIMU's folder dataset/videoandimus.")],
     out: Out,
-    sensor: Sensor = DEFAULT_SENSOR,
-    classifier: Classifier = "ridge",
+    sensor: declared("sensor") = DEFAULT_SENSOR,
+    classifier: declared("classifier") = "ridge",
     folds: Folds = 5,
     seed: Seed = 0,
 ) -> None:
@@ -118,8 +118,8 @@ def dsads(
         list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
     ] = None,
     window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
-    sensor: Sensor = "xsens mtw awinda",
-    classifier: Classifier = "ridge",
+    sensor: declared("sensor") = "xsens mtw awinda",
+    classifier: declared("classifier") = "ridge",
     seed: Seed = 0,
 ) -> None:
     """DSADS: sports and daily activities, five worn sensors, against clips of a library. Unpaired.
@@ -142,7 +142,7 @@ def utd_mhad(
     cutoff: Annotated[
         float, typer.Option(min=0.5, max=7, help="Band of the joints' paths, Hz.")
     ] = POSE_CUTOFF_HZ,
-    sensor: Sensor = DEFAULT_SENSOR,
+    sensor: declared("sensor") = DEFAULT_SENSOR,
     seed: Seed = 0,
 ) -> None:
     """UTD-MHAD: 27 actions, Kinect and one worn sensor. Trained on one side, tested on the other.
@@ -255,7 +255,7 @@ def gait(
     ],
     out: Out,
     trial: Annotated[str, typer.Option(help="Which trial.")] = "S02-Trial-Walk-1",
-    sensor: Sensor = "xsens mtw awinda",
+    sensor: declared("sensor") = "xsens mtw awinda",
     seed: Seed = 0,
 ) -> None:
     """A walk with nine worn Xsens sensors: signals, energies and gait phases, site by site.

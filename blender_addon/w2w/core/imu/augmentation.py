@@ -61,7 +61,7 @@ class Augmentation:
         If a number is out of its range.
     """
 
-    copies: int = parameter(4, "Copies per clip, with --augment.", least=0, group="Ranking")
+    copies: int = parameter(4, "Copies per clip, with --augment.", least=1, group="Ranking")
     mirror: bool = True
     tempo: float = 0.15
     amplitude: float = 0.15

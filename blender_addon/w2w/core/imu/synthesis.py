@@ -128,7 +128,7 @@ class Synthesis:
 
     rate_hz: float = parameter(
         50.0,
-        "Samples a second, Hz.",
+        "Sensor rate, Hz: samples a second.",
         "rate",
         title="Rate", unit="Hz", least=5, most=1000, usual=(10, 200),
     )  # fmt: skip

@@ -69,7 +69,7 @@ class WindowSpec:
 
     length_s: float = parameter(
         2.0,
-        "Window length, seconds: of so much signal an activity is recognised.",
+        "Window length, seconds.",
         "window",
         title="Window", unit="s", least=0.1, most=600, usual=(0.2, 30),
     )  # fmt: skip
