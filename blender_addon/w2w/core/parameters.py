@@ -12,9 +12,12 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from numbers import Integral, Real
 from types import UnionType
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 
 DECLARED = "declared"
 
@@ -59,7 +62,7 @@ class Parameter:
         whole = int in kinds
         low = self.least if self.least is not None else float("-inf")
         high = self.most if self.most is not None else float("inf")
-        if isinstance(value, Integral if whole else Real) and low <= value <= high:
+        if isinstance(value, Integral if whole else Real) and low <= float(value) <= high:
             return
         allowed = f"from {low:g}" + (f" to {high:g}" if self.most is not None else " on")
         noun = "a whole number " if whole else ""
@@ -81,7 +84,7 @@ def parameters_of(record: type) -> dict[str, Parameter]:
     return dict(_declared(record, ()))
 
 
-def _declared(record: type, path: tuple[str, ...]) -> Iterator[tuple[str, Parameter]]:
+def _declared(record: Any, path: tuple[str, ...]) -> Iterator[tuple[str, Parameter]]:
     hints = get_type_hints(record)
     for item in fields(record):
         inner = [kind for kind in (hints[item.name], *get_args(hints[item.name])) if is_dataclass(kind)]
@@ -145,7 +148,7 @@ def _value(kind: Any, given: Any, readers: Mapping[type, Callable[[Any], Any]], 
         return _value((wanted or parts)[0], given, readers, where)
     if kind in readers:
         return readers[kind](given)
-    if is_dataclass(kind):
+    if isinstance(kind, type) and is_dataclass(kind):
         return read_record(kind, given, readers, where)
     if origin is tuple and isinstance(given, list | tuple):
         kinds = [parts[0]] * len(given) if parts[-1] is Ellipsis else parts
