@@ -18,13 +18,13 @@ from w2w.core.motion.run_up import with_run_up
 from w2w.core.patches.garment_cover import cover, without_overlap
 from w2w.core.patches.garments import KINDS, cut
 from w2w.core.patches.patches import sample_patches
+from w2w.drawing.body import BodyPictures
 from w2w.scene.body import add_body
 from w2w.scene.cloth import dress
 from w2w.scene.evaluated import EvaluatedVertices
 from w2w.scene.garments import follow
 from w2w.scene.load import carry, read_motion
 from w2w.scene.output import quiet_output
-from w2w.scene.render import BodyRenderer
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 SKIN, COLOURS = (0.85, 0.72, 0.62), {"tshirt": (0.35, 0.55, 0.75), "trousers": (0.35, 0.4, 0.5)}
@@ -45,8 +45,7 @@ def draw(path: Path, body: Body, cloths: dict[str, Body]) -> None:
     shades = [SKIN, *(COLOURS[kind] for kind in cloths)]
     counts = [len(mesh.vertices) for mesh in meshes]
     colours = np.repeat(np.array(shades), counts, axis=0)
-    with quiet_output(), BodyRenderer(whole, SIZE, VIEWS) as renderer:
-        pictures = renderer.render(colours)
+    pictures = BodyPictures(whole, SIZE, VIEWS).coloured(colours)
     row = np.concatenate(pictures, axis=1)
     used = np.flatnonzero((row[..., 3] > 0).any(axis=1))
     plt.imsave(path, _on_white(row[used[0] : used[-1] + 1]))

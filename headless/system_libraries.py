@@ -18,7 +18,6 @@ LIBRARIES = {
     "libSM.so.6": "libsm6",
     "libICE.so.6": "libice6",
     "libGL.so.1": "libgl1",
-    "libEGL.so.1": "libegl1",  # opened only when a picture is rendered, and Blender aborts without it
 }
 """Each library, and the Debian package that brings it with the drivers it needs."""
 

@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless", "studies": "tests/studies"}
 UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are on
-    "tests": "api command_line drawing loading ranking",
+    "tests": "api command_line loading ranking",
     "tests/core": "filtering results_folder study",
     "tests/core/adopt": "mesh_files pickles registration rest_pose topology",
     "tests/core/body": "landmarks region_limbs region_trunk skeleton",
@@ -29,7 +29,7 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "blender_worker clip clip_records folder guard load_clip monitor own_sensor picture_names study"
     ),
     "tests/scene": (
-        "evaluated fast_path fcurves gltf load output packing patches playback render reshape scene_motion "
+        "evaluated fast_path fcurves gltf load output packing patches playback reshape scene_motion "
         "study_file study_record takes wear"
     ),
     "tests/studies/commands": (

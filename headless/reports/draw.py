@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Have Blender draw what a finished study looks like, in a worker process that may die of it.
-
-Blender aborts the whole process where it cannot render: no result may be lost with it.
-"""
+"""Draw what a finished study looks like in worker processes: Blender, which saves its file, may die of it."""
 
 from __future__ import annotations
 
@@ -64,7 +61,7 @@ def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> di
 
 
 def draw_alone(work: Draw, out: Path) -> str:
-    """Let Blender draw something in a worker process; says why where it could not, else is empty."""
+    """Draw something in a worker process; says why where it could not, else is empty."""
     return draw_side_by_side([work], out)[0]
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a finished study looks like: a picture for each heatmap, and the study as a Blender file.
 
-Blender draws them, and may die of it: `draw` has this done in a worker process.
+Blender may die of saving its file: `draw` has both done in worker processes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..needs_blender import needs_blender
 from ..runs.picture_names import HEATMAPS, MEAN, SUBSET, picture_names
 
 if TYPE_CHECKING:
-    from w2w.scene.render import BodyRenderer  # needs Blender's module, which drawing alone may miss
+    from w2w.drawing.body import BodyPictures  # Pillow and matplotlib are slow to import
 
 BLEND = "study.blend"
 
@@ -33,10 +33,8 @@ MAX_LISTED = 12
 
 def write_pictures(out: Path) -> None:
     """Draw `heatmaps/*.png` of a finished study: one an activity, one of the mean, one of the set."""
-    with needs_blender():
-        from w2w.scene.render import BodyRenderer, size_for
-
-    from .heatmap_figure import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
+    from w2w.drawing.body import BodyPictures, size_for
+    from w2w.drawing.heatmap import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
 
     study = StudyResults.load(out)
     utility = study.utility
@@ -47,21 +45,20 @@ def write_pictures(out: Path) -> None:
     allowed = study.config().constraints.terms(study.patches)["allowed"]
     maps.append((MEAN, mean_title(utility), utility.expected_mean, best_single(utility, allowed)))
     body = study.body()
-    size = size_for(body, VIEW_PIXELS - 3)  # soft edges may take three more
-    # Blender renders the next body while matplotlib makes a page of the last
-    with BodyRenderer(body, size) as renderer, ThreadPoolExecutor(1) as pages:
+    shaded = BodyPictures(body, size_for(body, VIEW_PIXELS - 3))  # soft edges may take three more
+    with ThreadPoolExecutor(1) as pages:  # the next body is coloured while the last one's page is made
         drawn = []
         for name, title, scores, spot in maps:
             low, high = score_range(scores, utility.colour_span)
-            pictures = renderer.render(patch_colours(study.patches, scores, low, high))
+            views = shaded.coloured(patch_colours(study.patches, scores, low, high))
             subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
             subtitle += f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
             note = span_note(scores, low, high)
-            page = (folder / f"{name}.png", pictures, title, low, high, EXPECTED, subtitle)
+            page = (folder / f"{name}.png", views, title, low, high, EXPECTED, subtitle)
             drawn.append(pages.submit(heatmap_figure, *page, note=note))
         for one in drawn:
             one.result()
-        _draw_worn(study, renderer)
+        _draw_worn(study, shaded)
 
 
 def write_blend(out: Path) -> None:
@@ -106,14 +103,14 @@ def marked(study: StudyResults) -> Marked:
     return Marked(order, scores, worn["target"], capital(worn["sentence"]))
 
 
-def _draw_worn(study: StudyResults, renderer: BodyRenderer) -> None:
-    from .heatmap_figure import subset_figure  # matplotlib is slow to import
+def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
+    from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
 
-    utility, patches, body = study.utility, study.patches, renderer.body
+    utility, patches, body = study.utility, study.patches, shaded.body
     shown = marked(study)
     order = list(shown.order[:MAX_LISTED])
     low, high = score_range(utility.expected_mean, utility.colour_span)
-    pictures = renderer.render(patch_colours(patches, utility.expected_mean, low, high))
+    pictures = shaded.coloured(patch_colours(patches, utility.expected_mean, low, high))
     corners = body.vertices[patches.triangles[order]]
     normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
     subtitle = shown.sentence
@@ -124,7 +121,7 @@ def _draw_worn(study: StudyResults, renderer: BodyRenderer) -> None:
         study.out / HEATMAPS / f"{SUBSET}.png",
         pictures,
         f"Where to wear {count}",
-        renderer.locate(corners.mean(axis=1), normals),
+        shaded.locate(corners.mean(axis=1), normals),
         [patches.names[patch] for patch in order],
         shown.scores[: len(order)],
         EXPECTED,

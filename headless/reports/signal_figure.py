@@ -7,14 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from w2w.core.files import atomic_write
 from w2w.core.imu.recording import ImuRecording
+from w2w.drawing.page import FAINT, HAIRLINE, INK
 
-from .page import FAINT, HAIRLINE, INK
+rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
 
 COLOURS = {"w": "#7a8391", "x": "#d1495b", "y": "#2e8b57", "z": "#30638e"}
 """Told apart by lightness too, for colour-blind eyes."""

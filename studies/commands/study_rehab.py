@@ -21,7 +21,6 @@ from w2w.core.selection.advice import best_single
 from w2w.core.study import StudyConfig
 from w2w.headless.commands.execute import check_folder, execute, refused
 from w2w.headless.declared import declared
-from w2w.headless.needs_blender import needs_blender
 from w2w.headless.reports.console_tables import show_labels
 from w2w.headless.reports.draw import draw_alone
 from w2w.headless.reports.pictures import MAX_LISTED
@@ -144,8 +143,7 @@ def _file(activity: str, execution: str, number: int) -> str:
 
 def draw_figure(out: Path, subset: Subset) -> None:
     """Draw a finished study's maps by activity, mean map and set on one page, all in the same colours."""
-    with needs_blender():
-        from w2w.scene.render import BodyRenderer
+    from w2w.drawing.body import BodyPictures
 
     from ..rehab.panel_figure import Map, panel_figure  # matplotlib is slow to import
 
@@ -154,20 +152,20 @@ def draw_figure(out: Path, subset: Subset) -> None:
     scale = score_range(utility.expected_f1, utility.colour_span)
     order = list(subset.order[:MAX_LISTED])
 
-    with BodyRenderer(body) as renderer:
+    shaded = BodyPictures(body)
 
-        def drawn(scores: np.ndarray, heading: str, best: int) -> Map:
-            note = f"best: {patches.names[best]} ({scores[best]:.2f})"
-            return Map(renderer.render(patch_colours(patches, scores, *scale)), heading, note)
+    def drawn(scores: np.ndarray, heading: str, best: int) -> Map:
+        note = f"best: {patches.names[best]} ({scores[best]:.2f})"
+        return Map(shaded.coloured(patch_colours(patches, scores, *scale)), heading, note)
 
-        activities = []
-        for number, heading in headings(utility):
-            scores = utility.expected_f1[:, number]
-            activities.append(drawn(scores, heading, int(scores.argmax())))
-        mean = drawn(utility.expected_mean, "Expected mean F1 of the exercises", best_single(utility))
-        corners = body.vertices[patches.triangles[order]]
-        normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
-        markers = renderer.locate(corners.mean(axis=1), normals)
+    activities = []
+    for number, heading in headings(utility):
+        scores = utility.expected_f1[:, number]
+        activities.append(drawn(scores, heading, int(scores.argmax())))
+    mean = drawn(utility.expected_mean, "Expected mean F1 of the exercises", best_single(utility))
+    corners = body.vertices[patches.triangles[order]]
+    normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
+    markers = shaded.locate(corners.mean(axis=1), normals)
     count = f"{len(subset.order)} sensor{'' if len(subset.order) == 1 else 's'}"
     panel_figure(
         out / FIGURE,

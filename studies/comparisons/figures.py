@@ -7,15 +7,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from w2w.core.colours import COLOUR_MAP
 from w2w.core.files import atomic_write
 from w2w.core.ranking.reliability import WANTED
-from w2w.headless.reports.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
+from w2w.drawing.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
 
 from ..validation.sites import SiteValidation
+
+rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
 
 REAL, SIMULATED = INK, ACCENT
 COLUMNS = 3

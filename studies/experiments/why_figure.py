@@ -6,11 +6,14 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+from matplotlib import rcParams
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from w2w.core.files import atomic_write
-from w2w.headless.reports.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
+from w2w.drawing.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
+
+rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
 
 TITLES = {
     "utd_wrist": "UTD-MHAD's wrist, 21 activities",

@@ -8,6 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -15,9 +16,11 @@ from matplotlib.figure import Figure
 from w2w.core.colours import score_colours
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.wording import capital
-from w2w.headless.reports.page import DPI, FAINT, FONT, INK, MARGIN, axes_at, fit, save, write
+from w2w.drawing.page import DPI, FAINT, FONT, INK, MARGIN, axes_at, fit, save, write
 
 from .score_table import ScoreRow
+
+rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
 
 CELL_WIDTH, CELL_HEIGHT = 0.62, 0.3
 """Inches."""

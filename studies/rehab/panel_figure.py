@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from w2w.core.colours import colour_table
-from w2w.headless.reports import page
+from w2w.drawing import page
 
 WIDTH = 13.2
 """Of the page, inches."""
@@ -46,7 +46,7 @@ class Map:
     Parameters
     ----------
     views : sequence of ndarray, shape (H, W, 4), uint8
-        Front and back, from `BodyRenderer.render`.
+        Front and back, from `BodyPictures.coloured`.
     title, note : str
         What it shows, and a quieter line.
     """
@@ -77,7 +77,7 @@ def panel_figure(
     mean, subset : Map
         All maps coloured over the same `scale`.
     markers, names, scores
-        The chosen sensors, as in `figures.subset_figure`.
+        The chosen sensors, as in `heatmap.subset_figure`.
     scale : (low, high)
         F1 at the two ends of the colour bar.
     target : float

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -14,10 +15,12 @@ from matplotlib.figure import Figure
 from w2w.core.files import atomic_write
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.patches import PatchSet
-from w2w.headless.reports.page import ACCENT, DPI, FAINT, HAIRLINE, INK
+from w2w.drawing.page import ACCENT, DPI, FAINT, HAIRLINE, INK
 
 from .report import SweptCase
 from .sensitivity import resampled_clips
+
+rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
 
 ROW = 0.34
 """Height of a case, inches."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Heatmaps as colour attributes, pictures of them, and the file they are saved in."""
+"""Heatmaps as colour attributes, and the file they are saved in."""
 
 import time
 
@@ -11,7 +11,6 @@ from w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
 from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.heatmap import ON_THESE_CLIPS, add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
 from w2w.scene.patches import patch_empties
-from w2w.scene.render import GLEAM, SHADE_DEPTH, BodyRenderer, size_for
 from w2w.scene.study_file import write_study
 
 from .conftest import difference, read_empties
@@ -29,13 +28,6 @@ def attribute_colours(mesh, name):
     values = np.empty(len(mesh.data.vertices) * 4, dtype=np.float32)
     mesh.data.color_attributes[name].data.foreach_get("color_srgb", values)
     return values.reshape(-1, 4)[:, :3]
-
-
-def data_counts():
-    kinds = ("scenes", "objects", "meshes", "cameras", "materials", "collections")
-    counts = {kind: len(getattr(bpy.data, kind)) for kind in kinds}
-    # Blender keeps one image for render results, whoever renders
-    return counts | {"images": sum(image.type != "RENDER_RESULT" for image in bpy.data.images)}
 
 
 def test_each_activity_and_the_mean_is_a_colour_attribute(body_in_scene, patches, scores):
@@ -121,77 +113,6 @@ def test_scores_that_do_not_fit_are_refused(body_in_scene, patches, scores):
         add_heatmaps(bpy.context.active_object, patches, scores, ACTIVITIES, scores[:, 0])
     with pytest.raises(ValueError, match="no heatmap 'F1: flying'"):
         show_heatmap(body_in_scene.mesh, "F1: flying")
-
-
-def test_pictures_have_the_colours_asked_for(bundled_body, empty_file):
-    """Left half orange, right half blue: each is on its own side, and swapped from behind."""
-    orange, blue = np.array([0.9, 0.5, 0.1]), np.array([0.1, 0.3, 0.8])
-    colours = np.where(bundled_body.vertices[:, :1] > 0, orange, blue)
-    before = data_counts()
-    with BodyRenderer(bundled_body, size=240) as renderer:
-        front, back = renderer.render(colours)
-    assert data_counts() == before
-    assert bpy.context.scene == empty_file
-    for picture, left_is_orange in ((front, False), (back, True)):
-        assert picture.shape == (240, 240, 4)
-        assert picture.dtype == np.uint8
-        assert picture[0, 0, 3] == 0
-        left, right = picture[:, :112], picture[:, 128:]
-        for half, is_orange in ((left, left_is_orange), (right, not left_is_orange)):
-            shown = half[half[..., 3] == 255][:, :3] / 255
-            target = orange if is_orange else blue
-            np.testing.assert_allclose(np.median(shown, axis=0), target, atol=0.1)
-            assert (shown <= target + GLEAM * (1 - target) + 0.01).all()
-            assert (shown >= target * (1 - SHADE_DEPTH) - 0.01).all()
-
-
-@pytest.mark.usefixtures("empty_file")
-def test_each_pixel_takes_its_colour_where_it_lies_on_the_body(bundled_body):
-    with BodyRenderer(bundled_body, size=240) as renderer:
-        renderer.render(np.full_like(bundled_body.vertices, 0.5))
-        shades = renderer._shades
-    for frame, shade in zip(renderer.frames, shades, strict=True):
-        weights = shade.share / shade.share.sum(axis=1)[:, None]
-        places = weights @ bundled_body.vertices
-        rows, columns = np.divmod(shade.shown, 240)
-        off = np.abs(frame.to_pixels(places) - np.stack([columns, rows], axis=1) - 0.5).max(axis=1)
-        assert (off < 1e-3).mean() > 0.9  # the others are of the soft outline
-        assert (off[shade.alpha > 0.99 * 255] < 1e-3).all()
-        corners = shade.share.indices.reshape(-1, 3)
-        facing = bundled_body.vertex_normals[corners].mean(axis=1) @ frame.towards_camera
-        assert (facing > -0.2).all()
-
-
-@pytest.mark.usefixtures("empty_file")
-def test_a_body_is_so_many_pixels_high(bundled_body):
-    with BodyRenderer(bundled_body, size=size_for(bundled_body, 157)) as renderer:
-        for picture in renderer.render(np.full_like(bundled_body.vertices, 0.5)):
-            assert np.ptp(np.flatnonzero((picture[..., 3] > 0).any(axis=1))) + 1 in range(157, 161)
-
-
-def test_markers_are_where_locate_says(bundled_body, empty_file):
-    grey = np.full_like(bundled_body.vertices, 0.5)
-    chest = bundled_body.vertices[np.abs(bundled_body.vertices - (0.0, -0.1, 1.3)).sum(axis=1).argmin()]
-    with BodyRenderer(bundled_body, size=240) as renderer:
-        plain = renderer.render(grey)
-        marked = renderer.render(grey, markers=[(chest, (1.0, 0.0, 0.0))])
-        ((view, column, row),) = renderer.locate(chest[None], np.array([[0.0, -1.0, 0.0]]))
-        again = renderer.render(grey)
-    changed = np.argwhere(np.abs(marked[0].astype(int) - plain[0]).max(axis=-1) > 60)
-    assert view == 0
-    np.testing.assert_allclose(changed.mean(axis=0), (row, column), atol=1.5)
-    np.testing.assert_array_equal(again[0], plain[0])
-    assert not empty_file.objects
-
-
-def test_the_renderer_cleans_up_after_an_error(bundled_body, empty_file):
-    before = data_counts()
-    with pytest.raises(ValueError, match="vertex_colours must have shape"), BodyRenderer(bundled_body) as r:
-        r.render(np.zeros((3, 3)))
-    assert data_counts() == before
-    with pytest.raises(ValueError, match="unknown view 'top'"):
-        BodyRenderer(bundled_body, views=("top",))
-    assert bpy.context.scene == empty_file
 
 
 def test_a_study_file_opens_complete(bundled_body, patches, scores, waving, tmp_path):

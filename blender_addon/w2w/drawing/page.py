@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chosen sensors in a picture: numbered markers on the body, and the list beside it."""
+"""Pages of pictures: what is placed in inches, numbered markers on the body, and the list beside it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rcParams
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
@@ -18,9 +17,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 from PIL import Image
 
-from w2w.core.files import atomic_write
-
-rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
+from ..core.files import atomic_write
 
 DPI = 200
 PACKED = {"compress_level": 1, "compress_type": zlib.Z_RLE, "dpi": (DPI, DPI)}
@@ -82,7 +79,8 @@ class _Laid(Artist):
     def draw(self, renderer: RendererBase) -> None:
         """Put them there."""
         context = renderer.new_gc()
-        renderer.draw_image(context, self._left, self._bottom, self._pixels)
+        scale = self.figure.dpi / DPI  # pages of vectors count in points
+        renderer.draw_image(context, self._left * scale, self._bottom * scale, self._pixels)
         context.restore()
 
 
@@ -97,11 +95,11 @@ def write(
     va: str = "baseline",
     ha: str = "left",
 ) -> Text:
-    """Text on the page, placed in inches."""
+    """Text on the page, placed in inches; a name with two dollar signs is no formula."""
     page = figure.get_size_inches()
     return figure.text(
         x / page[0], y / page[1], text, fontsize=size, color=color, fontweight=weight, va=va, ha=ha,
-        fontfamily=FONT,
+        fontfamily=FONT, parse_math=False,
     )  # fmt: skip
 
 
@@ -114,7 +112,16 @@ def fit(figure: Figure, text: Text, width: float) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write the PNG whole or not at all, without the date and program that would change its bytes."""
+    """Write the file whole or not at all, without the date and program that would change its bytes.
+
+    The suffix decides the kind of file, as Matplotlib knows it.
+    """
+    kind = Path(path).suffix[1:].lower() or "png"
+    if kind != "png":
+        undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+        with atomic_write(path) as stream:
+            figure.savefig(stream, format=kind, metadata=undated)
+        return
     figure.canvas.draw()
     drawn = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
     with atomic_write(path) as stream:
@@ -170,9 +177,10 @@ def draw_list(
     row = min(ROW, (height - 0.55) / max(len(names), 1))
     axes = axes_at(figure, left, bottom, width, height)
     axes.set(xlim=(0, width), ylim=(0, height))
+    plain = {"fontfamily": FONT, "parse_math": False}
     start, stop, top = 0.34, width - 0.45, height - 0.3
-    axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, fontfamily=FONT)
-    style = {"color": INK, "fontfamily": FONT, "fontsize": 10 if row > 0.4 else 9}
+    axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, **plain)
+    style = plain | {"color": INK, "fontsize": 10 if row > 0.4 else 9}
     for number, (name, score) in enumerate(zip(names, scores, strict=True)):
         bar = top - (number + 0.5) * row - 0.13
         _draw_badge(axes, (0.1, bar + 0.1), number + 1)

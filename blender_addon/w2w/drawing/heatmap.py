@@ -11,8 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
-from w2w.core.colours import COLOUR_MAP, colour_table
-
+from ..core.colours import COLOUR_MAP, colour_table
 from . import page
 
 VIEW_SIZE = 4.3
@@ -58,9 +57,9 @@ def heatmap_figure(
     Parameters
     ----------
     path : str or Path
-        The PNG file to write.
+        The file to write: its suffix decides the kind, as Matplotlib knows it.
     views : sequence of ndarray, shape (H, W, 4), uint8
-        From `BodyRenderer.render`.
+        From `BodyPictures.coloured`.
     title : str
         What the heatmap is of, such as the activity.
     low, high : float
@@ -104,13 +103,13 @@ def subset_figure(
     Parameters
     ----------
     path : str or Path
-        The PNG file to write.
+        The file to write: its suffix decides the kind, as Matplotlib knows it.
     views : sequence of ndarray, shape (H, W, 4), uint8
-        From `BodyRenderer.render`.
+        From `BodyPictures.coloured`.
     title : str
         What was chosen.
     markers : sequence of (view, column, row)
-        Where each sensor is, in order of choice, from `BodyRenderer.locate`.
+        Where each sensor is, in order of choice, from `BodyPictures.locate`.
     names : sequence of str
         Body region of each sensor.
     scores : sequence of float, each 0 to 1

@@ -12,8 +12,8 @@ from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
-from w2w.drawing import draw_heatmap
-from w2w.headless.reports import heatmap_figure, signal_figure
+from w2w.drawing import draw_heatmap, heatmap
+from w2w.headless.reports import signal_figure
 from w2w.studies.comparisons import figures
 from w2w.studies.placements import placement_figure
 from w2w.studies.placements.score_table import ScoreRow
@@ -29,12 +29,12 @@ SIX = np.linspace(0.2, 0.9, 6)
 
 
 def _heatmap(path, name):
-    heatmap_figure.heatmap_figure(path, [VIEW, VIEW], name, 0.2, 0.9, name, name, (name, name), note=name)
+    heatmap.heatmap_figure(path, [VIEW, VIEW], name, 0.2, 0.9, name, name, (name, name), note=name)
 
 
 def _subset(path, name):
     markers = [(0, 20, 30), (1, 20, 30)]
-    heatmap_figure.subset_figure(
+    heatmap.subset_figure(
         path, [VIEW, VIEW], name, markers, [name, name], [0.5, 0.6], name, 0.9, name, (name, name)
     )
 

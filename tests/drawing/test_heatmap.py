@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from w2w.core.colours import colour_table
-from w2w.headless.reports.heatmap_figure import SPARE, VIEW_PIXELS, VIEW_SIZE, heatmap_figure, subset_figure
-from w2w.headless.reports.page import BADGE, DPI, MARGIN, apart
+from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, heatmap_figure, subset_figure
+from w2w.drawing.page import BADGE, DPI, MARGIN, apart
 
 SIZE = 300
 TOP, BOTTOM, LEFT, RIGHT = 20, 280, 60, 240

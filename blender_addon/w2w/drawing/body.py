@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of a coloured body from several sides, by a depth buffer in NumPy: no Blender, no window."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image, ImageDraw
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.sparse import csr_array
+
+from ..core.body.body import Body
+
+VIEW_TURNS = {"front": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
+"""Turn of the camera about the body for each view; the body faces -y."""
+
+MARGIN = 1.04
+
+SAMPLES = 4
+"""Samples of the outline across a pixel."""
+
+LIGHTS = (((-0.45, -0.55, 0.7), 0.62), ((0.75, -0.5, 0.1), 0.2), ((0.0, -1.0, 0.0), 0.28))
+"""Directions towards lights as the front's camera sees them, x to the right and z up, and their strengths."""
+
+CREASE, CREASE_M = 12.0, 0.01
+"""Darkening of what lies a metre deeper than its surroundings, and how far these reach."""
+
+SHADE_DEPTH = 0.5
+"""How much darker than its colour the darkest shade of the body is."""
+
+GLEAM = 0.06
+"""How far towards white the brightest parts are lifted, without which dark colours hide the shape."""
+
+
+@dataclass(frozen=True)
+class ViewFrame:
+    """Where points of the world are in a square picture of `size` pixels, `width` metres across.
+
+    The camera is turned by `turn` radians about z (0 looks along +y) and looks at `centre`, shape (3,).
+    """
+
+    turn: float
+    centre: np.ndarray
+    width: float
+    size: int
+
+    @classmethod
+    def of(cls, body: Body, view: str, size: int) -> ViewFrame:
+        """The whole body with a narrow margin."""
+        low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+        return cls(VIEW_TURNS[view], (low + high) / 2, float((high - low).max()) * MARGIN, size)
+
+    @property
+    def right(self) -> np.ndarray:
+        """Unit vector to the right of the picture."""
+        return np.array([np.cos(self.turn), np.sin(self.turn), 0.0])
+
+    @property
+    def towards_camera(self) -> np.ndarray:
+        """Unit vector from the body to the camera."""
+        return np.array([np.sin(self.turn), -np.cos(self.turn), 0.0])
+
+    def to_pixels(self, points: np.ndarray) -> np.ndarray:
+        """Column and row (..., 2) of points (..., 3), metres, from the upper left corner."""
+        offsets = np.asarray(points, dtype=np.float64) - self.centre
+        scale = self.size / self.width
+        return np.stack([offsets @ self.right, -offsets[..., 2]], axis=-1) * scale + self.size / 2
+
+
+@dataclass(frozen=True)
+class _Shade:
+    """Light and outline of one view, and where on the body its pixels lie: all of a picture but its colours.
+
+    All is of the K pixels `shown`, flat indices of those that are not transparent. `share`, shape (K, V), is
+    how much of each vertex's colour shines there, `gleam`, shape (K, 1), what white is added, and `alpha`,
+    shape (K,), uint8, how much the body covers.
+    """
+
+    share: csr_array
+    gleam: np.ndarray
+    alpha: np.ndarray
+    shown: np.ndarray
+
+    @classmethod
+    def of(cls, body: Body, frame: ViewFrame) -> _Shade:
+        seen, weights, depth = _nearest(body, frame)
+        alpha = _covered(body, frame)
+        shown = np.flatnonzero(alpha > 0)
+        # pixels of the soft outline whose middle shows nothing take the nearest one that does
+        nearest = distance_transform_edt(seen < 0, return_distances=False, return_indices=True)
+        place = np.ravel_multi_index(nearest, seen.shape).ravel()[shown]
+        corners, weights = body.faces[seen.ravel()[place]], weights.reshape(-1, 3)[place]
+        bright = _brightness(body, frame, corners, weights, _depth_below(depth, frame).ravel()[place])
+        light = 1 - SHADE_DEPTH * (1 - bright)
+        gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2
+        shining = (weights * (light - gleam)[:, None]).astype(np.float32)
+        starts = np.arange(0, shining.size + 1, 3)
+        share = csr_array((shining.ravel(), corners.ravel(), starts), (len(shown), len(body.vertices)))
+        return cls(share, gleam.astype(np.float32)[:, None], _bytes(alpha.ravel()[shown]), shown)
+
+    def over(self, colours: np.ndarray, size: int) -> np.ndarray:
+        """A picture in these colours of the vertices, shape (V, 3)."""
+        drawn = np.empty((len(self.shown), 4), dtype=np.uint8)
+        drawn[:, :3] = _bytes(self.share @ colours.astype(np.float32) + self.gleam)
+        drawn[:, 3] = self.alpha
+        picture = np.zeros(size * size, dtype=np.uint32)  # a pixel's bytes are put in their place at once
+        picture[self.shown] = drawn.view(np.uint32)[:, 0]
+        return picture.view(np.uint8).reshape(size, size, 4)
+
+
+def _nearest(body: Body, frame: ViewFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The triangle (S, S) in each pixel's middle or -1, its corners' weights (S, S, 3), its depth (S, S)."""
+    size = frame.size
+    points = frame.to_pixels(body.vertices)[body.faces]
+    depths = ((body.vertices - frame.centre) @ -frame.towards_camera)[body.faces]
+    edges = points[:, 1:] - points[:, :1]
+    areas = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    facing = np.flatnonzero(areas < -1e-9)  # rows count downwards, so that what faces the camera turns left
+    low = np.ceil(points[facing].min(axis=1) - 0.5).astype(np.intp)
+    spans = np.maximum(np.floor(points[facing].max(axis=1) - 0.5).astype(np.intp) - low + 1, 0)
+    counts = spans.prod(axis=1)
+    box = np.repeat(np.arange(len(facing)), counts)
+    starts = np.repeat(np.cumsum(counts) - counts, counts)
+    rows, columns = np.divmod(np.arange(len(box)) - starts, spans[box, 0])
+    pixels = low[box] + np.stack([columns, rows], axis=1)
+    away = pixels + 0.5 - points[facing[box], 0]
+    (x1, y1), (x2, y2) = (edges[facing[box], side].T for side in (0, 1))
+    second = (away[:, 0] * y2 - away[:, 1] * x2) / areas[facing[box]]
+    third = (x1 * away[:, 1] - y1 * away[:, 0]) / areas[facing[box]]
+    inside = np.flatnonzero((second >= 0) & (third >= 0) & (second + third <= 1))
+    weights = np.stack([1 - second - third, second, third], axis=1)[inside]
+    triangles, places = facing[box[inside]], pixels[inside, 1] * size + pixels[inside, 0]
+    depth = (weights * depths[triangles]).sum(axis=1)
+    order = np.argsort(-depth, kind="stable")  # the nearest is written last
+    found = np.full(size * size, -1)
+    found[places[order]] = order
+    hit = found >= 0
+    seen, shares, deep = np.full(size * size, -1), np.zeros((size * size, 3)), np.full(size * size, np.inf)
+    seen[hit], shares[hit], deep[hit] = (values[found[hit]] for values in (triangles, weights, depth))
+    return seen.reshape(size, size), shares.reshape(size, size, 3), deep.reshape(size, size)
+
+
+def _covered(body: Body, frame: ViewFrame) -> np.ndarray:
+    """How much of each pixel (S, S) the body covers, 0 to 1."""
+    size = frame.size * SAMPLES
+    outline = Image.new("L", (size, size))
+    draw = ImageDraw.Draw(outline)
+    for corners in (frame.to_pixels(body.vertices) * SAMPLES - 0.5)[body.faces].reshape(-1, 6).tolist():
+        draw.polygon(corners, fill=255)
+    return np.asarray(outline.reduce(SAMPLES), dtype=np.float64) / 255
+
+
+def _depth_below(depth: np.ndarray, frame: ViewFrame) -> np.ndarray:
+    """How much deeper than its surroundings each pixel lies, metres; 0 outside the body.
+
+    Luft, Colditz and Deussen (2006), doi:10.1145/1141911.1142016.
+    """
+    covered, reach = np.isfinite(depth), CREASE_M * frame.size / frame.width
+    filled = np.where(covered, depth, 0.0)
+    around = gaussian_filter(filled, reach) / np.maximum(gaussian_filter(covered.astype(float), reach), 1e-9)
+    return np.where(covered, filled - around, 0.0)
+
+
+def _brightness(
+    body: Body, frame: ViewFrame, corners: np.ndarray, weights: np.ndarray, below: np.ndarray
+) -> np.ndarray:
+    """Light from 0 to 1 of places on the body: soft lamps, less in creases."""
+    normals = np.einsum("kc,kcx->kx", weights, body.vertex_normals[corners])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    across, deep, up = normals @ frame.right, -normals @ frame.towards_camera, normals[:, 2]
+    bright = np.zeros(len(normals))
+    for direction, strength in LIGHTS:
+        towards = np.array(direction) / np.linalg.norm(direction)
+        bright += strength * np.clip(0.5 + 0.5 * np.stack([across, deep, up], axis=1) @ towards, 0, 1) ** 1.5
+    bright = bright / np.percentile(bright, 95) - CREASE * np.clip(below, -0.01, 0.04)
+    return np.clip(bright, 0, 1)
+
+
+def _bytes(values: np.ndarray) -> np.ndarray:
+    """From 0 to 1 as bytes."""
+    return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
+
+
+class BodyPictures:
+    """Pictures of one body in many colours, softly shaded so that its shape can be read.
+
+    The shading is computed once; then each picture is only coloured.
+
+    Parameters
+    ----------
+    body : Body
+    size : int
+        Width and height of the pictures, pixels.
+    views : sequence of str
+        Any of "front", "left", "back", "right".
+
+    Raises
+    ------
+    ValueError
+        If a view has another name.
+    """
+
+    def __init__(self, body: Body, size: int = 900, views: Sequence[str] = ("front", "back")) -> None:
+        unknown = [view for view in views if view not in VIEW_TURNS]
+        if unknown:
+            raise ValueError(f"unknown view '{unknown[0]}': choose among {', '.join(VIEW_TURNS)}")
+        self.body = body
+        self.size = size
+        self.frames = tuple(ViewFrame.of(body, view, size) for view in views)
+        self._shades = [_Shade.of(body, frame) for frame in self.frames]
+
+    def coloured(self, vertex_colours: np.ndarray) -> list[np.ndarray]:
+        """Pictures of the body in these colours, one a view.
+
+        Parameters
+        ----------
+        vertex_colours : ndarray, shape (V, 3)
+            sRGB, 0 to 1.
+
+        Returns
+        -------
+        list of ndarray, shape (size, size, 4), uint8
+            sRGB and straight alpha, the upper row first; transparent around the body.
+
+        Raises
+        ------
+        ValueError
+            If there is not one colour a vertex.
+        """
+        colours = np.asarray(vertex_colours, dtype=np.float64)
+        if colours.shape != self.body.vertices.shape:
+            raise ValueError(
+                f"vertex_colours must have shape {self.body.vertices.shape}, not {colours.shape}"
+            )
+        return [shade.over(colours, self.size) for shade in self._shades]
+
+    def locate(self, points: np.ndarray, normals: np.ndarray) -> list[tuple[int, float, float]]:
+        """In which picture, and at which column and row of it, places on the body are seen best.
+
+        Parameters
+        ----------
+        points, normals : ndarray, shape (N, 3)
+            Positions on the body, metres, and outward normals there.
+
+        Returns
+        -------
+        list of (view, column, row)
+            Index of the view whose camera the place faces most, and its pixel there.
+        """
+        facing = np.asarray(normals) @ np.stack([frame.towards_camera for frame in self.frames], axis=1)
+        pixels = np.stack([frame.to_pixels(points) for frame in self.frames])
+        return [
+            (int(view), float(pixels[view, index, 0]), float(pixels[view, index, 1]))
+            for index, view in enumerate(facing.argmax(axis=1))
+        ]
+
+
+def size_for(body: Body, pixels: float) -> int:
+    """Size of pictures in which a body is `pixels` high."""
+    return round(pixels * ViewFrame.of(body, "front", 1).width / body.height)
