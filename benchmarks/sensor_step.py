@@ -24,9 +24,9 @@ from w2w.core.patches.skin import SkinDistances
 from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import short, where_to_wear
 from w2w.core.selection.joint import choose_together
-from w2w.core.selection.subsets import best_single
 from w2w.core.study import describe
 
 from .repeatability import CASES, free, prepared

@@ -32,6 +32,6 @@ def test_activities_and_sites_are_the_data_sets(bundled_body):
     assert {name for theirs in UPFALL.real.values() for name in theirs} <= set(UPFALL_ACTIVITIES.values())
     assert set(UPFALL.real) == set(ACTIVITIES)
     assert tuple(UPFALL.sites) == UPFALL_SITES
-    regions = sample_patches(bundled_body, 256).regions
+    regions = sample_patches(bundled_body).regions
     assert all(len(patches_named(regions, words)) for words in UPFALL.sites.values())
     assert all(analysis.cutoff_hz < UPFALL.rate_hz / 2 for analysis in UPFALL.analyses)
