@@ -9,7 +9,7 @@ One package for two uses. Blender calls `register` and `unregister`; everyone el
     patches = w2w.sample_patches(w2w.Body.bundled())
     signals = w2w.synthesize(motions, patches, sensor="bmi270")
     ranking = w2w.rank(signals)
-    ranking.best, ranking.smallest_set(0.9), ranking.heatmap("best.png")
+    ranking.best, ranking.wear_together(0.9), ranking.heatmap("best.png")
 
 Names are imported when first used, so that Blender starts no slower for them.
 """
