@@ -44,10 +44,6 @@ class Parameter:
             record = None if record is None else getattr(record, name)
         return record
 
-    def given(self, record: T, value: Any) -> T:
-        """The record with another value of the parameter."""
-        return _put(record, self.path, value)
-
     def check(self, record: Any) -> None:
         """Refuse a value out of range.
 
@@ -97,11 +93,6 @@ def _declared(record: Any, path: tuple[str, ...]) -> Iterator[tuple[str, Paramet
             )
         elif inner:
             yield from _declared(inner[0], (*path, item.name))
-
-
-def _put(record: Any, path: tuple[str, ...], value: Any) -> Any:
-    name, *rest = path
-    return replace(record, **{name: _put(getattr(record, name), tuple(rest), value) if rest else value})
 
 
 def read_record(

@@ -13,6 +13,7 @@ from bpy.props import BoolVectorProperty, EnumProperty, FloatProperty
 from ..core.imu.channels import FURTHER
 from ..core.imu.further import NOTHING, FurtherSensors
 from ..core.ranking.utility import inputs_of
+from .declared import declared
 from .garment_properties import worn_by
 from .precision import as_given
 from .text import draw_text
@@ -45,18 +46,16 @@ class FurtherProperties:
     """The part of a study's properties that says what is recorded beside acc and gyr."""
 
     record: EnumProperty(
-        name="Record",
+        **declared("record", default=set()),
         description="Recorded beside accelerometer and gyroscope",
         items=ITEMS,
         options={"ENUM_FLAG"},
-        default=set(),
     )
     recognise_by: EnumProperty(
-        name="Recognise By",
+        **declared("recognise_by", default=set()),
         description="Activities are recognised by these, too, of those that are recorded",
         items=ITEMS,
         options={"ENUM_FLAG"},
-        default=set(),
     )
     recorded: BoolVectorProperty(
         name="Record",
@@ -74,11 +73,8 @@ class FurtherProperties:
         set=_tick("recognise_by"),
     )
     magnetic_dip: FloatProperty(
-        name="Magnetic Dip (°)",
+        **declared("magnetic_dip"),
         description="Angle of the earth's magnetic field below the horizontal, for the magnetometer",
-        default=NOTHING.dip_deg,
-        min=-90,
-        max=90,
         precision=1,
     )
 

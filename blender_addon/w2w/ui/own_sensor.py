@@ -18,7 +18,8 @@ from ..core.imu.part_figures import FIGURES
 from ..core.imu.presets import DEFAULT_SENSOR, PRESETS, preset
 from ..core.imu.sensor import SensorModel
 from ..core.imu.sensor_file import sensor_content, sensor_from
-from ..core.imu.synthesis import CONVENTIONS, Synthesis
+from ..core.imu.synthesis import CONVENTIONS
+from .declared import declared
 
 OWN = "OWN"
 """Choice of the menu of sensors that is no preset."""
@@ -92,21 +93,13 @@ class OwnSensor:
     gyr_drift: _figure("gyr_drift")
     misalignment: _figure("misalignment")
     band: FloatProperty(
-        name="Band (Hz)",
+        **declared("band"),
         description="Band limit of the paths; 0 for none. Raise it for clean motion capture",
-        default=Synthesis().cutoff_hz,
-        min=0,
-        max=1000,
-        soft_max=40,
         precision=1,
     )
     root_band: FloatProperty(
-        name="Root Band (Hz)",
+        **declared("root_band", min=0),
         description="Band limit of the root's path: about 3 for inertial suits; 0 for none",
-        default=0,
-        min=0,
-        max=1000,
-        soft_max=20,
         precision=1,
     )
     convention: EnumProperty(

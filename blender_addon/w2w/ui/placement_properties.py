@@ -14,6 +14,7 @@ from bpy.props import (
 )
 
 from . import updates
+from .declared import declared
 from .state import COST, FORBID, MUST, ONLY, patches_of
 from .wishes import suggestions
 
@@ -99,31 +100,23 @@ class Placement:
     """The part of a study's properties that chooses sensors."""
 
     target: FloatProperty(
-        name="Target F1",
+        **declared("target"),
         description="F1 that the sensors worn together shall reach, expected on other clips",
-        default=0.9,
-        min=0.01,
-        max=1.0,
         precision=2,
         subtype="FACTOR",
         update=updates.choose_patches,
     )
     every_activity: FloatProperty(
-        name="Every Activity",
+        **declared("every_activity"),
         description="Expected F1 that sensors worn together shall reach for every activity, beside the "
         "target for their mean; 0 asks for none",
-        default=0.0,
-        min=0.0,
-        max=1.0,
         precision=2,
         subtype="FACTOR",
         update=updates.choose_patches,
     )
     max_places: IntProperty(
-        name="At Most",
+        **declared("max_places", min=0),
         description="Most sensors in the set; 0 sets no limit",
-        default=0,
-        min=0,
         soft_max=12,
         update=updates.choose_patches,
     )

@@ -14,14 +14,12 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..core.imu.presets import DEFAULT_SENSOR, PRESETS
-from ..core.imu.synthesis import Synthesis
-from ..core.patches.patches import DEFAULT_PATCHES
+from ..core.imu.presets import PRESETS
 from ..core.ranking.utility import CLASSIFIERS
-from ..core.ranking.windows import WindowSpec
 from ..scene.patches import EMPTY_SIZE
 from . import activity_properties, on_character, placement_properties, shape, updates
 from .activity_properties import W2W_PG_activity
+from .declared import declared
 from .further_sensors import FurtherProperties
 from .garment_properties import Wardrobe
 from .on_character import OwnCharacter
@@ -150,14 +148,7 @@ class W2W_PG_study(
 
     patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
     chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
-    patch_count: IntProperty(
-        name="Patches",
-        description="How many patches on the body are compared",
-        default=DEFAULT_PATCHES,
-        min=2,
-        max=6890,
-        soft_max=1024,
-    )
+    patch_count: IntProperty(**declared("patches", description="How many patches on the body are compared"))
     patch_seed: IntProperty(name="Seed", description="Chooses the patch that spreading starts from", min=0)
     patch_size: FloatProperty(
         name="Size",
@@ -175,52 +166,31 @@ class W2W_PG_study(
     patches_key: StringProperty(options={"HIDDEN"})
 
     sensor: EnumProperty(
-        name="Sensor",
-        description="The part whose noise, bias and range the signals get",
+        **declared("sensor", description="The part whose noise, bias and range the signals get"),
         items=sensor_items(),
-        default=DEFAULT_SENSOR,
     )
-    rate: FloatProperty(
-        name="Rate (Hz)",
-        description="Samples a second",
-        default=Synthesis().rate_hz,
-        min=5,
-        max=1000,
-        soft_min=10,
-        soft_max=200,
-        precision=0,
-        step=1000,
-    )
-    seed: IntProperty(name="Noise Seed", description="Decides every random draw of the sensor model", min=0)
+    rate: FloatProperty(**declared("rate", description="Samples a second", precision=0, step=1000))
+    seed: IntProperty(**declared("seed", description="Decides every random draw of the sensor model"))
 
     window_s: FloatProperty(
-        name="Window",
-        description="Seconds of signal that an activity is recognised from",
-        default=WindowSpec().length_s,
-        min=0.1,
-        max=600,
-        soft_min=0.2,
-        soft_max=30,
-        precision=1,
-        unit="TIME_ABSOLUTE",
+        **declared(
+            "window",
+            description="Seconds of signal that an activity is recognised from",
+            precision=1,
+            unit="TIME_ABSOLUTE",
+        )
     )
-    folds: IntProperty(
-        name="Folds",
-        description="Parts of the cross-validation; no clip is in two",
-        default=5,
-        min=2,
-        max=1000,
-        soft_max=20,
-    )
+    folds: IntProperty(**declared("folds", description="Parts of the cross-validation; no clip is in two"))
     classifier: EnumProperty(
-        name="Classifier",
-        description="What is trained and tested at every patch",
+        **declared("classifier", description="What is trained and tested at every patch"),
         items=classifier_items(),
     )
     by_subject: BoolProperty(
-        name="By Subject",
-        description="Leave one subject out at a time: test on people that were not trained on. "
-        "Every clip needs its subject's name",
+        **declared(
+            "by_subject",
+            description="Leave one subject out at a time: test on people that were not trained on. "
+            "Every clip needs its subject's name",
+        )
     )
     utility_text: StringProperty(options={"HIDDEN"})
     utility_key: StringProperty(options={"HIDDEN"})
