@@ -27,10 +27,9 @@ WRITTEN = "paper_sets.json"
 
 def paper(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
-    target: Annotated[
-        float | None,
-        typer.Option(min=0.01, max=1, help="Mean-max F1 to reach.  [default: the run's]", show_default=False),
-    ] = None,
+    target: declared(
+        "target", or_none=True, help="Mean-max F1 to reach.  [default: the run's]", show_default=False
+    ) = None,
     only: declared("only", or_none=True) = None,
     forbid: declared("forbid", or_none=True) = None,
     must: declared("must", or_none=True) = None,

@@ -51,16 +51,14 @@ def rehab(
     clips: Annotated[
         int, typer.Option(min=2, help="People; each does every exercise well and badly, and what is between.")
     ] = 12,
-    target: Annotated[
-        float, typer.Option(min=0.01, max=1, help="F1 that the set of sensors shall reach.")
-    ] = 0.90,
+    target: declared("target", help="F1 that the set of sensors shall reach.") = 0.90,
     every_activity: declared("every_activity") = 0.9,
     sensor: declared("sensor") = "watch",
     quality: Annotated[
         bool, typer.Option(help="Ask the second question, too: which exercise was done well, which badly.")
     ] = True,
-    patches: Annotated[int, typer.Option(min=2, max=6890, help="Patches on the body.")] = 512,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the library and of the study.")] = 0,
+    patches: declared("patches", help="Patches on the body.") = 512,
+    seed: declared("seed", help="Seed of the library and of the study.") = 0,
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
     or 1,
     pictures: Annotated[bool, typer.Option(help="Draw single heatmaps and save study.blend, too.")] = True,

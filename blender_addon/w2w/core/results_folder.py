@@ -20,7 +20,6 @@ from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting, weights_of
-from .ranking.windows import WindowSpec
 from .selection.advice import Advice, advise
 from .selection.set_tests import SetTests
 from .study import StudyConfig, plain
@@ -129,8 +128,7 @@ class StudyResults:
 
     def inputs(self, classifier: str) -> PatchBlocks:
         """What a classifier takes of the run: all windows of all patches and copies, served from disk."""
-        spec = WindowSpec(**self.parameters["windows"])
-        return ranking_inputs(self.places, self.windows, classifier, spec)
+        return ranking_inputs(self.places, self.windows, classifier, self.config().windows)
 
     def labels(self) -> WindowLabels:
         """What is known of each window."""
