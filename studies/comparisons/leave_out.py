@@ -10,7 +10,6 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.files import json_number, write_json, write_text
-from w2w.core.ranking.utility import utility_map
 
 from ..validation.by_source import merged
 from ..validation.protocol import Protocol
@@ -83,10 +82,7 @@ def scores_of(
     windows: SiteWindows, activities: Sequence[str], site_of: np.ndarray | None, seed: int
 ) -> SiteScores:
     """F1 by site of those activities that can be tested, one person left out at a time."""
-    found = utility_map(
-        windows.features, windows.activity, windows.clip, windows.subject, windows.is_test, activities,
-        seed=seed, halvings=0,
-    )  # fmt: skip
+    found = windows.ranked(activities, by_subject=True, seed=seed)
     return site_scores(found, windows.person_of(), site_of, seed)
 
 

@@ -24,20 +24,10 @@ from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.skin import SkinDistances
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import HALVINGS, UtilityMap, utility_map
+from w2w.core.ranking.utility import HALVINGS
 
 from ..comparisons.truth import DATA_SETS, DataSet
 from ..comparisons.unpaired import RegionSimulator, load_motions, real_side
-from ..validation.site_windows import SiteWindows
-
-
-def ranked(
-    windows: SiteWindows, activities: Sequence[str], by_subject: bool, pooling: Pooling | None = None
-) -> UtilityMap:
-    """The map of all sensors; the expected one only where a pooling is given."""
-    subject = windows.subject if by_subject else None
-    protocol = (windows.activity, windows.clip, subject, windows.is_test, activities)
-    return utility_map(windows.features, *protocol, pooling=pooling, halvings=HALVINGS if pooling else 0)
 
 
 def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path], every: int) -> Iterator[str]:
@@ -53,10 +43,10 @@ def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path], ev
     of_site = [np.flatnonzero(simulator.site_of == site) for site in range(len(protocol.sites))]
     for by_subject in (True, False):
         shared = [one for one in analysis.activities if (made.activity == one).any()]
-        simulated = ranked(made, shared, by_subject, pooling)
-        people = ranked(worn, simulated.activities, True)
+        simulated = made.ranked(shared, by_subject, pooling=pooling, halvings=HALVINGS)
+        people = worn.ranked(simulated.activities, by_subject=True)
         if people.activities != simulated.activities:
-            simulated = ranked(made, people.activities, by_subject, pooling)
+            simulated = made.ranked(people.activities, by_subject, pooling=pooling, halvings=HALVINGS)
         maps = (simulated.mean, simulated.expected_mean, simulated.expected_low, simulated.expected_high)
         raw, expected, low, high = ([one[of].mean() for of in of_site] for one in maps)
         way = "performers" if by_subject else "clips"

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.features import window_features
+from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
 
 from .some_windows import some_windows
@@ -42,6 +43,12 @@ class SiteWindows(NamedTuple):
     def person_of(self) -> dict[str, str]:
         """Who is seen in each clip."""
         return dict(zip(self.clip.tolist(), self.subject.tolist(), strict=True))
+
+    def ranked(self, activities: Sequence[str], by_subject: bool, **protocol: Any) -> UtilityMap:
+        """The map of all sensors, an expected one only where `halvings` are asked for; see `utility_map`."""
+        subject = self.subject if by_subject else None
+        labels = (self.activity, self.clip, subject, self.is_test, activities)
+        return utility_map(self.features, *labels, **{"halvings": 0} | protocol)
 
     some = some_windows
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.ranking.agreement import Agreement, rank_agreement, spearman_rows
-from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.ranking.utility import UtilityMap
 
 from .regret import Regret, regret
 from .site_scores import RESAMPLES, TAIL, SiteScores, site_scores
@@ -192,18 +192,7 @@ def _maps(
     classifier: str,
 ) -> list[UtilityMap]:
     return [
-        utility_map(
-            side.features,
-            side.activity,
-            side.clip,
-            side.subject if subjects else None,
-            side.is_test,
-            activities,
-            classifier,
-            folds=folds,
-            seed=seed,
-            halvings=0,
-        )
+        side.ranked(activities, subjects, classifier=classifier, folds=folds, seed=seed)
         for side, subjects in zip(sides, by_subject, strict=True)
     ]
 
