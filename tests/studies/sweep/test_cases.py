@@ -12,6 +12,7 @@ from w2w.core.clip_files import ClipWindows
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
+from w2w.studies.paper.sets import paper_sets
 from w2w.studies.sweep.cases import FACTORS, cases
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
@@ -49,7 +50,8 @@ def test_copies_are_trained_on_and_never_tested(study):
     assert study.inputs("ridge").shape[0] == sum(
         entry["windows"] + entry["copy_windows"] for entry in summary["used"]
     )
-    assert len(summary["together"]) == len(summary["subset"]["places"])
+    sets = paper_sets(study, study.config())
+    assert len(sets.together) == len(sets.greedy.order)
 
 
 def test_a_finished_study_gives_its_parameters_back(study):
