@@ -13,7 +13,8 @@ promise    what the chosen patch is expected to give
 delivery   what it gives on the other half: its raw mean F1 there
 gain       how much more that is than an average patch's; by F1: the gain of the patch of the highest raw F1;
            oracle: that of the other half's own best
-rho        Spearman's, of the expected map with the other half's raw map; ceiling: the root of the raw maps'
+rho        Spearman's, of the expected map with the other half's raw map; ceiling: the root of the raw maps';
+           hindsight: by the width of skin and share of the sides' difference that the other half would pick
 chance     stated, of beating an average patch; better: how often it did
 holds      share of patches whose interval holds the other half's raw F1
 as good    share of patches said to be as good as the best
@@ -64,6 +65,8 @@ CHANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0001)
 """Bounds between which stated chances are compared with found ones."""
 DISTINCT = 10
 """Halvings by subject that differ from each other; five subjects have no more."""
+WIDTHS = (0.001, 0.03, 0.05, 0.08, 0.1, 0.15, 0.25, 0.4)
+SHARES = (0.0, 0.5, 1.0)
 NOT_ACTIVITIES = ("negative", "static_pose", "unknown")
 
 
@@ -76,6 +79,7 @@ class Library:
     files: np.ndarray
     config: StudyConfig
     pooling: Pooling
+    poolings: Sequence[Pooling]
 
     @classmethod
     def open(cls, out: Path, n_patches: int, classifier: str = Ridge.name) -> Library:
@@ -86,9 +90,10 @@ class Library:
         files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in study.windows])
         skin = SkinDistances.of(study.body(), study.patches)
         some = (slice(n_patches),) * 2
-        pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
+        skin = SkinDistances(skin.between[some], skin.to_mirror_image[some])
+        pooling, others = Pooling.over(skin), [Pooling.over(skin, width) for width in WIDTHS]
         inputs = SomePatches(study.inputs(classifier), 0, len(pooling.kernel))
-        return cls(inputs, study.labels(), files, config, pooling).halvable()
+        return cls(inputs, study.labels(), files, config, pooling, others).halvable()
 
     def halvable(self) -> Library:
         """The windows of activities that both halves can test."""
@@ -237,14 +242,15 @@ def judged(
         ranked = zip(sides, maps, strict=True)
         tests = [library.sets(*side, utility) for side, utility in ranked] if largest > 1 else []
         for here, there in ((0, 1), (1, 0)):
-            found = compare(maps[here], maps[there])
+            found = compare(maps[here], maps[there], library.poolings)
             if tests:
                 found |= compare_sets(maps[here], tests[here], tests[there], largest)
             yield found
 
 
-def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
+def compare(here: UtilityMap, there: UtilityMap, poolings: Sequence[Pooling]) -> dict[str, float]:
     best = int(here.expected_mean.argmax())
+    smoothed = (one.apply(here.mean[None], share)[0] for one in poolings for share in SHARES)
     average = there.mean.mean()
     return {
         "promise": float(here.expected_mean[best]),
@@ -254,6 +260,7 @@ def compare(here: UtilityMap, there: UtilityMap) -> dict[str, float]:
         "oracle": float(there.mean.max() - average),
         "rho": rank_correlation(here.expected_mean, there.mean),
         "ceiling": float(np.sqrt(max(rank_correlation(here.mean, there.mean), 0.0))),
+        "hindsight": max(rank_correlation(one, there.mean) for one in smoothed),
         "chance": here.beats_average,
         "better": float(there.mean[best] > average),
         "holds": float(((here.expected_low <= there.mean) & (there.mean <= here.expected_high)).mean()),

@@ -8,7 +8,8 @@ The first analysis of each set, as its protocol fixes it, with simulated sensors
 every so many of the others, of 512 in all: the map that a run shows, with performers left out as people are
 (styles or clips where they have no name) and with folds of clips, as runs have by default. Printed for each:
 a row for every site (its patches' mean raw F1, mean expected F1 and mean ends of the interval, people's F1),
-then Spearman's rho of either map with people's F1, and how far either lies above people's on average.
+a row for every activity (its clips, raw F1 and people's F1, means over the sites), then Spearman's rho of
+either map with people's F1, and how far either lies above people's on average.
 """
 
 from __future__ import annotations
@@ -57,6 +58,12 @@ def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path], ev
         above = (np.subtract(one, people.mean).mean() for one in (raw, expected))
         inside = sum(bool(a <= f1 <= b) for a, b, f1 in zip(low, high, people.mean, strict=True))
         over = ", ".join(f"{one:.3f}" for one in above)
+        at_sites = np.mean([simulated.f1[of].mean(axis=0) for of in of_site], axis=0)
+        clips = [len(np.unique(made.clip[made.activity == one])) for one in simulated.activities]
+        for activity, of_it, *f1 in zip(
+            simulated.activities, clips, at_sites, people.f1.mean(axis=0), strict=True
+        ):
+            yield f"| {name}, {way} | {activity}, {of_it} clips | {f1[0]:.2f} | {f1[1]:.2f} |"
         yield (
             f"{name}, {way}: {len(people.activities)} activities; rho of raw and of expected F1 {rho}; above "
             f"people's by {over}; {inside} of {len(raw)} intervals hold it"

@@ -47,9 +47,9 @@ class Pooling:
         return cls.over(SkinDistances.of(body, patches))
 
     @classmethod
-    def over(cls, skin: SkinDistances) -> Pooling:
+    def over(cls, skin: SkinDistances, width_m: float = WIDTH_M) -> Pooling:
         """Pooling over skin whose distances are known."""
-        return cls(_kernel(skin.between, WIDTH_M), _kernel(skin.to_mirror_image, MIRROR_M))
+        return cls(_kernel(skin.between, width_m), _kernel(skin.to_mirror_image, MIRROR_M))
 
     @classmethod
     def none(cls, n_patches: int) -> Pooling:
