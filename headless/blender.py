@@ -6,8 +6,9 @@ from __future__ import annotations
 import shlex
 import sys
 from importlib.machinery import PathFinder
-from importlib.util import find_spec
 from pathlib import Path
+
+import w2w
 
 
 def inside_blender() -> bool:
@@ -31,12 +32,6 @@ def _is_scripts_folder(folder: Path) -> bool:
 
 ROOT = Path(__file__).resolve().parents[1]
 
-NEEDED = (
-    "cmap", "filelock", "jinja2", "loky", "matplotlib", "plyfile", "rich", "scipy", "sklearn",
-    "threadpoolctl", "trimesh", "typer",
-)  # fmt: skip
-"""What the command line imports and Blender does not bring."""
-
 
 def find_libraries() -> None:
     """Put W2W's libraries on the path where they are not: the extension's, or those that `make setup` made.
@@ -46,8 +41,7 @@ def find_libraries() -> None:
     SystemExit
         If there are none for this Python; the sentence says how to get them.
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if not missing:
+    if not (missing := w2w.missing_libraries()):
         return
     for folder in _library_folders():
         if all(PathFinder.find_spec(name, [str(folder)]) for name in missing):

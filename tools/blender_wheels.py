@@ -10,20 +10,15 @@ from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1]
 
-PURE_WHEELS = (
-    "annotated-doc", "annotated-types", "cloudpickle", "cmap", "cycler", "filelock", "fonttools", "Jinja2",
-    "joblib", "loky", "markdown-it-py", "mdurl", "packaging", "plyfile", "pydantic", "Pygments", "pyparsing",
-    "python-dateutil", "rich", "shellingham", "threadpoolctl", "trimesh", "typer", "typing-inspection",
-    "typing_extensions", "tzdata",
+NEEDED_BY_THEM = (
+    "annotated-doc", "annotated-types", "cloudpickle", "contourpy", "cycler", "fonttools", "kiwisolver",
+    "markdown-it-py", "MarkupSafe", "mdurl", "packaging", "pydantic", "pydantic_core", "Pygments",
+    "pyparsing", "python-dateutil", "shellingham", "typing-inspection", "typing_extensions", "tzdata",
 )  # fmt: skip
-COMPILED_WHEELS = (
-    "contourpy", "kiwisolver", "MarkupSafe", "matplotlib", "pillow", "pydantic_core", "scikit-learn",
-    "scipy",
-)  # fmt: skip
-"""What the extension and its command import beyond numpy, and what these need; the versions stand in
+"""What the libraries in pyproject.toml need themselves; a test asks their metadata. The versions are those of
 constraints.txt."""
 
-WINDOWS_WHEELS = ("colorama",)
+ON_WINDOWS = ("colorama",)
 
 OTHER_VERSIONS = {
     ("contourpy", "3.11"): "1.3.2",
@@ -33,8 +28,7 @@ OTHER_VERSIONS = {
     ("scipy", "3.14"): "1.16.3",
 }
 """Where the constrained version has no wheel for a Python, or wants a newer numpy than Blender 4.2 has
-(1.24): the one to take. Pythons that share a zip have the same: see
-`shipped_name`."""
+(1.24): the one to take. Pythons that share a zip have the same: see `shipped_name`."""
 
 PLATFORMS = {
     "linux-x64": ("manylinux2014_x86_64", "manylinux_2_28_x86_64"),
@@ -44,28 +38,32 @@ PLATFORMS = {
 }
 """Blender's name of a platform, and the tags of the wheels that run there."""
 
+PURE = ("--platform=any", "--implementation=py", "--abi=none")
+
 ASK = "import sys; print('w2w-python', *sys.version_info[:2])"
 
 
-def versions_for(python: str, names: tuple[str, ...] = PURE_WHEELS + COMPILED_WHEELS) -> dict[str, str]:
-    """Version of each library for a Python such as "3.13"."""
-    return {name: OTHER_VERSIONS.get((name, python), _constrained(name)) for name in names}
+def versions_for(python: str, windows: bool = False) -> dict[str, str]:
+    """Version of each library to install for a Python such as "3.13"."""
+    names = (*dependencies(), *NEEDED_BY_THEM, *(ON_WINDOWS if windows else ()))
+    return {name: OTHER_VERSIONS.get((name, python), _constrained(name)) for name in names if name != "numpy"}
+
+
+def dependencies() -> list[str]:
+    """The libraries in pyproject.toml."""
+    project = (PROJECT / "pyproject.toml").read_text(encoding="utf-8")  # Python 3.9 has no tomllib
+    listed = re.search(r"^dependencies = \[(.*?)^\]", project, re.DOTALL | re.MULTILINE)
+    return re.findall(r'"(.+?)"', listed[1])
 
 
 def fetch_wheels(platform: str, pythons: tuple[str, ...]) -> list[Path]:
     """Download the wheels that one platform needs, unless they are there, and list them."""
     cache = PROJECT / ".cache" / "wheels" / platform
-    pure = PURE_WHEELS + (WINDOWS_WHEELS if platform.startswith("windows") else ())
-    any_platform = ["--platform=any", "--implementation=py", "--abi=none", f"--python-version={pythons[0]}"]
-    wheels = [
-        _fetch(cache, name, version, r"py\S*-none-any", any_platform)
-        for name, version in versions_for(pythons[0], pure).items()
-    ]
+    platforms = [f"--platform={tag}" for tag in PLATFORMS[platform]]
+    wheels = set()  # both Pythons take the same wheel of what is not compiled
     for python in pythons:
-        tags = [*(f"--platform={tag}" for tag in PLATFORMS[platform]), f"--python-version={python}"]
-        tag = rf"cp{python.replace('.', '')}-\S+"
-        for name, version in versions_for(python, COMPILED_WHEELS).items():
-            wheels.append(_fetch(cache, name, version, tag, tags))
+        for name, version in versions_for(python, platform.startswith("windows")).items():
+            wheels.add(_fetch(cache, name, version, python, platforms))
     return sorted(wheels)
 
 
@@ -101,20 +99,14 @@ def ask_blender(blender: str) -> str:
     return f"{answer[1]}.{answer[2]}"
 
 
-def _fetch(cache: Path, name: str, version: str, tag: str, options: list[str]) -> Path:
-    """One wheel, from the cache folder or downloaded to it."""
+def _fetch(cache: Path, name: str, version: str, python: str, platforms: list[str]) -> Path:
+    """One wheel, from the cache folder or downloaded to it: a pure one where the library has one."""
+    tag = rf"(py\S*-none-any|cp{python.replace('.', '')}-\S+)"
     if (wheel := _cached(cache, name, version, tag)) is None:
-        pip = [
-            sys.executable,
-            "-m",
-            "pip",
-            "download",
-            "--quiet",
-            "--no-deps",
-            "--only-binary=:all:",
-            *options,
-        ]
-        subprocess.run([*pip, f"{name}=={version}", f"--dest={cache}"], check=True)
+        pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:"]
+        pip += [f"--python-version={python}", f"{name}=={version}", f"--dest={cache}"]
+        if subprocess.run([*pip, *PURE], capture_output=True, check=False).returncode:
+            subprocess.run([*pip, *platforms], check=True)
         wheel = _cached(cache, name, version, tag)
     return wheel
 
@@ -128,7 +120,7 @@ def _cached(cache: Path, name: str, version: str, tag: str) -> Path | None:
 def _constrained(name: str) -> str:
     """Version of a package in constraints.txt."""
     constraints = (PROJECT / "constraints.txt").read_text(encoding="utf-8")
-    found = re.search(rf"^{re.escape(name)}==(\S+)", constraints, re.MULTILINE)
+    found = re.search(rf"^{re.escape(name)}==(\S+)", constraints, re.MULTILINE | re.IGNORECASE)
     if found is None:
         raise SystemExit(f"constraints.txt has no version of {name}: add one")
     return found[1]

@@ -12,14 +12,13 @@ import shutil
 import subprocess
 import sys
 
-from blender_wheels import PROJECT, WINDOWS_WHEELS, ask_blender, versions_for
+from blender_wheels import PROJECT, ask_blender, versions_for
 
 
 def main(blender: str) -> None:
     """Fill the folder for a Blender's Python, whole or not at all."""
     python = ask_blender(blender)
-    versions = versions_for(python) | (versions_for(python, WINDOWS_WHEELS) if os.name == "nt" else {})
-    wanted = [f"{name}=={version}" for name, version in sorted(versions.items())]
+    wanted = sorted(f"{name}=={version}" for name, version in versions_for(python, os.name == "nt").items())
     folder = PROJECT / f".venv-blender-python{python}"
     stamp = folder / f".ready-{hashlib.sha256(' '.join(wanted).encode()).hexdigest()[:16]}"
     if stamp.exists():

@@ -104,9 +104,16 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-REQUIRED = ("cmap", "plyfile", "scipy", "sklearn", "threadpoolctl", "trimesh")
-"""Packages beyond Blender's own that the extension imports wherever it runs; all of them, and those of the
-command line, come with the zip."""
+LIBRARIES = (
+    "PIL", "cmap", "filelock", "jinja2", "joblib", "loky", "matplotlib", "numpy", "plyfile", "rich", "scipy",
+    "sklearn", "threadpoolctl", "trimesh", "typer",
+)  # fmt: skip
+"""What `pyproject.toml` lists as dependencies, by the names they are imported by; a test compares the two."""
+
+
+def missing_libraries() -> list[str]:
+    """Those of `LIBRARIES` that this Python cannot find."""
+    return [name for name in LIBRARIES if importlib.util.find_spec(name) is None]
 
 
 def register() -> None:
@@ -115,10 +122,9 @@ def register() -> None:
     Raises
     ------
     ImportError
-        If a required package is missing, as in an extension that was built without its wheels.
+        If a library is missing, as in an extension that was built without its wheels.
     """
-    missing = [name for name in REQUIRED if importlib.util.find_spec(name) is None]
-    if missing:
+    if missing := missing_libraries():
         raise ImportError(
             f"W2W lacks the Python packages {', '.join(missing)} for this Blender's Python "
             f"{sys.version_info.major}.{sys.version_info.minor}: install the extension from a zip made with "

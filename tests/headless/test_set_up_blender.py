@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`make setup BLENDER=...` asks the program for its Python and says what is wrong where none answers."""
 
+import re
 import subprocess
 import sys
+from importlib.metadata import packages_distributions, requires
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+
+import w2w
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
-from blender_wheels import ask_blender, shipped_name, versions_for  # noqa: E402
+from blender_wheels import ask_blender, dependencies, shipped_name, versions_for  # noqa: E402
 
 
 def answering(folder, answer):
@@ -33,6 +38,29 @@ def test_what_is_no_blender_is_said_and_nothing_is_made(program):
     assert f"{program} cannot be started" in done.stderr or f"{program} does not answer" in done.stderr
     assert "Traceback" not in done.stderr
     assert {path.name for path in ROOT.iterdir()} == before
+
+
+def canonical(names):
+    return {re.sub("[-_.]+", "-", name).lower() for name in names}
+
+
+def with_what_they_need(names):
+    found = set()
+    while names := canonical(names) - found:
+        found |= names
+        needs = [Requirement(line) for name in names for line in requires(name) or ()]
+        names = {need.name for need in needs if need.marker is None or need.marker.evaluate({"extra": ""})}
+    return found
+
+
+def test_start_up_looks_for_the_libraries_that_pip_installs():
+    distributions = packages_distributions()
+    assert canonical(distributions[name][0] for name in w2w.LIBRARIES) == canonical(dependencies())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a terminal's colours need one more there")
+def test_a_blender_gets_them_and_all_that_they_need():
+    assert canonical(versions_for("3.11")) == with_what_they_need(dependencies()) - {"numpy"}
 
 
 def test_each_python_gets_wheels_that_there_are_for_it():
