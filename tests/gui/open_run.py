@@ -27,7 +27,7 @@ def found() -> dict[str, object]:
     clips = [clip for clip in study().clips if clip.action is not None]
     return {
         "clips": len(clips),
-        "baked": sum(module("signal_cache").has(clip.signals) for clip in clips),
+        "baked": sum(module("signal_cache").has(clip) for clip in clips),
         "keys": len(frames(clips[0].action)),
         "patches": len(study().patch_collection.objects),
         "chosen": [place.patch for place in study().chosen],

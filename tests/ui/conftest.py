@@ -28,7 +28,7 @@ def blender(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An empty file with the extension registered and a cache of its own."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     monkeypatch.setattr(preferences, "_own_folder", lambda: tmp_path / "cache")
-    signal_cache.forget()
+    signal_cache._recordings.clear()
     extension.register()
     yield
     extension.unregister()

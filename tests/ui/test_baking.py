@@ -36,7 +36,7 @@ def test_baked_signals_are_those_of_core(library: Path) -> None:
     clip = body.w2w.clips[4]
     motion = read_action(armature_of(body), clip.action)
     expected = record(body_of(body), patches_of(body), motion, config_of(body.w2w))
-    baked = signal_cache.recording(clip.signals)
+    baked = signal_cache.recording(clip)
     np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-4)
     np.testing.assert_allclose(baked.gyr, expected.gyr, atol=1e-4)
 
@@ -76,7 +76,7 @@ def test_ranking_bakes_again_what_the_cache_has_lost(library: Path) -> None:
     foreign.write_bytes(b"")
     bpy.ops.w2w.clear_cache()
     assert [path for path in preferences.cache_folder().rglob("*") if path.is_file()] == [foreign]
-    signal_cache.forget()
+    signal_cache._recordings.clear()
     assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
     np.testing.assert_array_equal(utility_of(body.w2w).f1, expected)
 

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.imu.recording import ImuRecording
 from w2w.scene.actions import bone_curves, key_rate, scene_rate
 from w2w.scene.body import armature_of
 from w2w.scene.source_beside import source_collections
@@ -44,6 +45,12 @@ def bake_all() -> list[str]:
         clip.signals, clip.selected = "", True
     assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
     return [clip.signals for clip in study.clips]
+
+
+def baked_again() -> ImuRecording:
+    """Signals of the only clip, baked anew."""
+    bake_all()
+    return signal_cache.recording(bpy.context.scene.w2w.body.w2w.clips[0])
 
 
 def wrist(seconds: float) -> np.ndarray:
@@ -86,10 +93,10 @@ def test_a_character_brought_between_two_imports_changes_neither(take, shared_da
 def test_signals_evaluated_by_blender_are_the_same_too(take) -> None:
     clip = take(RUN)
     bpy.context.scene.w2w.body.modifiers.new("Smooth", "SMOOTH")
-    first = signal_cache.recording(*bake_all())
+    first = baked_again()
     assert clip.bake_path.startswith("general")
     bpy.context.scene.render.fps = 60
-    second = signal_cache.recording(*bake_all())
+    second = baked_again()
     assert scene_rate() == 60
     np.testing.assert_array_equal(second.acc, first.acc)
     np.testing.assert_array_equal(second.gyr, first.gyr)
@@ -100,10 +107,10 @@ def test_a_clip_edited_by_hand_keeps_its_signals(take) -> None:
     armature = armature_of(bpy.context.scene.w2w.body)
     for curve in bone_curves(armature, clip.action)["left_elbow"].values():
         curve.keyframe_points.insert(20.7, curve.evaluate(20.7))
-    first = signal_cache.recording(*bake_all())
+    first = baked_again()
     bpy.context.scene.render.fps = 60
     bpy.ops.w2w.preview_clip(index=0)
-    second = signal_cache.recording(*bake_all())
+    second = baked_again()
     assert first.rate == second.rate
     assert np.abs(second.acc - first.acc).max() < 0.02
 
@@ -134,22 +141,22 @@ def test_a_preview_plays_in_real_time_and_so_does_what_stands_beside(take, rate:
 def test_keys_moved_apart_still_slow_a_clip_down(take) -> None:
     """That is the user's own wish, not a rate of the scene."""
     clip = take(WALK)
-    first = signal_cache.recording(*bake_all())
+    first = baked_again()
     for curve in bone_curves(armature_of(bpy.context.scene.w2w.body), clip.action).values():
         for channel in curve.values():
             for point in channel.keyframe_points:
                 point.co[0] = 1 + 2 * (point.co[0] - 1)
-    second = signal_cache.recording(*bake_all())
+    second = baked_again()
     assert second.acc.shape[0] == pytest.approx(2 * first.acc.shape[0], abs=2)
 
 
 def test_a_long_clip_is_read_at_its_own_frames(take) -> None:
     """Late keys are rounded to whole parts of a frame; they lie no less evenly for that."""
     clip = take(WALK)
-    first = signal_cache.recording(*bake_all())
+    first = baked_again()
     for curve in bone_curves(armature_of(bpy.context.scene.w2w.body), clip.action).values():
         for channel in curve.values():
             for point in channel.keyframe_points:
                 point.co[0] += 2.0**17 + 1 / 3
-    second = signal_cache.recording(*bake_all())
+    second = baked_again()
     np.testing.assert_array_equal(second.acc, first.acc)

@@ -44,12 +44,12 @@ def test_they_are_baked_exported_and_recognised_by_as_on_the_command_line(
     clip = study.clips[4]
     motion = read_action(armature_of(body), clip.action).labelled(clip.activity, clip.subject, clip.name)
     expected = record(body_of(body), patches_of(body), motion, config_of(study))
-    baked = signal_cache.recording(clip.signals)
+    baked = signal_cache.recording(clip)
     np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-3)
     np.testing.assert_allclose(baked.magnetometer, expected.magnetometer, atol=1e-2)
     np.testing.assert_allclose(baked.barometer, expected.barometer, atol=0.1)
     np.testing.assert_allclose(baked.orientation, expected.orientation, atol=1e-4)
-    features = np.load(features_file(*signal_cache.place_of(clip.signals)))["features"]
+    features = np.load(features_file(*signal_cache.place_of(clip)))["features"]
     assert features.shape[2] == describe(expected, config_of(study))[0].shape[2]
     bpy.ops.w2w.select_patch(patch=3)
     assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "csv"), kind="csv") == {"FINISHED"}

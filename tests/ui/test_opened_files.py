@@ -13,7 +13,7 @@ import pytest
 from w2w.core.clip_files import signals_file
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
-from w2w.ui import jobs, signal_cache
+from w2w.ui import jobs, preferences, signal_cache
 from w2w.ui.state import utility_of
 
 from .test_restore import open_file
@@ -30,7 +30,7 @@ def moved(finished_run: Path, tmp_path: Path) -> Path:
 def test_a_folder_that_moved_brings_its_signals(moved: Path) -> None:
     body = open_file(moved / "study.blend")
     assert Path(body.w2w.results_folder) == moved.resolve()
-    assert all(signal_cache.has(clip.signals) for clip in body.w2w.clips if clip.action)
+    assert all(signal_cache.has(clip) for clip in body.w2w.clips if clip.action)
 
 
 def test_a_file_without_its_folder_shows_the_ranking_and_says_what_is_missing(
@@ -46,7 +46,7 @@ def test_a_file_without_its_folder_shows_the_ranking_and_says_what_is_missing(
         "the file back into its results folder and open it there, or bake them again (step 4)"
     )
     assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
-    assert all(signal_cache.has(clip.signals) for clip in body.w2w.clips if clip.action)
+    assert all(signal_cache.has(clip) for clip in body.w2w.clips if clip.action)
 
 
 def test_a_file_saved_elsewhere_finds_the_folder_where_it_was_and_when_both_moved(
@@ -63,7 +63,7 @@ def test_a_file_saved_elsewhere_finds_the_folder_where_it_was_and_when_both_move
     (tmp_path / "elsewhere" / "mine.blend").rename(tmp_path / "mine.blend")
     body = open_file(tmp_path / "mine.blend")
     assert Path(body.w2w.results_folder) == (tmp_path / "elsewhere" / "results").resolve()
-    assert signal_cache.recording(body.w2w.clips[0].signals) is not None
+    assert signal_cache.recording(body.w2w.clips[0]) is not None
 
 
 def test_signals_that_were_made_anew_since_are_not_taken_for_the_runs(moved: Path) -> None:
@@ -72,8 +72,8 @@ def test_signals_that_were_made_anew_since_are_not_taken_for_the_runs(moved: Pat
     path = signals_file(moved, clip.name)
     stored = ImuRecording.load(path)
     write_npz(path, {"acc": stored.acc + np.float32(1), "gyr": stored.gyr, "rate": np.array(stored.rate)})
-    assert not signal_cache.has(clip.signals)
-    assert signal_cache.recording(clip.signals) is None
+    assert not signal_cache.has(clip)
+    assert signal_cache.recording(clip) is None
 
 
 def test_a_files_word_leads_nowhere_but_into_a_results_folder(moved: Path) -> None:
@@ -82,5 +82,5 @@ def test_a_files_word_leads_nowhere_but_into_a_results_folder(moved: Path) -> No
     clip.stored_as, clip.signals = "../../other", "run-0"
     bpy.ops.wm.save_as_mainfile(filepath=str(moved / "changed.blend"))
     body = open_file(moved / "changed.blend")
-    assert body.w2w.clips[0].signals not in signal_cache._linked
-    assert not signal_cache.has(body.w2w.clips[0].signals)
+    assert signal_cache.place_of(body.w2w.clips[0])[0] == preferences.cache_folder()
+    assert not signal_cache.has(body.w2w.clips[0])

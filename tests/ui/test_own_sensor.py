@@ -52,7 +52,7 @@ def test_the_panels_part_gives_the_numbers_of_the_command_line(library: Path, tm
     clip = study.clips[4]
     motion = read_action(armature_of(body), clip.action)
     expected = record(body_of(body), patches_of(body), motion, asked.config())
-    baked = signal_cache.recording(clip.signals)
+    baked = signal_cache.recording(clip)
     np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-3)
     np.testing.assert_allclose(baked.gyr, expected.gyr, atol=1e-4)
     usual = record(body_of(body), patches_of(body), motion, config_of(study).__class__(patches=N_PATCHES))

@@ -34,26 +34,26 @@ def test_a_saved_file_reopens_complete(library: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(utility_of(body.w2w).f1, utility.f1)
     np.testing.assert_array_equal(patches_of(body).triangles, triangles)
     assert [(place.patch, place.label) for place in body.w2w.chosen] == chosen
-    assert all(signal_cache.has(clip.signals) for clip in body.w2w.clips)
+    assert all(signal_cache.has(clip) for clip in body.w2w.clips)
 
 
 def test_baking_anew_after_save_as_leaves_the_first_file_its_signals(library: Path, tmp_path: Path) -> None:
     body = make_study(library, "motions patches signals")
     first, second = str(tmp_path / "first.blend"), str(tmp_path / "second.blend")
     bpy.ops.wm.save_as_mainfile(filepath=first)
-    before = signal_cache.recording(body.w2w.clips[4].signals).acc
+    before = signal_cache.recording(body.w2w.clips[4]).acc
     bpy.ops.wm.save_as_mainfile(filepath=second)
     body.w2w.sensor = "watch"
     assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
-    after = signal_cache.recording(body.w2w.clips[4].signals).acc
+    after = signal_cache.recording(body.w2w.clips[4]).acc
     assert not np.array_equal(after, before)
     bpy.ops.wm.save_mainfile()
     for path, expected in ((first, before), (second, after)):
-        signal_cache.forget()
+        signal_cache._recordings.clear()
         bpy.ops.wm.open_mainfile(filepath=path)
         study = bpy.context.scene.w2w.body.w2w
         assert all(state_of(clip, bake_settings(study)) == BAKED for clip in study.clips)
-        np.testing.assert_array_equal(signal_cache.recording(study.clips[4].signals).acc, expected)
+        np.testing.assert_array_equal(signal_cache.recording(study.clips[4]).acc, expected)
 
 
 def test_without_the_extension_heatmaps_are_plain_colour_attributes(library: Path, tmp_path: Path) -> None:

@@ -112,7 +112,7 @@ def test_a_click_on_the_skin_picks_the_runs_patch(opened: bpy.types.Object, fini
 def test_signals_are_read_from_the_results_folder(opened: bpy.types.Object, finished_run: Path) -> None:
     for clip in opened.w2w.clips[:2]:
         stored = ImuRecording.load(signals_file(finished_run, clip.name))
-        np.testing.assert_array_equal(signal_cache.recording(clip.signals).acc, stored.acc)
+        np.testing.assert_array_equal(signal_cache.recording(clip).acc, stored.acc)
 
 
 def test_ranking_again_needs_no_baking_and_gives_the_same(

@@ -86,14 +86,14 @@ def test_a_file_changed_since_it_was_imported_is_named_as_it_was(library: Path, 
 
 def test_a_saved_study_opens_again_with_its_signals(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
-    recording = signal_cache.recording(body.w2w.clips[2].signals)
+    recording = signal_cache.recording(body.w2w.clips[2])
     f1 = utility_of(body.w2w).f1
     save(tmp_path / "saved")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     assert bpy.ops.w2w.open_results(filepath=str(tmp_path / "saved")) == {"FINISHED"}
     again = bpy.context.scene.w2w.body
     np.testing.assert_array_equal(utility_of(again.w2w).f1, f1)
-    np.testing.assert_array_equal(signal_cache.recording(again.w2w.clips[2].signals).acc, recording.acc)
+    np.testing.assert_array_equal(signal_cache.recording(again.w2w.clips[2]).acc, recording.acc)
 
 
 def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path, tmp_path: Path) -> None:

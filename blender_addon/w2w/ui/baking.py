@@ -130,7 +130,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     lost = [
         index
         for index, clip in enumerate(study.clips)
-        if clip.name in names and not signal_cache.has(clip.signals)
+        if clip.name in names and not signal_cache.has(clip)
     ]
     if lost:
         yield from bake_steps(mesh, lost, 0.0, 0.4)
@@ -186,7 +186,7 @@ def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
         index
         for index, clip in enumerate(study.clips)
         if clip.name in wanted
-        and not (state_of(clip, settings) == BAKED and signal_cache.has(clip.signals))
+        and not (state_of(clip, settings) == BAKED and signal_cache.has(clip))
         and clip.action is not None
     ]
 

@@ -11,7 +11,7 @@ import bpy
 from ..scene.study_record import has_record
 from . import jobs, own_placements
 from .listed_activities import list_labels
-from .restore import link_signals, restore
+from .restore import find_folder, restore
 from .state import bodies, current_body
 from .step1_body import make_study
 from .wishes import take_over
@@ -25,7 +25,7 @@ def loaded(*_: object) -> None:
         if mesh.w2w.is_body:
             take_over(mesh.w2w)
             own_placements.take_over(mesh.w2w)
-            link_signals(mesh.w2w)
+            find_folder(mesh.w2w)
             list_labels(mesh.w2w)
         elif has_record(mesh):
             _restore(mesh)

@@ -226,7 +226,7 @@ def _card(
     study, utility = body.w2w, utility_of(body.w2w)
     mark, colour = MARKS[number]
     clip = playing_clip(body)
-    recording = signal_cache.recording(clip.signals) if clip is not None and clip.signals else None
+    recording = signal_cache.recording(clip) if clip is not None and clip.signals else None
     if recording is not None and recording.n_sensors != len(patches):
         recording = None
     if utility is None:

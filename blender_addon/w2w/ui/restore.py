@@ -7,12 +7,12 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..core.clip_files import STORED, features_file, signals_file
+from ..core.clip_files import STORED
 from ..core.study import StudyConfig
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
@@ -92,18 +92,19 @@ def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.
     results.store(mesh, record.utility, rank_settings(study))
     _advise(mesh, record.advice)
     results.show_colours(bpy.context)
-    link_signals(study)
+    find_folder(study)
 
 
-def link_signals(study: bpy.types.PropertyGroup) -> None:
-    """Look for a run's signals in its results folder: near the .blend file, else where it was at first."""
-    folder = _found_folder(study)
-    if folder is None:
-        return
-    study.results_folder = str(folder)
-    for clip in study.clips:
-        if clip.signals.startswith(STORED) and PurePath(clip.stored_as).name == clip.stored_as:
-            signal_cache.link(clip.signals, folder, clip.stored_as)
+def find_folder(study: bpy.types.PropertyGroup) -> None:
+    """Look for the results folder that has a study's signals: near the .blend file, else where it was."""
+    folders = []
+    if study.results_near and bpy.data.filepath:
+        folders.append((Path(bpy.data.filepath).parent / study.results_near).resolve())
+    if study.results_folder:
+        folders.append(Path(study.results_folder))
+    found = [folder for folder in folders if (folder / SUMMARY).is_file()]
+    if found:
+        study.results_folder = str(found[0])
 
 
 def opened_text(mesh: bpy.types.Object) -> str:
@@ -111,11 +112,10 @@ def opened_text(mesh: bpy.types.Object) -> str:
     study = mesh.w2w
     stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
     text = f"Opened a finished run: {len(stored)} clips on {len(patches_of(mesh))} patches"
-    folder = Path(study.results_folder) if study.results_folder else None
-    lost = [clip for clip in stored if folder is None or not _has_files(folder, clip.stored_as)]
+    lost = [clip for clip in stored if not signal_cache.has(clip)]
     if not lost:
         return text
-    where = f"in {folder}" if folder is not None else "beside this file"
+    where = f"in {study.results_folder}" if study.results_folder else "beside this file"
     return (
         f"{text}. The signals of {len(lost)} clips are not {where}: put the file back into its results "
         "folder and open it there, or bake them again (step 4)"
@@ -161,16 +161,3 @@ def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
     if not whole:
         advice.forget(mesh.w2w)
         results.mark_chosen(mesh)
-
-
-def _found_folder(study: bpy.types.PropertyGroup) -> Path | None:
-    folders = []
-    if study.results_near and bpy.data.filepath:
-        folders.append((Path(bpy.data.filepath).parent / study.results_near).resolve())
-    if study.results_folder:
-        folders.append(Path(study.results_folder))
-    return next((folder for folder in folders if (folder / SUMMARY).is_file()), None)
-
-
-def _has_files(folder: Path, clip: str) -> bool:
-    return signals_file(folder, clip).is_file() and features_file(folder, clip).is_file()

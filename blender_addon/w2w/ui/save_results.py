@@ -101,7 +101,7 @@ def _saved(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str)
     return SavedClip(
         Clip(Path(file), file, name, clip.activity, clip.subject, clip.motion_key),
         _motion(armature, clip, name),
-        signal_cache.place_of(clip.signals),
+        signal_cache.place_of(clip),
         {
             "take": "",
             "skeleton": clip.skeleton,

@@ -1,41 +1,35 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baked signals on disk, under keys of everything they were made from, so that no study gets another's.
+"""Where the signals of a clip are: in a results folder, or in the cache under a key of their content.
 
-They lie in a folder laid out as a results folder: in the cache folder, or where a run has stored them.
+The cache folder is laid out as a results folder. Equal content has an equal key, whichever study it is of, so
+undo and files saved under another name find theirs.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 
 import bpy
 import numpy as np
 
-from ..core.clip_files import features_file, signals_file, signals_key, write_features
+from ..core.clip_files import STORED, features_file, signals_file, signals_key, write_features
 from ..core.imu.recording import ImuRecording
 from .preferences import SIGNALS_SUFFIX, cache_folder
 
 KEPT = 4
 """Recordings kept in memory for the overlay."""
 
-
-_recordings: OrderedDict[str, ImuRecording | None] = OrderedDict()
-
-_linked: dict[str, tuple[Path, str]] = {}
-"""Results folder, and name of the clip in it, of keys that a run has stored."""
+_recordings: OrderedDict[str, ImuRecording] = OrderedDict()
 
 
-def link(key: str, results: Path, clip: str) -> None:
-    """Look for a key's signals in a results folder from now on."""
-    _linked[key] = (results, clip)
-    _recordings.pop(key, None)
-
-
-def place_of(key: str, folder: Path | None = None) -> tuple[Path, str]:
-    """Folder of a key's files and their name there; a thread must be told the cache folder."""
-    return _linked.get(key) or (folder or cache_folder(), key + SIGNALS_SUFFIX)
+def place_of(clip: bpy.types.PropertyGroup) -> tuple[Path, str]:
+    """Folder of a clip's files and their name there; a name from a .blend file leads out of no folder."""
+    folder, name = clip.id_data.w2w.results_folder, clip.stored_as
+    if folder and clip.signals.startswith(STORED) and PurePath(name).name == name:
+        return Path(folder), name
+    return _cached(clip.signals, cache_folder())
 
 
 def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[tuple[Path, str]]:
@@ -46,17 +40,18 @@ def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[tuple[Path, str]
     ValueError
         If some are not there any more.
     """
-    lost = [clip.name for clip in clips if not has(clip.signals)]
+    lost = [clip.name for clip in clips if not has(clip)]
     if lost:
         raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
-    return [place_of(clip.signals) for clip in clips]
+    return [place_of(clip) for clip in clips]
 
 
-def has(key: str) -> bool:
-    """Whether a key's signals are there; those of a run may have been made anew since."""
-    if key in _linked:
-        return signals_key(*_linked[key]) == key
-    return bool(key) and all(file(*place_of(key)).is_file() for file in (signals_file, features_file))
+def has(clip: bpy.types.PropertyGroup) -> bool:
+    """Whether a clip's signals are there; those of a run may have been made anew since."""
+    place = place_of(clip)
+    if clip.signals.startswith(STORED):
+        return signals_key(*place) == clip.signals
+    return bool(clip.signals) and all(file(*place).is_file() for file in (signals_file, features_file))
 
 
 def save(
@@ -67,33 +62,26 @@ def save(
     folder: Path,
 ) -> None:
     """Keep a baked clip with its windows, as features and whether each may be tested on; safe in a thread."""
-    place, (features, is_test) = place_of(key, folder), windows
+    place, (features, is_test) = _cached(key, folder), windows
     for path in (signals_file(*place), features_file(*place)):
         path.parent.mkdir(parents=True, exist_ok=True)
     write_features(features_file(*place), [features], is_test, signature)
     recording.save(signals_file(*place))
-    _recordings.pop(key, None)
 
 
-def recording(key: str) -> ImuRecording | None:
-    """Recording of a key, or None where it is not in the cache (any more)."""
-    if key not in _recordings:
-        _recordings[key] = _load_recording(key)
+def recording(clip: bpy.types.PropertyGroup) -> ImuRecording | None:
+    """Recording of a clip, or None where it is not on disk (any more)."""
+    if clip.signals not in _recordings:
+        try:
+            (place,) = places_of([clip])
+            _recordings[clip.signals] = ImuRecording.load(signals_file(*place))
+        except (OSError, ValueError):  # damaged is as good as gone: baked again
+            return None
         while len(_recordings) > KEPT:
             _recordings.popitem(last=False)
-    _recordings.move_to_end(key)
-    return _recordings[key]
+    _recordings.move_to_end(clip.signals)
+    return _recordings[clip.signals]
 
 
-def forget() -> None:
-    """Look at the disk again."""
-    _recordings.clear()
-
-
-def _load_recording(key: str) -> ImuRecording | None:
-    if not has(key):
-        return None
-    try:
-        return ImuRecording.load(signals_file(*place_of(key)))
-    except (OSError, ValueError):  # damaged is as good as gone: baked again
-        return None
+def _cached(key: str, folder: Path) -> tuple[Path, str]:
+    return folder, key + SIGNALS_SUFFIX
