@@ -4,10 +4,9 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.expected import expect
+from w2w.core.ranking.expected import Unhalved, expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.unhalved import Unhalved
 
 N = 200
 

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm, t
@@ -11,7 +13,6 @@ from scipy.stats import norm, t
 from .halves import Plan, maps_of
 from .pooling import UNLEARNED, Pooling, centred
 from .reliability import agreement, of_all
-from .unhalved import Unhalved
 from .weights import mean_over
 
 UNPROVEN = 0.5
@@ -24,41 +25,27 @@ SURE = 0.9
 """Chance of beating the average patch from which on clips are said to rank placements."""
 
 LEADERS = 20
-"""One in so many patches counts as a leader of its map."""
+"""The best 1 in 20 patches are the leaders of a map."""
 
 DRAWS = 1000
 """Maps of noise from which it is judged which patches are as good as the best."""
 
+Pairs = Sequence[tuple[np.ndarray, np.ndarray]]
+"""Maps (A, N), or their means (N,), of the one half of the clips and the other, halving by halving."""
+
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """F1 as other clips, or other people, would show it.
+    """F1 as other clips, or other people, would show it."""
 
-    Attributes
-    ----------
-    f1 : ndarray, shape (N, A)
-    mean, low, high : ndarray, shape (N,)
-        Macro F1 and its interval, in which the clips trained on vary too.
-    as_good : ndarray of bool, shape (N,)
-        Patches that cannot be told from the one of highest `mean`, the choice among all N accounted for.
-    can_rank : bool
-        Whether the best patch is sure enough (`SURE`) to beat the average one, and some patch can be told
-        from it.
-    reliability : float
-        Correlation over patches of the macro F1 itself with that on as many other clips; NaN where these
-        cannot be halved.
-    beats_average : float
-        Chance that the patch of highest `mean` scores above the average patch on as many other clips.
-    """
-
-    f1: np.ndarray
-    mean: np.ndarray
-    low: np.ndarray
+    f1: np.ndarray  # (N, A), float32
+    mean: np.ndarray  # (N,), float32: macro F1
+    low: np.ndarray  # (N,): its interval, in which the clips trained on vary too
     high: np.ndarray
-    as_good: np.ndarray
-    can_rank: bool
-    reliability: float
-    beats_average: float
+    as_good: np.ndarray  # (N,), bool: not to be told from the best of `mean`, the choice among N included
+    can_rank: bool  # the best patch is `SURE` to beat the average one, and some patch can be told from it
+    reliability: float  # correlation over patches with as many other clips; NaN where clips cannot be halved
+    beats_average: float  # chance that the best of `mean` scores above the average patch on other clips
 
 
 def expect(
@@ -72,21 +59,12 @@ def expect(
     """Expected scores of all patches from the F1 of all clips and of disjoint halves of them.
 
     F1 is averaged over a little skin, and over both sides as far as halves of the clips disagree about the
-    side; what one half shows and the other shows again is signal, what it does not is noise. From that follow
-    how far to shrink, and how sure the result is.
+    side. A contrast that both halves show is signal, the rest is noise: that says how far to shrink, and how
+    sure the result is.
 
-    Parameters
-    ----------
-    f1 : ndarray, shape (trials, A, N)
-        F1 by window of each trial of the plan; NaN where an activity was not tested.
-    plan : Plan
-    pooling : Pooling
-    level : float
-        Confidence of the intervals and of `as_good`.
-    seed : int
-        Of the draws of noise.
-    weights : ndarray, shape (A,), optional
-        What each activity counts in the macro F1; all alike by default.
+    `f1` (trials, A, N) is that of each trial of the plan, NaN where an activity was not tested. `weights`
+    (A,) say what each activity counts in the macro F1, all alike by default. `level` is the confidence of the
+    intervals and of `as_good`.
     """
     raw = f1[0]
     weights = np.ones(len(raw)) if weights is None else weights
@@ -113,152 +91,176 @@ def expect(
 
 @dataclass(frozen=True, eq=False)
 class _Repeat:
-    """How far maps repeat.
+    """How far maps repeat."""
 
-    Attributes
-    ----------
-    side_share : float
-        For `Pooling.apply`.
-    slope, slope_by_activity : float
-        F1 on other clips by unit of the pooled map, about its mean.
-    variance : float
-        Of a patch's expected macro F1.
-    freedom : float
-        Degrees of freedom of this variance; infinite where it is known.
-    of_lead : float
-        Variance of a chosen patch's lead over the average one on as many other clips, about what is expected.
-    noise_maps : ndarray, shape (pairs, N)
-        What the expected map of all clips might be off by; none where the clips cannot be halved.
-    reliability : float
-        Of the macro F1 of all clips; NaN where they cannot be halved.
-    """
-
-    side_share: float
-    slope: float
+    side_share: float  # for `Pooling.apply`
+    slope: float  # macro F1 on other clips by unit of the pooled map, about its mean
     slope_by_activity: float
-    variance: float
-    freedom: float
-    of_lead: float
-    noise_maps: np.ndarray
-    reliability: float
+    variance: float  # of a patch's expected macro F1
+    freedom: float  # its degrees of freedom; infinite where it is known
+    of_lead: float  # variance of the best patch's lead over the average one, about what is expected
+    noise_maps: np.ndarray  # (pairs, N): errors that the expected map may have; none without halves
+    reliability: float  # of the macro F1 of all clips; NaN without halves
 
 
 def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray, seed: int) -> _Repeat:
     shown = [first.testable & second.testable for first, second in plan.pairs]
     both = np.logical_and.reduce(shown) if shown else np.zeros(len(weights), dtype=bool)
     if not (both & (weights > 0)).any():
-        return _unproven(f1.shape[2])
+        # half of the map's contrast is believed, and nothing is known of its noise
+        no_maps = np.empty((0, f1.shape[2]))
+        return _Repeat(UNLEARNED, UNPROVEN, UNPROVEN, 1.0, np.inf, np.inf, no_maps, np.nan)
     raw = [(a[both], b[both]) for a, b in maps_of(f1, plan)]
     side_share = pooling.side_share(raw) if plan.disjoint else UNLEARNED
     pooled = [(pooling.apply(a, side_share), pooling.apply(b, side_share)) for a, b in raw]
-    raw_means, pooled_means = (_means_over(pairs, weights[both]) for pairs in (raw, pooled))
-    slope, by_activity = _slope(pooled_means, raw_means), _slope(pooled, raw)
-    # the map of all clips repeats better than those of halves
-    rise, rise_by_activity = (
-        (_spearman_brown(pooled_means), _spearman_brown(pooled)) if plan.disjoint else (1, 1)
+    raw_means, pooled_means = (
+        [(mean_over(a, weights[both], 0), mean_over(b, weights[both], 0)) for a, b in pairs]
+        for pairs in (raw, pooled)
     )
-
+    slope = _slope(pooled_means, raw_means, plan.disjoint)
     rest = Unhalved.of(weights, both, plan.clips)
-    of_rest = slope * rise * rest.noise_maps(pooled, seed)
-
+    noise_of_rest = slope.of_all * rest.noise_maps(pooled, seed)
+    leads = slope.of_all * rest.halved * centred(np.array(pooled_means))
     noise_ratio = _noise_ratio(f1[0][both], raw, plan.clips[both], weights[both]) if plan.disjoint else 1.0
-    explained = rise * slope**2 * np.mean([np.var(half) for pair in pooled_means for half in pair])
-    of_level, of_patch = _variances(raw_means, float(explained), noise_ratio / plan.shrink)
-    variance = rest.variance_with(of_level + of_patch, raw)
-    of_lead = _lead_variance(raw_means, pooled_means, slope) * 2 * noise_ratio / plan.shrink
-    leads = slope * rise * rest.halved * centred(np.array(pooled_means))
+    halved = _variance(raw_means, pooled_means, slope, noise_ratio, plan.shrink)
+    variance = rest.variance_with(halved.of_level + halved.of_patch, raw)
     told = min(len(raw), len(np.unique(plan.vote[plan.vote >= 0])) - 1)  # halvings of few share people
     return _Repeat(
         side_share=side_share,
-        slope=slope * rise,
-        slope_by_activity=by_activity * rise_by_activity,
+        slope=slope.of_all,
+        slope_by_activity=_slope(pooled, raw, plan.disjoint).of_all,
         variance=variance,
-        freedom=_freedom(rest.halved**2 * of_level, told, variance),
-        of_lead=rest.halved**2 * of_lead + float(of_rest.var()),
-        noise_maps=(leads[:, 0] - leads[:, 1]) / np.sqrt(plan.shrink) + of_rest,
+        freedom=_freedom(rest.halved**2 * halved.of_level, told, variance),
+        of_lead=rest.halved**2 * halved.of_lead + float(noise_of_rest.var()),
+        noise_maps=(leads[:, 0] - leads[:, 1]) / np.sqrt(plan.shrink) + noise_of_rest,
         reliability=of_all(agreement(raw_means)) if plan.disjoint else np.nan,
     )
 
 
-def _unproven(n_patches: int) -> _Repeat:
-    """Clips that cannot be halved: half of the map's contrast is believed, and nothing is known of noise."""
-    return _Repeat(
-        side_share=UNLEARNED,
-        slope=UNPROVEN,
-        slope_by_activity=UNPROVEN,
-        variance=1.0,
-        freedom=np.inf,
-        of_lead=np.inf,
-        noise_maps=np.empty((0, n_patches)),
-        reliability=np.nan,
-    )
+class _Slope(NamedTuple):
+    """F1 by unit of a pooled map: of the other half by one half's, and how much steeper by all clips'."""
+
+    of_half: float
+    spearman_brown: float
+
+    @property
+    def of_all(self) -> float:
+        """By the map of all clips, which repeats better than those of halves."""
+        return self.of_half * self.spearman_brown
 
 
-def _spearman_brown(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
+def _slope(pooled: Pairs, raw: Pairs, disjoint: bool) -> _Slope:
+    """Least squares of the one half's F1 on the other half's pooled map, about means over patches."""
+    together = square = 0.0
+    for (a, b), (raw_a, raw_b) in zip(pooled, raw, strict=True):
+        together += (centred(a) * centred(raw_b)).sum() + (centred(b) * centred(raw_a)).sum()
+        square += (centred(a) ** 2).sum() + (centred(b) ** 2).sum()
+    of_half = float(np.clip(together / square, FLATTEST, STEEPEST)) if square > 0 else 0.0
+    return _Slope(of_half, _spearman_brown(pooled) if disjoint else 1.0)
+
+
+def _spearman_brown(pairs: Pairs) -> float:
     """How much steeper a slope is for twice the clips, whose noise is half (Spearman 1910, Brown 1910)."""
     together = sum((centred(a) * centred(b)).sum() for a, b in pairs)
     square = sum((centred(a) ** 2).sum() + (centred(b) ** 2).sum() for a, b in pairs) / 2
     return float(2 / (1 + np.clip(together / square, 0, 1))) if square > 0 else 1.0
 
 
-def _slope(seen: list[tuple[np.ndarray, np.ndarray]], other: list[tuple[np.ndarray, np.ndarray]]) -> float:
-    """Least squares of the one half's F1 on the other half's pooled map, about means over patches."""
-    together = square = 0.0
-    for (a, b), (of_a, of_b) in zip(seen, other, strict=True):
-        together += (centred(a) * centred(of_b)).sum() + (centred(b) * centred(of_a)).sum()
-        square += (centred(a) ** 2).sum() + (centred(b) ** 2).sum()
-    return float(np.clip(together / square, FLATTEST, STEEPEST)) if square > 0 else 0.0
-
-
-def _noise_ratio(
-    whole: np.ndarray, pairs: list[tuple[np.ndarray, np.ndarray]], clips: np.ndarray, weights: np.ndarray
-) -> float:
+def _noise_ratio(whole: np.ndarray, halves: Pairs, clips: np.ndarray, weights: np.ndarray) -> float:
     """Variance of F1 on all clips by half of that on halves of them.
 
-    A share p of so many clips varies by p (1 - p) over their number; where more clips bring F1 nearer
-    to 1, its noise falls by more than half. Fewer errors than half a clip count as half a clip.
+    A share p of n clips varies by p (1 - p) / n; where more clips bring F1 nearer to 1, its noise falls by
+    more than half. Fewer errors than half a clip count as half a clip.
     """
-    halves = np.mean([half.mean(axis=1) for pair in pairs for half in pair], axis=0)
-    shares = [np.minimum(f1, 1 - 0.5 / of) for f1, of in ((whole.mean(axis=1), clips), (halves, clips / 2))]
-    of_all, of_half = ((weights**2 * f1 * (1 - f1)).sum() for f1 in shares)
-    return max(float(of_all / of_half), 0.0) if of_half > 0 else 1.0
+    f1_of_halves = np.mean([half.mean(axis=1) for pair in halves for half in pair], axis=0)
+    shares = (
+        np.minimum(whole.mean(axis=1), 1 - 0.5 / clips),
+        np.minimum(f1_of_halves, 1 - 0.5 / (clips / 2)),
+    )
+    of_whole, of_half = ((weights**2 * p * (1 - p)).sum() for p in shares)
+    return max(float(of_whole / of_half), 0.0) if of_half > 0 else 1.0
 
 
-def _variances(
-    raw: list[tuple[np.ndarray, np.ndarray]], explained: float, shrunk: float
-) -> tuple[float, float]:
-    """Variance of the expected macro F1 of a patch about its true one, in two parts.
+class _Variance(NamedTuple):
+    """Variances of macro F1 about what is expected of it."""
 
-    The level that all patches share, and half of what one patch's F1 on other clips lies off its
-    expected F1 beyond that: the signal's variance that pooling left out (all but `explained`), and the noise
-    of that other F1.
+    of_level: float  # of the level that all patches share
+    of_patch: float  # of one patch beyond that: what pooling left out of the signal, and noise
+    of_lead: float  # of a leader's lead over the average patch, as one half shows it and the other expects
+
+
+def _variance(raw: Pairs, pooled: Pairs, slope: _Slope, noise_ratio: float, shrink: float) -> _Variance:
+    """From the halves' macro F1 (N,), raw and pooled.
+
+    The variance of a patch is half of what its F1 on other clips lies off its expected F1: the other half is
+    noise of those other clips.
     """
-    of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) * shrunk
-    of_noise = np.mean([np.var(a - b) for a, b in raw]) * shrunk
+    scale = noise_ratio / shrink
+    of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) * scale
+    noise = np.mean([np.var(a - b) for a, b in raw]) * scale
     signal = np.mean([(centred(a) * centred(b)).mean() for a, b in raw])
-    return float(of_level), float((max(signal - explained, 0.0) + of_noise) / 2)
+    pooled_variance = np.mean([np.var(half) for pair in pooled for half in pair])
+    explained = float(slope.spearman_brown * slope.of_half**2 * pooled_variance)
+    of_lead = _lead_error(raw, pooled, slope.of_half) * 2 * noise_ratio / shrink
+    return _Variance(float(of_level), float((max(signal - explained, 0.0) + noise) / 2), of_lead)
 
 
-def _lead_variance(
-    raw: list[tuple[np.ndarray, np.ndarray]], pooled: list[tuple[np.ndarray, np.ndarray]], slope: float
-) -> float:
-    """How far the leads of one half's best patches lie off what the other half shows, squared, on average."""
+def _lead_error(raw: Pairs, pooled: Pairs, slope: float) -> float:
+    """Mean square by which the leads of one half's best patches miss what the other half shows."""
     missed = []
-    for (a, b), (of_a, of_b) in zip(raw, pooled, strict=True):
-        for here, there in ((of_a, b), (of_b, a)):
+    for (raw_a, raw_b), (a, b) in zip(raw, pooled, strict=True):
+        for here, there in ((a, raw_b), (b, raw_a)):
             best = np.argsort(-here, kind="stable")[: max(len(here) // LEADERS, 1)]
             missed.append((centred(there) - slope * centred(here))[best])
     return float(np.square(missed).mean())
 
 
+@dataclass(frozen=True, eq=False)
+class Unhalved:
+    """The R activities of too few clips to be halved.
+
+    Two or three clips of an activity count in the mean as forty of another do, but no halves tell how far
+    their map repeats. Halves of the H others tell what noise a clip has.
+    """
+
+    halved: float  # what the others count in the macro F1, of 1
+    shares: np.ndarray  # (R,): what each of these counts in it
+    clips: np.ndarray  # (R,): how many clips it has
+    clips_of_halved: np.ndarray  # (H,)
+
+    @classmethod
+    def of(cls, weights: np.ndarray, both: np.ndarray, clips: np.ndarray) -> Unhalved:
+        """From what each activity (A,) counts, whether both halves show it, and its clips."""
+        rows = ~both & (weights > 0)
+        shares = weights / weights.sum()
+        return cls(float(shares[both].sum()), shares[rows], clips[rows], clips[both])
+
+    def noise_maps(self, pooled: Pairs, seed: int) -> np.ndarray:
+        """A map of their noise for each pair, shape (pairs, N): that of others (H, N), drawn at random."""
+        apart = np.array([centred(a - b) for a, b in pooled]) / np.sqrt(2)
+        noise_of_a_clip = apart * np.sqrt(self.clips_of_halved / 2)[:, None]
+        rng = np.random.default_rng([seed, 4])
+        drawn = rng.integers(noise_of_a_clip.shape[1], size=(len(noise_of_a_clip), len(self.shares)))
+        sign = rng.choice([-1.0, 1.0], size=drawn.shape)
+        chosen = noise_of_a_clip[np.arange(len(noise_of_a_clip))[:, None], drawn]
+        return np.einsum("r,pr,prn->pn", self.shares / np.sqrt(self.clips), sign, chosen)
+
+    def variance_with(self, variance: float, raw: Pairs) -> float:
+        """The variance of a patch's macro F1, theirs taken in."""
+        if not len(self.shares):
+            return variance
+        apart = np.array([((a - b) ** 2).mean(axis=1) for a, b in raw]) / 2 * self.clips_of_halved / 2
+        return float(self.halved**2 * variance + (self.shares**2 / self.clips).sum() * apart.mean())
+
+
 def _freedom(of_level: float, told: int, variance: float) -> float:
-    """Degrees of freedom of a variance whose part `of_level` so few tell, the rest many patches
-    (Satterthwaite 1946, doi:10.2307/3002019)."""
+    """Degrees of freedom of a variance whose part `of_level` rests on `told` comparisons, the rest on many
+    patches (Satterthwaite 1946, doi:10.2307/3002019)."""
     return told * (variance / of_level) ** 2 if of_level > 0 else np.inf
 
 
 def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) -> np.ndarray:
-    """Patches that noise alone would leave so far behind the best of all more often than 1 - level.
+    """Patches that noise alone would leave as far behind the best more often than 1 - level.
 
     Each draw is a random sum of the noise maps (the multiplier bootstrap, van der Vaart and Wellner
     1996), and the best of all is sought in each: the choice is part of what varies.
@@ -272,12 +274,6 @@ def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) 
 
 
 def _beats_average(mean: np.ndarray, variance: float) -> float:
-    """Chance that the best patch's lead over the average one is above zero, told with this variance."""
+    """Chance that the best patch's lead over the average one is above zero, given its variance."""
     lead = float(mean.max() - mean.mean())
     return float(norm.cdf(lead / np.sqrt(variance))) if variance > 0 else float(lead > 0)
-
-
-def _means_over(
-    pairs: list[tuple[np.ndarray, np.ndarray]], weights: np.ndarray
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    return [(mean_over(a, weights, 0), mean_over(b, weights, 0)) for a, b in pairs]
