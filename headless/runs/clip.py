@@ -174,6 +174,10 @@ def _make_copies(
             files.append(copy_file(task.out, task.clip.name, len(files)))
             with untimed():
                 recording.save(files[-1])
+    more = len(files)
+    while (of_before := copy_file(task.out, task.clip.name, more)).exists():
+        of_before.unlink()
+        more += 1
     return features, files
 
 

@@ -8,11 +8,24 @@ import re
 from pathlib import Path
 from typing import Any
 
+from w2w.core.clip_files import motion_file, signals_file
 from w2w.core.files import file_sha256, write_json
 from w2w.core.findings.finished_study import ClipResult
 
-from .clip_task import ClipTask, unfinished
-from .own_files import files_of_record, remove_own
+from .clip_task import ClipTask, record_file, unfinished
+from .own_files import remove_own
+
+
+def recorded(out: Path, clip: str) -> dict[str, str]:
+    """Hashes of a clip's motion and signals in its record, which is believed about no other file."""
+    names = [path.relative_to(out).as_posix() for path in (motion_file(out, clip), signals_file(out, clip))]
+    try:
+        files = json.loads(record_file(out, clip).read_text(encoding="utf-8"))["files"]
+        return {name: str(files[name]) for name in names if name in files}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return dict.fromkeys(names, "")  # the record is damaged, but ours
 
 
 def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) -> None:
@@ -22,8 +35,8 @@ def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) ->
     leaves no file of ours that no record names; `finished` names them where it did not come to it.
     """
     names = {path.relative_to(task.out).as_posix(): _standing(path) for path in files}
-    before = files_of_record(task.record_file)
-    remove_own(task.out, {name: value for name, value in before.items() if name not in names})
+    if not files:
+        remove_own(task.out, recorded(task.out, task.clip.name))
     content = {
         "key": task.key(result.source_sha256),
         "reason": result.reason,

@@ -70,7 +70,7 @@ class ClipTask:
     @property
     def record_file(self) -> Path:
         """What was done, and from what: written before the files get their names."""
-        return self.out / WORK / "clips" / f"{self.clip.name}.json"
+        return record_file(self.out, self.clip.name)
 
     @property
     def marker(self) -> Path:
@@ -93,6 +93,11 @@ def _read_beside(path: Path) -> list[Path]:
             return []
     beside = side_car(path) if is_joint_file(path) else None
     return [] if beside is None else [beside]
+
+
+def record_file(out: Path, clip: str) -> Path:
+    """The record of a clip in a results folder."""
+    return out / WORK / "clips" / f"{clip}.json"
 
 
 def unfinished(path: Path) -> Path:

@@ -19,7 +19,8 @@ from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED
 from w2w.core.motion.library import Library
 
-from .own_files import check, files_of_record, json_content, remove_own
+from .clip_records import recorded
+from .own_files import check, remove_own
 from .picture_names import HEATMAPS
 
 
@@ -80,7 +81,11 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     ------
     ForeignFileError
     """
-    clips = [name for clip in library.clips for name in _not_recorded(out, clip.name)]
+    clips = [
+        name
+        for clip in library.clips
+        for name in {f"motions/{clip.name}.npz", f"signals/{clip.name}.npz"} - recorded(out, clip.name).keys()
+    ]
     inside = [f"{folder}/any" for folder in FOLDERS]  # each must be a folder of its own, not a link
     check(out, [*names, *inside, *clips])
 
@@ -98,10 +103,9 @@ def remove_leftovers(out: Path, used: set[str]) -> None:
     work folder is all ours.
     """
     for record in (out / WORK / "clips").glob("*.json"):
-        files = {} if record.stem in used else files_of_record(record)
-        if files:
+        if record.stem not in used and (files := recorded(out, record.stem)):
             remove_own(out, files)
-            record.unlink()
+            record.unlink()  # that of a clip without use stays, or it would be tried again
     for path in (out / WORK / "features").glob("*.npz"):
         if path.stem not in used:
             path.unlink()
@@ -119,16 +123,6 @@ def remove_unfinished(out: Path) -> None:
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
-
-
-def _not_recorded(out: Path, clip: str) -> list[str]:
-    """Where a clip's motion and recording go, unless its record says that we wrote there."""
-    record = out / WORK / "clips" / f"{clip}.json"
-    if record.exists() and json_content(record) is None:
-        return []  # damaged, but ours
-    recorded = files_of_record(record)
-    names = (f"motions/{clip}.npz", f"signals/{clip}.npz")
-    return [name for name in names if name not in recorded]
 
 
 HEADLESS = Path(__file__).resolve().parents[1]

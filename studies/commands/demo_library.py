@@ -20,7 +20,7 @@ from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE
 from w2w.headless.needs_blender import needs_blender
 from w2w.headless.runs.monitor import RunMonitor
-from w2w.headless.runs.own_files import ForeignFileError, check, claim, claimed, note
+from w2w.headless.runs.own_files import ForeignFileError, check, claimed
 
 from .. import rehab
 from ..rehab.clips import EXERCISES, RATE, generate_clip
@@ -153,13 +153,12 @@ def write_library_once(
             return
     takes = takes_of(clips)
     with refused(monitor):
-        check(library, [LABELS, *(take.file for take in takes)])
-        claim(library, [MADE_BY])
+        check(library, [MADE_BY, LABELS, *(take.file for take in takes)])
     stamp.unlink(missing_ok=True)
     with monitor.bar("writing the library", len(takes)) as advance:
         write_takes(library, takes_of, clips, seed, advance)
-    write_json(stamp, made_by)
-    note(library, [MADE_BY])
+    with claimed(library, [MADE_BY]):
+        write_json(stamp, made_by)
 
 
 def generator_sha256() -> str:

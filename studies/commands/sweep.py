@@ -13,7 +13,7 @@ from rich.console import Console
 from w2w.core.results_folder import StudyResults
 from w2w.headless.console import INTERRUPTED, NOTHING_TO_DO, USAGE
 from w2w.headless.runs.monitor import RunMonitor
-from w2w.headless.runs.own_files import claim, note
+from w2w.headless.runs.own_files import check, claimed
 from w2w.headless.stopping import STOPPED
 
 from ..sweep.cases import FACTORS, cases
@@ -57,15 +57,15 @@ def sweep(
             study.config(), [name.strip().replace("-", " ") for name in by.split(",") if name.strip()], copies
         )
         folder = out or results / "sweep"
-        claim(folder, SWEEP_FILES)
+        check(folder, SWEEP_FILES)
         maps = SweepMaps(study, folder, places, workers)
     except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error
     swept = _sweep(maps, wanted, len(study.clips), console)
-    write_sweep(folder, swept, maps.patches)
-    sweep_figure(folder / "sweep.png", swept, maps.patches)
-    note(folder, SWEEP_FILES)
+    with claimed(folder, SWEEP_FILES):
+        write_sweep(folder, swept, maps.patches)
+        sweep_figure(folder / "sweep.png", swept, maps.patches)
     show_sweep(swept, maps.patches, console)
     console.print(
         f"\nTables:  {folder / 'sweep.csv'}, {folder / 'places.csv'}\nPicture: {folder / 'sweep.png'}"
