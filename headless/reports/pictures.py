@@ -65,7 +65,6 @@ def write_blend(out: Path) -> None:
     """Save a finished study's `study.blend`: body, actions, empties, heatmaps and what the panel shows."""
     with needs_blender():
         from w2w.scene.study_file import write_study
-        from w2w.scene.study_record import record_of
 
     study = StudyResults.load(out)
     utility, body = study.utility, study.body()
@@ -78,7 +77,7 @@ def write_blend(out: Path) -> None:
         utility.activities,
         utility.expected_mean,
         marked(study).order,
-        record=record_of(study, body),
+        results=study,
         span=utility.colour_span,
     )
 

@@ -15,11 +15,12 @@ from ..core.colours import LEAST_SPAN
 from ..core.files import UNFINISHED
 from ..core.motion.motion import Motion
 from ..core.patches.patches import PatchSet
+from ..core.results_folder import StudyResults
 from . import heatmap
 from .actions import set_scene_rate, show_action, write_action
 from .body import BodyObjects, add_body
 from .patches import patch_empties, place_patches
-from .study_record import StudyRecord, with_scene, write_record
+from .study_record import write_record
 
 EMPTY_SIZE, CHOSEN_SIZE = 0.006, 0.018
 """Size of the empties, metres: small, so that they do not hide the heatmap, but for the chosen ones."""
@@ -36,7 +37,7 @@ def write_study(
     chosen: Sequence[int],
     low: float | None = None,
     high: float | None = None,
-    record: StudyRecord | None = None,
+    results: StudyResults | None = None,
     span: float = LEAST_SPAN,
 ) -> None:
     """Write a study to a .blend file, whole or not at all.
@@ -62,8 +63,8 @@ def write_study(
         Chosen patches in order of choice.
     low, high : float, optional
         F1 at the ends of the colour map; each heatmap's own range by default.
-    record : StudyRecord, optional
-        What W2W's panel shows of the study when it opens the file.
+    results : StudyResults, optional
+        The finished run that W2W's panel shows when it opens the file.
     span : float
         F1 that each heatmap's own range spans at least.
 
@@ -83,8 +84,8 @@ def write_study(
     heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high, span=span)
     collections = _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
     actions = _add_actions(objects, motions)
-    if record is not None:
-        write_record(objects.mesh, with_scene(record, actions, collections))
+    if results is not None:
+        write_record(objects.mesh, results, collections, actions)
     _set_up_view(objects.mesh, body.height)
     _save(Path(path))
 

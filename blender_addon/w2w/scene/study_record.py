@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a .blend file of a finished run holds for W2W's panel: the study as text, to be shown again as it was.
+"""A run's .blend file holds the small files of its results folder for W2W's panel, packed as text.
 
 The extension need not be there when the file is written, nor when it is opened: the record is a text beside
 the body, and only data. Nothing in it is ever run.
@@ -7,149 +7,71 @@ the body, and only data. Nothing in it is ever run.
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import bpy
-import numpy as np
 
-from ..core.body.body import Body
-from ..core.clip_files import signals_key
-from ..core.file_names import shown
-from ..core.patches.patches import PatchSet
-from ..core.ranking.utility import UtilityMap
-from ..core.results_folder import StudyResults
-from .packing import pack, read_packed
+from ..core.clip_files import WORK, signals_key
+from ..core.files import DAMAGED
+from ..core.results_folder import UTILITY, StudyResults
+from .packing import MOST_PACKED
 
 RECORD = "W2W study"
 """Custom property of a body's mesh: the text that holds its study."""
 
-LINE = 1000
-"""Characters in a line of packed results: text editors choke on longer ones."""
+FILES = ("summary.json", "config.json", UTILITY, f"{WORK}/patches.npz")
+"""Files of a results folder that the record holds."""
+
+NAMES = "names.json"
 
 
 @dataclass(frozen=True)
-class StoredClip:
-    """A clip of a run, its fields named as the panel's; of a skipped one only name, file and problem.
-
-    `motion_key` is equal where clips show the same motion, `signals` is of `core.clip_files.signals_key`,
-    and `action` the name of its action in the file.
-    """
-
-    name: str
-    file: str
-    activity: str = ""
-    subject: str = ""
-    n_frames: int = 0
-    rate: float = 0.0
-    skeleton: str = ""
-    scale: float = 1.0
-    motion_key: str = ""
-    signals: str = ""
-    action: str = ""
-    problem: str = ""
-    source_sha256: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class StudyRecord:
-    """A finished run, as the panel shows it again.
+class SceneNames:
+    """What the parts of a run are called in its .blend file.
 
     Parameters
     ----------
-    parameters : dict
-        The run's `StudyConfig` as plain values.
-    clips : tuple of StoredClip
-    patches : PatchSet
-    utility : UtilityMap
-    is_own_body : bool
-        Whether the body is W2W's own in its average shape, so that its sliders fit it.
     collections : tuple of str
-        Names of the collections of all patches and of the chosen ones.
-    advice : dict
-        Of the summary, what it says of sets of sensors; empty where it says nothing.
+        Of all patches and of the chosen ones.
+    actions : mapping of str to str
+        Of each clip that has one.
+    signals : mapping of str to str
+        `core.clip_files.signals_key` of each clip.
     """
 
-    parameters: dict[str, Any]
-    clips: tuple[StoredClip, ...]
-    patches: PatchSet
-    utility: UtilityMap
-    is_own_body: bool = False
-    collections: tuple[str, str] = ("", "")
-    advice: dict[str, Any] = field(default_factory=dict)
+    collections: tuple[str, str]
+    actions: Mapping[str, str]
+    signals: Mapping[str, str]
 
 
-def record_of(study: StudyResults, body: Body) -> StudyRecord:
-    """The record of a results folder, without actions and collections.
-
-    Raises
-    ------
-    ValueError
-        If `summary.json` does not say what is needed of a clip.
-    """
-    own = Body.bundled()
-    try:
-        used = [
-            StoredClip(
-                name=entry["clip"],
-                file=entry["file"],
-                activity=entry["activity"],
-                subject=entry["subject"],
-                n_frames=entry["frames"],
-                rate=entry["frame_rate"],
-                skeleton=entry.get("skeleton", ""),
-                scale=entry.get("scale", 1.0),
-                motion_key=clip.motion_key,
-                signals=signals_key(study.out, entry["clip"]),
-                source_sha256=study.source_hashes.get(entry["file"], ""),
-            )
-            for entry, clip in zip(study.summary["used"], study.clips, strict=True)
-        ]
-    except KeyError as error:
-        raise ValueError(
-            f"{study.out}: summary.json does not say {error} of a clip: run the study again"
-        ) from error
-    skipped = [
-        StoredClip(shown(Path(entry["file"]).name), entry["file"], problem=entry["reason"])
-        for entry in study.summary.get("skipped", [])
-    ]
-    return StudyRecord(
-        study.parameters,
-        (*used, *skipped),
-        study.patches,
-        study.utility,
-        body.vertices.shape == own.vertices.shape and np.allclose(body.vertices, own.vertices, atol=1e-6),
-        advice={"worn_together": study.summary.get("worn_together")},
-    )
+def keys_of(study: StudyResults) -> dict[str, str]:
+    """By which the stored signals of each clip are known again."""
+    return {clip.name: signals_key(study.out, clip.name) for clip in study.clips}
 
 
-def with_scene(
-    record: StudyRecord, actions: Mapping[str, bpy.types.Action], collections: tuple[str, str]
-) -> StudyRecord:
-    """The record with what its clips and patches are called in the open file."""
-    clips = tuple(
-        replace(clip, action=actions[clip.name].name) if clip.name in actions else clip
-        for clip in record.clips
-    )
-    return replace(record, clips=clips, collections=collections)
-
-
-def write_record(mesh: bpy.types.Object, record: StudyRecord) -> None:
-    """Put a record into the file, beside a body."""
-    content = {
-        "parameters": record.parameters,
-        "clips": [asdict(clip) for clip in record.clips],
-        "is_own_body": record.is_own_body,
-        "collections": list(record.collections),
-        "advice": record.advice,
-        "patches": _lines(pack(record.patches)[0]),
-        "utility": _lines(pack(record.utility)[0]),
-    }
-    text = bpy.data.texts.new(f"{RECORD}.json")
-    text.from_string(json.dumps(content, indent=1))
+def write_record(
+    mesh: bpy.types.Object,
+    study: StudyResults,
+    collections: tuple[str, str],
+    actions: Mapping[str, bpy.types.Action],
+) -> None:
+    """Put the record of a results folder into the open file, beside a body."""
+    names = {clip: action.name for clip, action in actions.items()}
+    packed = io.BytesIO()
+    with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
+        for name in FILES:
+            archive.writestr(ZipInfo(name), (study.out / name).read_bytes(), ZIP_DEFLATED)
+        content = {"collections": collections, "actions": names, "signals": keys_of(study)}
+        archive.writestr(ZipInfo(NAMES), json.dumps(content), ZIP_DEFLATED)
+    text = bpy.data.texts.new(RECORD)
+    text.from_string(base64.encodebytes(packed.getvalue()).decode("ascii"))
     mesh[RECORD] = text
 
 
@@ -158,8 +80,8 @@ def has_record(mesh: bpy.types.Object) -> bool:
     return isinstance(mesh.get(RECORD), bpy.types.Text)
 
 
-def read_record(mesh: bpy.types.Object) -> StudyRecord:
-    """The record beside a mesh.
+def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
+    """The study of the record beside a mesh, without what lies in large files, and its names in the file.
 
     Raises
     ------
@@ -167,20 +89,18 @@ def read_record(mesh: bpy.types.Object) -> StudyRecord:
         If it is damaged.
     """
     try:
-        content = json.loads(mesh[RECORD].as_string())
-        known = {item.name for item in fields(StoredClip)}
-        clips = [{name: clip[name] for name in known & clip.keys()} for clip in content["clips"]]
-        first, second = content["collections"]
-        return StudyRecord(
-            dict(content["parameters"]),
-            tuple(StoredClip(**clip) for clip in clips),
-            read_packed("".join(content["patches"]), PatchSet.load),
-            read_packed("".join(content["utility"]), UtilityMap.load),
-            bool(content["is_own_body"]),
-            (str(first), str(second)),
-            dict(content.get("advice", {})),
-        )
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        packed = base64.b64decode(mesh[RECORD].as_string())
+        with ZipFile(io.BytesIO(packed)) as archive, TemporaryDirectory() as folder:
+            if sum(archive.getinfo(name).file_size for name in (*FILES, NAMES)) > MOST_PACKED:
+                raise ValueError("it unpacks to too much")
+            for name in FILES:  # no other: a file's word leads nowhere
+                archive.extract(name, folder)
+            study = StudyResults.load(Path(folder))
+            study.summary, study.source_hashes  # noqa: B018 - kept, for the folder does not stay
+            names = SceneNames(**json.loads(archive.read(NAMES)))
+            first, second = names.collections
+            return study, SceneNames((str(first), str(second)), dict(names.actions), dict(names.signals))
+    except (ValueError, AttributeError, RecursionError, OSError, *DAMAGED) as error:
         raise ValueError(f"what the file says of '{mesh.name}' is damaged: {error}") from error
 
 
@@ -189,7 +109,3 @@ def remove_record(mesh: bpy.types.Object) -> None:
     text = mesh[RECORD]
     del mesh[RECORD]
     bpy.data.texts.remove(text)
-
-
-def _lines(text: str) -> list[str]:
-    return [text[start : start + LINE] for start in range(0, len(text), LINE)]

@@ -128,9 +128,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     study = mesh.w2w
     names = {clip.name for clip in ranked_clips(study)}
     lost = [
-        index
-        for index, clip in enumerate(study.clips)
-        if clip.name in names and not signal_cache.has(clip)
+        index for index, clip in enumerate(study.clips) if clip.name in names and not signal_cache.has(clip)
     ]
     if lost:
         yield from bake_steps(mesh, lost, 0.0, 0.4)

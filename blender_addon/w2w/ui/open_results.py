@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import NamedTuple
 
 import bpy
 from bpy.props import StringProperty
@@ -17,11 +16,11 @@ from ..core.results_folder import StudyResults
 from ..scene.actions import show_action, write_action
 from ..scene.packing import pack
 from ..scene.patches import place_patches
-from ..scene.study_record import StudyRecord, record_of
+from ..scene.study_record import keys_of
 from ..scene.takes import existing_data, new_data
 from . import jobs
 from .jobs import EXPECTED, Step, Steps, in_thread
-from .restore import SUMMARY, check_fits, fill, opened_text
+from .restore import SUMMARY, check_fits, clips_of, fill, opened_text
 from .results import hide_patches
 from .step1_body import add_study
 
@@ -76,29 +75,21 @@ class W2W_FH_results(bpy.types.FileHandler):
         return context.area is not None and context.area.type == "VIEW_3D"
 
 
-class _Read(NamedTuple):
-    """What a results folder holds."""
-
-    study: StudyResults
-    body: Body
-    record: StudyRecord
-
-
 def open_steps(folder: Path) -> Steps:
     """Read a results folder in a thread, then build its body, patches and actions in the scene."""
-    read = yield from in_thread(lambda _told: _read(folder), "reading the results", 0.0, 0.2)
+    run, body, signals = yield from in_thread(lambda _told: _read(folder), "reading the results", 0.0, 0.2)
     yield Step(0.2, "building the body")
     before, shown = existing_data(), bpy.context.scene.w2w.body
     finished = False
     try:
-        mesh = add_study(bpy.context, read.body, read.body.name)
+        mesh = add_study(bpy.context, body, body.name)
         mesh.w2w.results_folder = str(folder.resolve())
-        check_fits(mesh, read.record)
+        check_fits(mesh, run)
         yield Step(0.25, "placing patches")
-        _place(mesh, read.record.patches)
-        actions = yield from _act(mesh.parent, read.study, 0.3, 0.9)
+        _place(mesh, run.patches)
+        actions = yield from _act(mesh.parent, run, 0.3, 0.9)
         yield Step(0.9, "painting heatmaps")
-        fill(mesh, read.record, actions)
+        fill(mesh, run, clips_of(run, signals, actions))
         finished = True
     finally:
         if not finished:
@@ -107,13 +98,12 @@ def open_steps(folder: Path) -> Steps:
     return opened_text(mesh)
 
 
-def _read(folder: Path) -> _Read:
-    study = StudyResults.load(folder)
-    body = study.body()
-    record = record_of(study, body)
-    pack(record.patches)  # here it stops no window
-    pack(record.utility)
-    return _Read(study, body, record)
+def _read(folder: Path) -> tuple[StudyResults, Body, dict[str, str]]:
+    """A run, its body, and the keys of its signals."""
+    run = StudyResults.load(folder)
+    pack(run.patches)  # here it stops no window
+    pack(run.utility)
+    return run, run.body(), keys_of(run)
 
 
 def _place(mesh: bpy.types.Object, patches: PatchSet) -> None:

@@ -6,17 +6,21 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
+from ..core.body.body import Body
 from ..core.clip_files import STORED
+from ..core.file_names import shown
+from ..core.results_folder import StudyResults
 from ..core.study import StudyConfig
+from ..scene.body import body_of
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
-from ..scene.study_record import StoredClip, StudyRecord, read_record, remove_record
+from ..scene.study_record import read_record, remove_record
 from . import advice, own_placements, results, signal_cache
 from .further_sensors import keep_further
 from .own_sensor import OWN, keep_own_sensor
@@ -25,6 +29,8 @@ from .wishes import take_over
 
 SUMMARY = "summary.json"
 """File that a results folder is known by."""
+
+GONE = "its motion is no longer where the run left it"
 
 
 def restore(mesh: bpy.types.Object) -> str:
@@ -35,13 +41,15 @@ def restore(mesh: bpy.types.Object) -> str:
     ValueError
         If the record is damaged or not of this mesh; nothing has been changed then.
     """
-    record = read_record(mesh)
-    placed, chosen = (bpy.data.collections.get(name) for name in record.collections)
+    run, names = read_record(mesh)
+    placed, chosen = (bpy.data.collections.get(name) for name in names.collections)
     found = empties_by_patch(placed) if placed is not None else {}
     empties = list(found.values())
-    if not empties or max(found) >= len(record.patches) or any(item.parent is not mesh for item in empties):
+    if not empties or max(found) >= len(run.patches) or any(item.parent is not mesh for item in empties):
         raise ValueError(f"the patches of '{mesh.name}' are no longer in the file as the run left them")
-    check_fits(mesh, record)
+    check_fits(mesh, run)
+    actions = {clip: bpy.data.actions.get(action) for clip, action in names.actions.items()}
+    clips = clips_of(run, names.signals, actions)
     study = mesh.w2w
     study.patch_size = empties[0].empty_display_size
     study.patch_collection, study.chosen_collection = placed, chosen
@@ -49,48 +57,93 @@ def restore(mesh: bpy.types.Object) -> str:
         empty.show_name = empty.show_in_front = False
         empty.select_set(False)
     study.results_near = os.curdir
-    actions = {clip.name: bpy.data.actions.get(clip.action) for clip in record.clips if clip.action}
-    fill(mesh, record, actions)
+    fill(mesh, run, clips)
     remove_record(mesh)
     return opened_text(mesh)
 
 
-def check_fits(mesh: bpy.types.Object, record: StudyRecord) -> None:
-    """Refuse a record whose parts do not belong together.
+def check_fits(mesh: bpy.types.Object, run: StudyResults) -> None:
+    """Refuse a run whose parts do not belong together.
 
     Raises
     ------
     ValueError
     """
-    patches, utility = record.patches, record.utility
+    patches, utility = run.patches, run.utility
     if len(patches.labels) != len(mesh.data.vertices) or patches.triangles.max() >= len(patches.labels):
         raise ValueError(f"the patches are of another body than '{mesh.name}'")
     if utility.f1.shape != (len(patches), len(utility.activities)):
         raise ValueError(f"the ranking is of other patches than those of '{mesh.name}'")
     try:
-        StudyConfig.from_dict(record.parameters)
+        StudyConfig.from_dict(run.parameters)
     except ValueError as error:
         raise ValueError(f"the parameters of the run cannot be understood: {error}") from error
 
 
-def fill(mesh: bpy.types.Object, record: StudyRecord, actions: Mapping[str, bpy.types.Action | None]) -> None:
-    """Give a body that has its patches everything else that a run found."""
-    study, config = mesh.w2w, StudyConfig.from_dict(record.parameters)
-    study.is_body, study.has_shape = True, record.is_own_body
-    study.parameters = json.dumps(record.parameters)
+def clips_of(
+    run: StudyResults, signals: Mapping[str, str], actions: Mapping[str, bpy.types.Action | None]
+) -> list[dict[str, Any]]:
+    """The clips of a run by the panel's properties, those that could not be used last.
+
+    Raises
+    ------
+    ValueError
+        If the run's summary does not say what is needed of a clip.
+    """
+    try:
+        used = [
+            {
+                "action": actions.get(clip.name),  # before its activity, which is noted on it
+                "name": clip.name,
+                "file": entry["file"],
+                "activity": clip.activity,
+                "subject": clip.subject,
+                "n_frames": entry["frames"],
+                "rate": entry["frame_rate"],
+                "skeleton": entry.get("skeleton", ""),
+                "scale": entry.get("scale", 1.0),
+                "motion_key": clip.motion_key,
+                "signals": signals.get(clip.name, ""),
+                "stored_as": clip.name,
+                "problem": "" if actions.get(clip.name) is not None else GONE,
+                "source_sha256": run.source_hashes.get(entry["file"], ""),
+            }
+            for entry, clip in zip(run.summary["used"], run.clips, strict=True)
+        ]
+    except KeyError as error:
+        raise ValueError(
+            f"{run.out}: summary.json does not say {error} of a clip: run the study again"
+        ) from error
+    skipped = run.summary.get("skipped", [])
+    return used + [
+        {"name": shown(Path(entry["file"]).name), "file": entry["file"], "problem": entry["reason"]}
+        for entry in skipped
+    ]
+
+
+def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:
+    """Give a body that has its patches everything else that a run found; `clips` as `clips_of` gives them."""
+    study, config = mesh.w2w, run.config()
+    body, own = body_of(mesh), Body.bundled()  # its sliders fit W2W's own body in its average shape
+    study.is_body = True
+    study.has_shape = body.vertices.shape == own.vertices.shape and np.allclose(
+        body.vertices, own.vertices, atol=1e-6
+    )
+    study.parameters = json.dumps(run.parameters)
     take_over(study)
-    study.patches_text, study.patches_key = pack(record.patches)
+    study.patches_text, study.patches_key = pack(run.patches)
     own_placements.take_over(study)
     _set_parameters(study, config)
     study.clips.clear()
-    with without_updates():
-        for stored in record.clips:
-            _add_clip(study, stored, actions.get(stored.name))
     settings = bake_settings(study)
-    for clip in study.clips:
-        clip.baked_as = settings if clip.signals else ""
-    results.store(mesh, record.utility, rank_settings(study))
-    _advise(mesh, record.advice)
+    with without_updates():
+        for values in clips:
+            clip = study.clips.add()
+            for name, value in values.items():
+                setattr(clip, name, value)
+            clip.baked_as = settings if clip.signals else ""
+    results.store(mesh, run.utility, rank_settings(study))
+    _advise(mesh, {"worn_together": run.summary.get("worn_together")})
     results.show_colours(bpy.context)
     find_folder(study)
 
@@ -140,22 +193,12 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
         study.max_places = config.max_places or 0
 
 
-def _add_clip(study: bpy.types.PropertyGroup, stored: StoredClip, action: bpy.types.Action | None) -> None:
-    clip = study.clips.add()
-    clip.action = action  # before its activity, which is noted on it
-    for name, value in (asdict(stored) | {"action": action}).items():
-        setattr(clip, name, value)
-    clip.stored_as = stored.name if stored.signals else ""
-    if action is None and not stored.problem:
-        clip.problem = "its motion is no longer where the run left it"
-
-
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
     """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
     try:
         results.advise(mesh, content)
         known = range(len(patches_of(mesh)))
-        whole = bool(content) and all(row.patch in known for row in mesh.w2w.worn)
+        whole = all(row.patch in known for row in mesh.w2w.worn)
     except (KeyError, TypeError, ValueError):
         whole = False
     if not whole:

@@ -186,8 +186,8 @@ def test_another_choice_goes_into_a_folder_of_its_own(study, redrawn):
     for name in ("mean", "subset", "sit_to_stand"):
         assert (out / "heatmaps" / f"{name}.png").stat().st_size > 10_000
     bpy.ops.wm.open_mainfile(filepath=str(out / "study.blend"))
-    record = read_record(bpy.data.objects["Body"])
-    assert record.advice["worn_together"] == choice["worn_together"]
+    record, _ = read_record(bpy.data.objects["Body"])
+    assert record.summary["worn_together"] == choice["worn_together"]
     assert record.parameters == config["parameters"]
     marked = [item["patch"] for item in bpy.data.collections["Chosen patches"].objects]
     assert marked == [place["patch"] for place in choice["worn_together"]["places"]]
