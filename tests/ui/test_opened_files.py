@@ -14,7 +14,8 @@ from w2w.core.clip_files import signals_file
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
 from w2w.ui import jobs, preferences, signal_cache
-from w2w.ui.state import utility_of
+from w2w.ui.open_results import misses_folder
+from w2w.ui.state import rank_settings, utility_of
 
 from .test_restore import open_file
 
@@ -42,8 +43,8 @@ def test_a_file_without_its_folder_shows_the_ranking_and_says_what_is_missing(
     assert utility_of(body.w2w).f1.shape == (48, 3)
     assert len(body.w2w.chosen)
     assert jobs.message.text == (
-        "Opened a finished run: 9 clips on 48 patches. The signals of 9 clips are not beside this file: put "
-        "the file back into its results folder and open it there, or bake them again (step 4)"
+        "Opened a finished run: 9 clips on 48 patches. The signals of 9 clips are not beside this file: "
+        "locate the results folder, or bake them again (step 4)"
     )
     assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
     assert all(signal_cache.has(clip) for clip in body.w2w.clips if clip.action)
@@ -63,6 +64,22 @@ def test_a_file_saved_elsewhere_finds_the_folder_where_it_was_and_when_both_move
     (tmp_path / "elsewhere" / "mine.blend").rename(tmp_path / "mine.blend")
     body = open_file(tmp_path / "mine.blend")
     assert Path(body.w2w.results_folder) == (tmp_path / "elsewhere" / "results").resolve()
+    assert signal_cache.recording(body.w2w.clips[0]) is not None
+
+
+def test_a_folder_that_was_moved_away_is_located(moved: Path, tmp_path: Path) -> None:
+    shutil.move(moved / "study.blend", tmp_path / "alone.blend")
+    moved.rename(tmp_path / "away")
+    body = open_file(tmp_path / "alone.blend")
+    settings = rank_settings(body.w2w)
+    assert misses_folder(body.w2w)
+    (tmp_path / "other").mkdir()
+    with pytest.raises(RuntimeError, match="other does not hold the signals of this study"):
+        bpy.ops.w2w.locate_results(filepath=str(tmp_path / "other" / "summary.json"))
+    assert bpy.ops.w2w.locate_results(filepath=str(tmp_path / "away" / "summary.json")) == {"FINISHED"}
+    assert jobs.message.text == f"Found the signals of 9 clips in {tmp_path / 'away'}"
+    assert not bpy.ops.w2w.locate_results.poll()
+    assert rank_settings(body.w2w) == settings
     assert signal_cache.recording(body.w2w.clips[0]) is not None
 
 

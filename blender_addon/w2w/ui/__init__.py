@@ -20,7 +20,6 @@ from . import (
     lists,
     menus,
     open_results,
-    opened_files,
     overlay,
     own_placement_panel,
     own_sensor_panel,
@@ -79,7 +78,6 @@ MODULES: tuple[ModuleType, ...] = (
     placement_panels,
     pick_tool,
     overlay,
-    opened_files,
     upkeep,
 )
 """Modules with classes to register; those with a `register` of their own do it themselves."""

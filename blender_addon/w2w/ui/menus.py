@@ -19,7 +19,7 @@ REGISTERS_PRESETS = hasattr(bpy.utils, "register_preset_path")
 KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
 
 STEPS = (
-    ("add_body", "load_body", "use_mesh", "open_results", "select_body", "reset_shape"),
+    ("add_body", "load_body", "use_mesh", "open_results", "locate_results", "select_body", "reset_shape"),
     ("use_character", "forget_character"),
     ("import_motions", "import_folder", "use_scene_animation", "add_armature_motion"),
     ("relabel_clips", "remove_clips"),

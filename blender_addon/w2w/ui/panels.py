@@ -10,6 +10,7 @@ from ..scene.source_beside import source_collections
 from . import jobs
 from .baking import UNBAKED
 from .counting import is_reweighed
+from .open_results import draw_locate
 from .result_panels import W2WPanel
 from .run_all import TITLE as RUN_ALL
 from .run_all import draw_run_all
@@ -256,6 +257,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         row.operator("w2w.bake_signals", text="Bake All", icon="REC").which = "ALL"
         row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(selected(study))})").which = "TICKED"
         layout.label(text=f"{done} of {len(clips)} clips are up to date")
+        draw_locate(layout, context, study)
         if 0 <= study.clip_index < len(study.clips):
             clip = study.clips[study.clip_index]
             if clip.bake_path.startswith(("general", UNBAKED)):

@@ -170,8 +170,8 @@ def opened_text(mesh: bpy.types.Object) -> str:
         return text
     where = f"in {study.results_folder}" if study.results_folder else "beside this file"
     return (
-        f"{text}. The signals of {len(lost)} clips are not {where}: put the file back into its results "
-        "folder and open it there, or bake them again (step 4)"
+        f"{text}. The signals of {len(lost)} clips are not {where}: locate the results folder, or bake them "
+        "again (step 4)"
     )
 
 
