@@ -271,7 +271,6 @@ def compare(here: UtilityMap, there: UtilityMap, poolings: Sequence[Pooling]) ->
 
 def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: int) -> dict[str, float]:
     terms = free(utility, largest)
-    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
     by_luck = chance(there, terms)
     ways = {
         "of": (chosen(utility, here, largest), ByHalves()),
@@ -279,7 +278,7 @@ def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: 
     }
     found, promises = {}, Promises(here, terms)
     for way, (order, choose) in ways.items():
-        made = promises.of(order, choose, tuple(float(one[order[0]]) for one in expected))
+        made = promises.of(order, choose, tuple(float(one[order[0]]) for one in utility.expected))
         delivered = macro_f1(there, order)
         of_size = {
             "promise": made.mean,

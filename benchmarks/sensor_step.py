@@ -70,10 +70,9 @@ class Recorded:
         inputs = ArrayBlocks(self.features(draw))
         utility = rank_windows(inputs, labels, config, pooling=self.pooling)
         tests = set_tests(inputs, labels, config, self.pooling, utility=utility)
-        expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-        worn = choose_together(tests, expected, free(utility, 6), config.target)
+        worn = choose_together(tests, utility.expected, free(utility, 6), config.target)
         best = best_single(utility)
-        low, high = (short(float(one[best])) for one in expected[1:])
+        low, high = (short(float(one[best])) for one in utility.expected[1:])
         return {
             "place": where_to_wear(best, utility, patches).partition(" (")[0],
             "F1": short(float(utility.expected_mean[best])),

@@ -80,9 +80,9 @@ def main() -> None:
     with threadpool_limits(1):
         one_more, _ = timed(f"{len(others)} second sensors", lambda: tests.whole.added([best], others, False))
     timed(f"{LARGEST_SET} sensors", lambda: grow(tests.whole, terms, LARGEST_SET, utility.expected_mean))
-    expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
     timed(
-        f"{LARGEST_SET} sensors with their promise", lambda: choose_together(prepared(), expected, terms, 1.0)
+        f"{LARGEST_SET} sensors with their promise",
+        lambda: choose_together(prepared(), utility.expected, terms, 1.0),
     )
     print(f"most memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB")
 

@@ -16,7 +16,7 @@ import argparse
 
 import numpy as np
 
-from w2w.core.ranking.map_scores import window_f1
+from w2w.core.ranking.f1 import window_f1
 
 WORLDS = ((4, 15), (11, 30))
 """Activities and features."""

@@ -80,10 +80,9 @@ def paper_sets(study: StudyResults, config: StudyConfig) -> PaperSets:
     tests = prepared_tests(study, config)
     if tests is not None:
         promises = Promises(tests, Terms.checked(len(study.patches), config.max_places, **wishes))
-        expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-        greedy = promised(greedy, promises, expected, greedy_by_half)
+        greedy = promised(greedy, promises, utility.expected, greedy_by_half)
         if exact is not None:
-            exact = promised(exact, promises, expected, exact_by_half)
+            exact = promised(exact, promises, utility.expected, exact_by_half)
     together = sensors_together(study, greedy.order)
     return PaperSets(greedy, exact, together, fewest(greedy.order, wishes["required"]))
 

@@ -90,8 +90,7 @@ def write_scores(
             same = "yes" if row.best[number] else "no"
             lines.append([*head, column, patch, *scores, same, row.clips, row.windows])
     for column, patch in zip(columns, patches, strict=True) if utility is not None else ():
-        scores = (utility.expected_mean, utility.expected_low, utility.expected_high)
-        cells = [f"{values[patch]:.{DIGITS}f}" for values in scores]
+        cells = [f"{values[patch]:.{DIGITS}f}" for values in utility.expected]
         equal = "yes" if utility.as_good[patch] else "no"
         tested = (len(np.unique(utility.clip)), len(utility.truth))
         lines.append(["all", EXPECTED_MEAN, column, patch, *cells, equal, *tested])

@@ -149,10 +149,7 @@ def _mean_over(site_of: np.ndarray) -> np.ndarray:
 
 def _scored(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
     """F1 (B, P, A) of resamples; NaN where an activity was not drawn."""
-    f1 = f1_scores(counts, weights).astype(np.float64)
-    is_of = counts.activity[:, None] == np.arange(f1.shape[2])
-    drawn = (weights @ is_of.astype(np.float64)) > 0
-    return np.where(drawn[:, None, :], f1, np.nan)
+    return f1_scores(counts, weights).astype(np.float64)
 
 
 def _resamples(counts: ClipCounts, person: np.ndarray | None, rng: np.random.Generator) -> np.ndarray:

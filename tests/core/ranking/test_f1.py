@@ -93,3 +93,8 @@ def test_a_clip_under_two_activities_counts_as_two():
     np.testing.assert_array_equal(counts.size, [2, 1])
     np.testing.assert_array_equal(counts.hit[:, 0], [1, 1])
     np.testing.assert_array_equal(counts.confusion()[0], [[1, 1], [0, 1]])
+
+
+def test_an_activity_without_windows_has_no_f1_even_where_it_is_named():
+    counts = count_by_clip(np.array([0, 0, 2]), np.array([[1], [0], [2]]), np.array([0, 0, 1]), 3)
+    np.testing.assert_allclose(f1_scores(counts, np.ones((1, 2)))[0, 0], [2 / 3, np.nan, 1])

@@ -78,8 +78,7 @@ def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) ->
     rows = [[*BEFORE_ACTIVITIES, *apart(utility.activities, others), *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
         means = (utility.mean, utility.mean_low, utility.mean_high)
-        expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-        scores = [*utility.f1[patch], *(values[patch] for values in (*means, *expected))]
+        scores = [*utility.f1[patch], *(values[patch] for values in (*means, *utility.expected))]
         rows.append(
             [
                 patch,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""F1 from counts, and how sure it is: a bootstrap over clips."""
+"""How good the names given to windows are: F1 and how sure it is (a bootstrap over clips), and ROC areas."""
 
 from __future__ import annotations
 
@@ -19,27 +19,38 @@ COUNT_BYTES = 12 * 2**20
 """Memory for the counts of the patches looked at at a time: of 5,000 clips and 30 activities 20 patches'.
 Of more at a time the samples outgrow the processor's cache."""
 
+COMPARED_AT_ONCE = 256
+"""Windows that are compared with all others at once, so that memory does not grow with their square."""
+
+
+def f1_of(hit: np.ndarray, named: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """2 tp / (2 tp + fp + fn) from windows named rightly, named so and truly so, counted or weighted.
+
+    NaN where no window is truly so.
+    """
+    with np.errstate(invalid="ignore"):
+        return np.where(true > 0, 2 * hit / (named + true), np.nan)
+
+
+def window_f1(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
+    """F1 of each activity, shape (A,), from the names given to windows (V,) and their true labels (V,)."""
+    return f1_of(*window_counts(named, labels, n_activities))
+
+
+def window_counts(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
+    """Windows named rightly, named so and truly so, of each activity, shape (3, A)."""
+    hit = np.bincount(labels[named == labels], minlength=n_activities)
+    return np.stack([hit, *(np.bincount(of, minlength=n_activities) for of in (named, labels))])
+
 
 @dataclass(frozen=True, eq=False)
 class ClipCounts:
-    """What F1 needs to know of each clip, so that resampling clips is one matrix product.
+    """What F1 needs to know of C clips as N sensors named them, so that resampling is one matrix product."""
 
-    Attributes
-    ----------
-    hit : ndarray, shape (C, N)
-        Windows of the clip that sensor n named rightly.
-    named : ndarray, shape (C, N, A)
-        Windows of the clip that sensor n named a, rightly or not.
-    size : ndarray, shape (C,)
-        Windows of the clip.
-    activity : ndarray, shape (C,)
-        Index of its activity.
-    """
-
-    hit: np.ndarray
-    named: np.ndarray
-    size: np.ndarray
-    activity: np.ndarray
+    hit: np.ndarray  # (C, N), float32: windows of the clip that the sensor named rightly
+    named: np.ndarray  # (C, N, A), float32: windows that it named so, rightly or not
+    size: np.ndarray  # (C,), float32: windows of the clip
+    activity: np.ndarray  # (C,), int
 
     def confusion(self) -> np.ndarray:
         """Windows by sensor, true and named activity, shape (N, A, A), int32."""
@@ -49,32 +60,25 @@ class ClipCounts:
 
 
 class Bootstrap(NamedTuple):
-    """Percentile intervals of F1 (N, A), of macro F1 (N,) and of the rank by it (N,; 1 is the
-    best), and the macro F1 of every resample (B, N)."""
+    """Percentile intervals, and the macro F1 of every resample."""
 
-    f1_low: np.ndarray
+    f1_low: np.ndarray  # (N, A)
     f1_high: np.ndarray
-    mean_low: np.ndarray
+    mean_low: np.ndarray  # (N,): of macro F1
     mean_high: np.ndarray
-    rank_low: np.ndarray
+    rank_low: np.ndarray  # (N,): of the rank by macro F1; 1 is the best
     rank_high: np.ndarray
-    mean_samples: np.ndarray
+    mean_samples: np.ndarray  # (B, N)
 
 
 def count_by_clip(
     truth: np.ndarray, predictions: np.ndarray, clip: np.ndarray, n_activities: int
 ) -> ClipCounts:
-    """Count the hits and the names given, clip by clip.
+    """Count hits and names clip by clip, of windows' labels (W,), names (W, N) and clips (W,).
 
-    Parameters
-    ----------
-    truth : ndarray of int, shape (W,)
-    predictions : ndarray of int, shape (W, N)
-    clip : array_like, shape (W,)
-        Windows of one clip and several activities count as several clips.
-    n_activities : int
+    Windows of one clip and several activities count as several clips.
     """
-    return _count(predictions, _Units(truth, clip, n_activities))
+    return _Units(truth, clip, n_activities).count(predictions)
 
 
 def score_patches(
@@ -88,33 +92,16 @@ def score_patches(
     block: int | None = None,
     activity_weights: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, Bootstrap]:
-    """F1 and confusion of every patch, and how sure they are; some patches at a time.
+    """F1 (N, A), float32, and confusion (N, A, A), int32, of every patch, and how sure they are.
 
-    The intervals are those of a percentile bootstrap over clips, within activities (Efron and
-    Tibshirani 1993, chapter 13). The models are not trained again: what varies is which clips
-    are tested, so the intervals say how far the result depends on the clips at hand, not on the
-    draw of the folds. All patches see the same resamples.
+    The intervals, of confidence `level`, are those of a percentile bootstrap over clips, within activities
+    (Efron and Tibshirani 1993, chapter 13). The models are not trained again: what varies is which clips
+    are tested, so the intervals say how far the result depends on the clips at hand, not on the draw of the
+    folds. All patches see the same resamples.
 
-    Parameters
-    ----------
-    truth, predictions, clip, n_activities
-        As for `count_by_clip`.
-    n_resamples : int
-    level : float
-        Confidence, between 0 and 1.
-    seed : int
-        Of the resamples.
-    block : int
-        Patches at a time, as many as `COUNT_BYTES` hold by default. Counts are whole numbers, so it
-        changes no bit.
-    activity_weights : ndarray, shape (n_activities,), optional
-        What each activity counts in the macro F1; all alike by default.
-
-    Returns
-    -------
-    f1 : ndarray, shape (N, A), float32
-    confusion : ndarray, shape (N, A, A), int32
-    bootstrap : Bootstrap
+    `truth` (W,), `predictions` (W, N) and `clip` (W,) are as for `count_by_clip`; `activity_weights` (A,) say
+    what each activity counts in the macro F1, all alike by default. `block` patches are looked at at a time,
+    as many as `COUNT_BYTES` hold by default; counts are whole numbers, so it changes no bit.
     """
     units = _Units(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
@@ -124,7 +111,7 @@ def score_patches(
 
     def counted() -> Iterator[ClipCounts]:
         for first in range(0, predictions.shape[1], block):
-            counts = _count(predictions[:, first : first + block], units)
+            counts = units.count(predictions[:, first : first + block])
             f1.append(f1_scores(counts, np.ones((1, len(counts.size))))[0])
             confusion.append(counts.confusion())
             yield counts
@@ -144,59 +131,34 @@ class _Units:
         self.n_activities = n_activities
         self.size = np.bincount(self.of_window, minlength=len(units)).astype(np.float32)
 
-
-def _count(predictions: np.ndarray, units: _Units) -> ClipCounts:
-    n_sensors = predictions.shape[1]
-    named = np.zeros((len(units.size), n_sensors, units.n_activities), dtype=np.float32)
-    cells, first = len(units.size) * units.n_activities, units.of_window * units.n_activities
-    for sensor in range(n_sensors):
-        found = np.bincount(first + predictions[:, sensor], minlength=cells)
-        named[:, sensor] = found.reshape(-1, units.n_activities)
-    hit = named[np.arange(len(named)), :, units.activity]
-    return ClipCounts(hit, named, units.size, units.activity)
+    def count(self, predictions: np.ndarray) -> ClipCounts:
+        n_sensors = predictions.shape[1]
+        named = np.zeros((len(self.size), n_sensors, self.n_activities), dtype=np.float32)
+        cells, first = len(self.size) * self.n_activities, self.of_window * self.n_activities
+        for sensor in range(n_sensors):
+            found = np.bincount(first + predictions[:, sensor], minlength=cells)
+            named[:, sensor] = found.reshape(-1, self.n_activities)
+        hit = named[np.arange(len(named)), :, self.activity]
+        return ClipCounts(hit, named, self.size, self.activity)
 
 
 def f1_scores(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
-    """F1 by sensor and activity when each clip counts as often as its weight says.
-
-    Parameters
-    ----------
-    counts : ClipCounts
-    weights : ndarray, shape (B, C)
-
-    Returns
-    -------
-    ndarray, shape (B, N, A), float32
-        2 tp / (2 tp + fp + fn) = 2 tp / (times named + times true); NaN where the
-        activity is neither true nor named.
-    """
+    """F1 by sensor and activity, shape (B, N, A), float32, each clip counting as `weights` (B, C) say."""
     n_clips, n_sensors, n_activities = counts.named.shape
     weights = np.asarray(weights, dtype=np.float32).T
-    # samples of one score lie side by side and are changed in place: half the time
-    named = (counts.named.reshape(n_clips, -1).T @ weights).reshape(n_sensors, n_activities, -1)
-    scores = np.empty_like(named)
+    # samples of one score lie side by side, an activity at a time: half the time
+    scores = (counts.named.reshape(n_clips, -1).T @ weights).reshape(n_sensors, n_activities, -1)
     for activity in range(n_activities):
         of = counts.activity == activity
-        named[:, activity] += counts.size[of] @ weights[of]
-        scores[:, activity] = 2 * (counts.hit[of].T @ weights[of])
-    with np.errstate(invalid="ignore"):
-        scores /= named
+        hit, true = counts.hit[of].T @ weights[of], counts.size[of] @ weights[of]
+        scores[:, activity] = f1_of(hit, scores[:, activity], true)
     return np.moveaxis(scores, 2, 0)
 
 
 def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Generator) -> np.ndarray:
-    """How often each clip is drawn when as many clips as there are of each activity are drawn
-    from them with replacement.
+    """How often each clip is drawn, shape (n_resamples, C), float32, from clips of activities (C,).
 
-    Parameters
-    ----------
-    activity : ndarray, shape (C,)
-    n_resamples : int
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (n_resamples, C), float32
+    Of each activity as many clips are drawn, with replacement, as it has.
     """
     weights = np.zeros((n_resamples, len(activity)), dtype=np.float32)
     for label in np.unique(activity):
@@ -222,3 +184,45 @@ def _bootstrap(
     mean_low, mean_high = np.quantile(means, tail, axis=0).astype(np.float32)
     rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
     return Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, means)
+
+
+def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Area under the ROC curve of each activity against all others, shape (A,); NaN without windows of it.
+
+    `scores` (V, A) are compared between windows, about their means over activities, in single precision;
+    `labels` (V,) are the true activities, `weight` (V,) is what each window counts.
+    """
+    present, line = np.unique(labels, return_inverse=True)
+    below = _others_below(_about_their_means(scores[:, present]), line)
+    areas = np.full(scores.shape[1], np.nan)
+    votes = np.bincount(line, below * weight)
+    size, vote = np.bincount(line), np.bincount(line, weight)
+    areas[present] = votes / vote / np.maximum(len(labels) - size, 1)
+    return areas
+
+
+def _others_below(scores: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """Windows of other activities that score below each window on the line (A, V) of its own, shape (V,).
+
+    Each is compared with each: a fifth of the time of sorting all lines.
+    """
+    windows = np.arange(len(line))
+    own = scores[line, windows]
+    others = scores.copy()
+    others[line, windows] = np.inf
+    below = np.empty(len(line), dtype=np.int64)
+    for first in range(0, len(line), COMPARED_AT_ONCE):
+        rows = slice(first, first + COMPARED_AT_ONCE)
+        is_below = others[line[rows]] < own[rows, None]
+        below[rows] = is_below.view(np.int8).sum(axis=1, dtype=np.int32)  # half the time of count_nonzero
+    return below
+
+
+def _about_their_means(scores: np.ndarray) -> np.ndarray:
+    """Scores (V, A) about each window's mean over the activities that were trained, shape (A, V)."""
+    scores = np.ascontiguousarray(scores.T, dtype=np.float32)
+    known = np.isfinite(scores)
+    if known.all():
+        return scores - scores.mean(axis=0)
+    sums, counts = (part.sum(axis=0) for part in (np.where(known, scores, 0), known))
+    return scores - (sums / counts).astype(np.float32)

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .f1 import f1_of, window_counts
 from .halves import Plan, Scored
 from .inputs import PatchBlocks, SomePatches
-from .map_scores import f1_of, window_counts
 from .planned import Planned
 
 TASK_PATCHES = 16
@@ -113,4 +113,4 @@ class TrialSums:
 
     def f1(self) -> np.ndarray:
         """F1 by window of each trial, shape (trials, A, N)."""
-        return np.moveaxis(f1_of(self._counts), 0, 2)
+        return np.moveaxis(f1_of(*np.moveaxis(self._counts, -2, 0)), 0, 2)

@@ -125,6 +125,11 @@ class UtilityMap:
         """F1 to choose sets by, one column an activity that counts; the mean over columns is `mean`."""
         return counted_columns(self.f1, self.weights)
 
+    @property
+    def expected(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Expected macro F1 of each patch, shape (N,), and the bounds of its interval."""
+        return self.expected_mean, self.expected_low, self.expected_high
+
     def same_as(self, patch: int) -> np.ndarray:
         """Patches whose macro F1 cannot be told from that of `patch`.
 

@@ -161,8 +161,7 @@ def advise(
     terms = Terms.checked(len(patches), max_places, **(constraints or Constraints()).terms(patches))
     worn = None
     if tests is not None:
-        expected = (utility.expected_mean, utility.expected_low, utility.expected_high)
-        worn = choose_together(tests, expected, terms, target, every_activity)
+        worn = choose_together(tests, utility.expected, terms, target, every_activity)
     clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
     others = ~np.eye(len(patches), dtype=bool)
     return Advice(

@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 
 from ..ranking.classifiers.ridge import Ridge
+from ..ranking.f1 import class_auc, window_f1
 from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_scores import JointScores, Training
-from ..ranking.map_scores import class_auc, window_f1
 from ..ranking.planned import Planned, planned
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap

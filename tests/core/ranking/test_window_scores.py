@@ -4,7 +4,7 @@
 import numpy as np
 from sklearn.metrics import f1_score, roc_auc_score
 
-from w2w.core.ranking.map_scores import class_auc, window_f1
+from w2w.core.ranking.f1 import class_auc, window_f1
 
 
 def test_f1_by_window_equals_scikit_learns():
