@@ -6,9 +6,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from w2w.core.patches.body_parts import ALL
+from w2w.core.patches.body_parts import ALL, great_part, segment
 from w2w.core.patches.patches import sample_patches
-from w2w.core.patches.segments import great_part, segment
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import (
     BELOW_AVERAGE,

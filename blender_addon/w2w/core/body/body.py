@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,11 @@ TEMPLATES = next((folder for folder in _TEMPLATES if folder.is_dir()), _TEMPLATE
 BUNDLED_BODY = TEMPLATES / "body.npz"
 
 WEIGHT_TOLERANCE = 1e-5
+
+
+def template(name: str) -> Any:
+    """Content of one of the JSON files that come with W2W."""
+    return json.loads((TEMPLATES / name).read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,13 +110,7 @@ class Body:
 
     @classmethod
     def load(cls, path: str | Path) -> Body:
-        """Read a body that `save` wrote.
-
-        Raises
-        ------
-        ValueError
-            If the file is not a W2W body.
-        """
+        """Read a body that `save` wrote; a ValueError says where the file is no W2W body."""
         needed = ("vertices", "faces", "joints", "weights", "name")
         data = load_arrays(path, needed, "is not a W2W body", ("mirror",))
         weights = data["weights"].astype(np.float64)
@@ -129,17 +130,7 @@ class Body:
 
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Area-weighted unit normals of a triangle mesh.
-
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-    faces : ndarray, shape (F, 3)
-
-    Returns
-    -------
-    ndarray, shape (V, 3)
-    """
+    """Area-weighted unit normals (V, 3) of a triangle mesh."""
     corners = vertices[faces]
     face_normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = np.zeros_like(vertices)

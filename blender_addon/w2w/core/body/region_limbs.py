@@ -7,25 +7,14 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from .body import Body
+from .body import Body, template
+from .region_trunk import in_bands
 from .skeleton import JOINT_INDEX
 
-ARM_SECTIONS: tuple[tuple[float, str], ...] = (
-    (0.18, "shoulder"),
-    (0.85, "upper arm"),
-    (1.15, "elbow"),
-    (1.8, "forearm"),
-    (2.06, "wrist"),
-    (np.inf, "hand"),
-)
+ARM_SECTIONS: dict[str, float] = template("regions.json")["arm"]
 """Where the sections of the arm end, in bones from the shoulder joint: 1 the elbow, 2 the wrist."""
 
-LEG_SECTIONS: tuple[tuple[float, str], ...] = (
-    (0.85, "thigh"),
-    (1.15, "knee"),
-    (1.82, "lower leg"),
-    (np.inf, "ankle"),
-)
+LEG_SECTIONS: dict[str, float] = template("regions.json")["leg"]
 """Where the sections of the leg end, in bones from the hip joint: 1 the knee, 2 the ankle."""
 
 POCKET = (0.32, -15.0, 70.0)
@@ -43,17 +32,10 @@ FORWARD, UP = np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def arm_names(body: Body, vertices: np.ndarray, side: str) -> np.ndarray:
-    """Names of the regions of vertices of one arm, shape (K,) of str.
-
-    Parameters
-    ----------
-    body : Body
-    vertices : ndarray of int, shape (K,)
-    side : {"left", "right"}
-    """
+    """Names of the regions of vertices (K,) of one arm, shape (K,) of str."""
     joints = _chain(body, side, ("shoulder", "elbow", "wrist", "hand"))
     along, bone = _along(body.vertices[vertices], joints)
-    section = _section(along, ARM_SECTIONS)
+    section = in_bands(ARM_SECTIONS, along)
     dorsal = _dorsal(body, side)
     lateral = _sector(_around(body.vertices[vertices], joints, bone, FORWARD, UP), LATERAL_SIDES)
     angle = _around(body.vertices[vertices], joints, bone, dorsal, FORWARD)
@@ -68,18 +50,11 @@ def arm_names(body: Body, vertices: np.ndarray, side: str) -> np.ndarray:
 
 
 def leg_names(body: Body, vertices: np.ndarray, side: str) -> np.ndarray:
-    """Names of the regions of vertices of one leg, shape (K,) of str.
-
-    Parameters
-    ----------
-    body : Body
-    vertices : ndarray of int, shape (K,)
-    side : {"left", "right"}
-    """
+    """Names of the regions of vertices (K,) of one leg, shape (K,) of str."""
     joints = _chain(body, side, ("hip", "knee", "ankle", "foot"))
     points = body.vertices[vertices]
     along, bone = _along(points, joints)
-    section = _section(along, LEG_SECTIONS)
+    section = in_bands(LEG_SECTIONS, along)
     outward = np.array([1.0 if side == "left" else -1.0, 0, 0])
     angle = _around(points, joints, np.minimum(bone, 1), FORWARD, outward)
     sector = _sector(angle, LATERAL_SIDES)
@@ -158,11 +133,8 @@ def _branches(
 ) -> list[np.ndarray]:
     """Parts of a surface that stand out: branches of the merge tree of its height, from the tips down.
 
-    Returns
-    -------
-    list of ndarray of int
-        Positions in `vertices` of the members of every branch that rises at least
-        `prominence` above the saddle where it meets another.
+    Of every branch that rises at least `prominence` above the saddle where it meets another, the positions
+    of its members in `vertices`.
     """
     local = np.full(faces.max() + 1, -1)
     local[vertices] = np.arange(len(vertices))
@@ -222,11 +194,6 @@ def _around(
     second *= np.sign(second @ quarter)[:, None]
     spoke = points - joints[bone]
     return np.degrees(np.arctan2((spoke * second).sum(axis=1), (spoke * first).sum(axis=1)))
-
-
-def _section(along: np.ndarray, sections: tuple[tuple[float, str], ...]) -> np.ndarray:
-    ends, names = zip(*sections, strict=True)
-    return np.array(names)[np.searchsorted(ends, along)]
 
 
 def _sector(angle: np.ndarray, sides: tuple[str, str, str, str]) -> np.ndarray:

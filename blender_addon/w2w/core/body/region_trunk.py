@@ -5,48 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .body import Body
+from .body import Body, template
 from .skeleton import JOINT_INDEX
 
-TRUNK_BANDS: dict[str, tuple[tuple[float, str], ...]] = {
-    "centre front": (
-        (0.06, "groin"),
-        (0.25, "lower abdomen"),
-        (0.43, "navel"),
-        (0.62, "upper abdomen"),
-        (np.inf, "sternum"),
-    ),
-    "front": (
-        (0.22, "* front hip"),
-        (0.5, "* abdomen"),
-        (0.63, "* front ribs"),
-        (0.92, "* chest"),
-        (np.inf, "* collarbone"),
-    ),
-    "side": (
-        (0.22, "* hip"),
-        (0.5, "* lateral oblique"),
-        (0.75, "* side ribs"),
-        (1.0, "* armpit"),
-        (np.inf, "* shoulder top"),
-    ),
-    "back": (
-        (0.2, "* buttock"),
-        (0.45, "* lower back"),
-        (0.62, "* middle back"),
-        (1.0, "* posterior scapula"),
-        (np.inf, "* shoulder top"),
-    ),
-    "centre back": (
-        (0.2, "sacrum"),
-        (0.45, "lower spine"),
-        (0.65, "middle spine"),
-        (np.inf, "upper spine"),
-    ),
-}
+TRUNK_BANDS: dict[str, dict[str, float]] = template("regions.json")["trunk"]
 """Regions of the trunk by side and height, 0 at the hip joints and 1 at the shoulder joints.
 
-Each band ends at its number; "*" stands for left or right.
+Each ends at its number, the last of a side nowhere; "*" is for left or right.
 """
 
 SECTOR_ENDS = (18.0, 58.0, 118.0, 162.0)
@@ -54,6 +19,11 @@ SECTOR_ENDS = (18.0, 58.0, 118.0, 162.0)
 
 SHOULDER_TOP = (0.93, 35.0, 150.0, 0.55)
 """The top of the shoulder: least height, least and largest azimuth, least upward part of the normal."""
+
+
+def in_bands(bands: dict[str, float], along: np.ndarray) -> np.ndarray:
+    """Name of the band that each place lies in; bands end at their numbers, the last one nowhere."""
+    return np.array(list(bands))[np.searchsorted(list(bands.values())[:-1], along)]
 
 
 def across(body: Body) -> np.ndarray:
@@ -64,13 +34,8 @@ def across(body: Body) -> np.ndarray:
 def groin_height(body: Body, lower: np.ndarray) -> np.ndarray:
     """Height at which the legs begin, by vertex, shape (V,), metres.
 
-    At the back it is the crotch's; in front it rises along the groin to the hip joint.
-
-    Parameters
-    ----------
-    body : Body
-    lower : ndarray of bool, shape (V,)
-        Vertices of trunk and legs: only there may an edge across the midline be the crotch.
+    At the back it is the crotch's; in front it rises along the groin to the hip joint. `lower` marks the
+    vertices of trunk and legs: only there may an edge across the midline be the crotch.
     """
     x = across(body)
     edges = body.faces[lower[body.faces].all(axis=1)][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -95,9 +60,8 @@ def trunk_names(body: Body, vertices: np.ndarray) -> np.ndarray:
     sector = np.searchsorted(SECTOR_ENDS, azimuth)
     names = np.empty(len(vertices), dtype="U40")
     for code, bands in enumerate(TRUNK_BANDS.values()):
-        ends, band_names = zip(*bands, strict=True)
         here = sector == code
-        names[here] = np.array(band_names)[np.searchsorted(ends, level[here])]
+        names[here] = in_bands(bands, level[here])
     lowest, least, largest, upward = SHOULDER_TOP
     top = (level > lowest) & (azimuth > least) & (azimuth < largest)
     names[top & (body.vertex_normals[vertices, 2] > upward)] = "* shoulder top"

@@ -44,14 +44,9 @@ def regions_of(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def label_regions(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Name the region of every vertex.
+    """Region of every vertex: indices (V,), int16, into the names.
 
-    Returns
-    -------
-    codes : ndarray, shape (V,), int16
-        Index into `names`.
-    names : tuple of str
-        Names of the regions, in alphabetical order of the place, left before right.
+    Names are in the alphabetical order of the place, left before right.
     """
     part = _parts(body)
     named = np.full(len(body.vertices), "", dtype="U40")

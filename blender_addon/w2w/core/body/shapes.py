@@ -59,22 +59,12 @@ MORPHOLOGIES: dict[str, dict[str, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class ShapeTargets:
-    """Displacements of the bundled body's vertices and joints.
+    """Displacements of the bundled body's vertices and joints, metres."""
 
-    Parameters
-    ----------
-    names : tuple of str, length K
-    vertices : ndarray, shape (K, H, 3)
-        Displacements of the left half and the middle, the first H vertices, metres.
-    joints : ndarray, shape (K, 24, 3)
-    faces_digest : str
-        SHA-256 of the faces (int32) of the body that they fit.
-    """
-
-    names: tuple[str, ...]
-    vertices: np.ndarray
-    joints: np.ndarray
-    faces_digest: str
+    names: tuple[str, ...]  # K of them
+    vertices: np.ndarray  # (K, H, 3), of the left half and the middle, the first H vertices
+    joints: np.ndarray  # (K, 24, 3)
+    faces_digest: str  # SHA-256 of the faces (int32) of the body that they fit
 
     def save(self, path: str | Path) -> None:
         """Write an npz file, whole or not at all."""

@@ -17,9 +17,7 @@ before work that leans on them.
 
 from __future__ import annotations
 
-import json
-
-from ..body.body import TEMPLATES
+from ..body.body import template
 from .sensor import SensorModel
 from .sensor_fields import sensor_with
 
@@ -29,7 +27,7 @@ DEFAULT_SENSOR = "bmi270"
 
 def _bundled() -> dict[str, SensorModel]:
     found: dict[str, SensorModel] = {}
-    content = json.loads((TEMPLATES / "sensors.json").read_text(encoding="utf-8"))
+    content = template("sensors.json")
     for name, sensor in content.items():
         base = found[sensor["like"]] if "like" in sensor else SensorModel.ideal()
         figures = {field: value for field, value in sensor.items() if field != "sources"}

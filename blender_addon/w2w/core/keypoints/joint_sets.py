@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
-from ..body.body import TEMPLATES
+from ..body.body import template
 
 SIDES = ("left", "right")
 
@@ -16,23 +15,17 @@ LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 
 @dataclass(frozen=True)
 class JointSet:
-    """The joints of a pose estimator.
+    """The joints of a pose estimator, and which joints' middle each landmark is.
 
-    Parameters
-    ----------
-    name : str
-    joints : tuple of str
-        In the order of the arrays.
-    landmarks : dict of str to tuple of str
-        Landmark -> joints whose middle it is. Every set has "left hip", "left knee", "left ankle",
-        "left shoulder", "left elbow" and "left wrist" and the same on the right. It may have "spine" (about
-        halfway up the trunk), "neck" (above the shoulders), "head", "left toe", "left hand" (knuckles),
-        "left thumb side" and "left little finger side" (of the hand) and "face" (the nose).
+    Every set has "left hip", "left knee", "left ankle", "left shoulder", "left elbow" and "left wrist" and
+    the same on the right. It may have "spine" (about halfway up the trunk), "neck" (above the shoulders),
+    "head", "left toe", "left hand" (knuckles), "left thumb side" and "left little finger side" (of the hand)
+    and "face" (the nose).
     """
 
     name: str
-    joints: tuple[str, ...]
-    landmarks: dict[str, tuple[str, ...]]
+    joints: tuple[str, ...]  # in the order of the arrays
+    landmarks: dict[str, tuple[str, ...]]  # landmark -> joints
 
     def __post_init__(self) -> None:
         lacking = {f"{side} {limb}" for side in SIDES for limb in LIMBS} - set(self.landmarks)
@@ -52,7 +45,7 @@ def mirrored(landmark: str) -> str:
 
 
 def _bundled() -> dict[str, JointSet]:
-    content = json.loads((TEMPLATES / "joint_sets.json").read_text(encoding="utf-8"))
+    content = template("joint_sets.json")
     return {
         key: JointSet(
             given["name"],

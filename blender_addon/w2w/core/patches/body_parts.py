@@ -7,61 +7,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..body.body import template
 from ..wording import plain_words
 from .products import PLACEMENTS, PRODUCTS
 
-HEAD = (
-    "ear", "behind ear", "back of head", "cheek", "chin", "eye", "forehead", "jaw", "mouth", "nose",
-    "scalp crown", "side of head", "temple",
-)  # fmt: skip
-NECK = ("nape", "neck", "throat")
-HAND = (
-    "back of hand", "hand little finger side", "hand thumb side", "index finger", "little finger",
-    "middle finger", "ring finger", "palm", "thumb",
-)  # fmt: skip
-ARM = (
-    "shoulder back", "shoulder front", "shoulder lateral", "shoulder top",
-    "upper arm back", "upper arm front", "upper arm lateral", "upper arm medial",
-    "elbow back", "elbow front", "elbow lateral", "elbow medial",
-    "forearm dorsal", "forearm little finger side", "forearm thumb side", "forearm volar",
-    "wrist dorsal", "wrist little finger side", "wrist thumb side", "wrist volar",
-)  # fmt: skip
-FOOT = ("foot lateral", "foot medial", "heel", "instep", "sole", "toes")
-LEG = (
-    "thigh back", "thigh front", "thigh lateral", "thigh medial",
-    "knee back", "knee front", "knee lateral", "knee medial",
-    "calf", "shin", "lower leg lateral", "lower leg medial",
-    "ankle back", "ankle front", "ankle lateral", "ankle medial",
-)  # fmt: skip
-BACK = (
-    "lower back",
-    "lower spine",
-    "middle back",
-    "middle spine",
-    "posterior scapula",
-    "sacrum",
-    "upper spine",
-)
-CHEST = ("chest", "sternum")
-FRONT_AND_SIDES = (
-    "abdomen", "lower abdomen", "upper abdomen", "armpit", "buttock", "collarbone", "front hip",
-    "front pocket", "front ribs", "groin", "hip", "lateral oblique", "navel", "side ribs",
-)  # fmt: skip
+_REGIONS: dict[str, list[str]] = template("regions.json")["parts"]
 
-PARTS: dict[str, tuple[str, ...]] = {
-    "head": HEAD,
-    "neck": NECK,
-    "torso": (*BACK, *CHEST, *FRONT_AND_SIDES),
-    "back": BACK,
-    "chest": CHEST,
-    "arm": (*ARM, *HAND),
-    "hand": HAND,
-    "leg": (*LEG, *FOOT),
-    "foot": FOOT,
+PARTS = {
+    "head": _REGIONS["head"],
+    "neck": _REGIONS["neck"],
+    "torso": [*_REGIONS["back"], *_REGIONS["chest"], *_REGIONS["front and sides"]],
+    "back": _REGIONS["back"],
+    "chest": _REGIONS["chest"],
+    "arm": [*_REGIONS["arm"], *_REGIONS["hand"]],
+    "hand": _REGIONS["hand"],
+    "leg": [*_REGIONS["leg"], *_REGIONS["foot"]],
+    "foot": _REGIONS["foot"],
 }
 """Regions of each part, without their side. An arm includes its hand and a leg its foot."""
 
-ALL = (*HEAD, *NECK, *PARTS["torso"], *PARTS["arm"], *PARTS["leg"])
+ALL = [region for regions in _REGIONS.values() for region in regions]
 """Every region, without its side."""
 
 SIDES = ("left", "right")
@@ -70,28 +35,14 @@ MIDDLE = "middle"
 
 
 def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.ndarray:
-    """Patches that a person's words mean.
+    """Patches that a person's words mean, from the region and the name of each patch of a `PatchSet`.
 
-    Parameters
-    ----------
-    regions : sequence of str, length N
-        Region of each patch, as in `PatchSet.regions`.
-    names : sequence of str, length N
-        Name of each patch, as in `PatchSet.names`.
-    wish : str
-        A side ("left", "right", "middle": on neither), a part of the body with or without its
-        side ("head", "left arm"), a product ("belt", "right shoe"), a patch's own name, words of a
-        region's name ("left wrist", "pocket"), or one of the 11 placements ("waist").
+    The wish is a side ("left", "right", "middle": on neither), a part of the body with or without its side
+    ("head", "left arm"), a product ("belt", "right shoe"), a patch's own name, words of a region's name
+    ("left wrist", "pocket"), or one of the 11 placements ("waist"). Empty where the words are understood but
+    no patch lies there.
 
-    Returns
-    -------
-    ndarray of int
-        None where the words are understood but no patch lies there.
-
-    Raises
-    ------
-    ValueError
-        If nothing on a body is called that.
+    Raises ValueError if nothing on a body is called that.
     """
     words = plain_words(wish)
     known = [name.lower() for name in names]
@@ -129,23 +80,42 @@ def _side(words: str) -> str:
     return first if first in SIDES else ""
 
 
+AROUND = ("shoulder", "upper arm", "elbow", "forearm", "wrist", "thigh", "knee", "lower leg", "ankle")
+"""Parts that have a front and a back, or the like."""
+
+
+def great_part(region: str) -> str:
+    """Head, neck, torso, or the arm or leg with its side."""
+    side, _, stem = region.partition(" ")
+    for limb in ("arm", "leg"):
+        if side in SIDES and stem in PARTS[limb]:
+            return f"{side} {limb}"
+    whole = segment(region)
+    return whole if whole in ("head", "neck") else "torso"
+
+
+def segment(region: str) -> str:
+    """The part of the body that a region belongs to, with its side; regions of the torso stay as they are."""
+    side = _side(region)
+    stem = region.removeprefix(side).strip()
+    for part in ("head", "neck"):
+        if stem in PARTS[part]:
+            return part
+    if stem in PARTS["hand"]:
+        stem = "hand"
+    elif stem in PARTS["foot"]:
+        stem = "foot"
+    elif stem in ("calf", "shin"):
+        stem = "lower leg"
+    elif stem in (*PARTS["arm"], *PARTS["leg"]):
+        stem = next(part for part in AROUND if stem.startswith(part))
+    return f"{side} {stem}".strip()
+
+
 def patches_named(regions: Sequence[str], words: str) -> np.ndarray:
     """Patches whose region's name holds all the words: "left wrist" finds "left wrist dorsal".
 
-    Parameters
-    ----------
-    regions : sequence of str, length N
-        Region of each patch, as in `PatchSet.regions`.
-    words : str
-
-    Returns
-    -------
-    ndarray of int
-
-    Raises
-    ------
-    ValueError
-        If no region's name holds them all.
+    Raises ValueError if no region's name holds them all.
     """
     wanted = set(words.lower().split())
     found = [patch for patch, region in enumerate(regions) if wanted <= set(region.lower().split())]

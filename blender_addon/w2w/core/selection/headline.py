@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..patches.body_parts import SIDES
+from ..patches.body_parts import SIDES, great_part, segment
 from ..patches.patches import PatchSet
-from ..patches.segments import great_part, segment
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.reliability import WANTED, clips_needed
 from ..ranking.utility import UtilityMap
