@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.further import FurtherSensors
+from w2w.core.imu.recording import FURTHER
 from w2w.core.imu.virtual import sensors_at
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion

@@ -25,8 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from w2w.core.body.body import BUNDLED_BODY, Body
 from w2w.core.patches.carriers import MIN_HEIGHT, random_poses, triangle_rotation_error
-from w2w.core.patches.patches import sample_patches
-from w2w.core.patches.sampling import farthest, farthest_points
+from w2w.core.patches.patches import farthest, farthest_points, sample_patches
 from w2w.core.patches.strip_graph import StripGraph
 
 PATCHES = 512

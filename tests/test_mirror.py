@@ -15,9 +15,8 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
         "advice_content best_regions counts finished_study label_notes new_folder own_placements summary"
     ),
     "tests/core/imu": "errors formats gaps presets quantities sensor_fields text_tables vendor_formats",
-    "tests/core/keypoints": "facts joint_sets limbs naming paths pose_c3d pose_text smoothing",
+    "tests/core/keypoints": "facts joint_sets limbs naming paths pose_text smoothing",
     "tests/core/motion": "joint_files repair source",
-    "tests/core/patches": "interpolation segments",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/selection": "terms",
     "tests/headless": "app blender console options run start study_options temporary w2w window_options",

@@ -16,8 +16,7 @@ from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from w2w.core.body.body import Body
-from w2w.core.patches.patches import PATCH_ORDER
-from w2w.core.patches.sampling import farthest
+from w2w.core.patches.patches import PATCH_ORDER, farthest
 
 
 def main() -> None:

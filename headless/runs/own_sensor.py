@@ -11,8 +11,8 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.file_names import shown
+from w2w.core.imu.calibration import Pair
 from w2w.core.imu.formats import read_recording
-from w2w.core.imu.mounting import Pair
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis

@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from w2w.core.filtering import butterworth
-from w2w.core.imu.calibration import calibrate
-from w2w.core.imu.mounting import Pair, turned
+from w2w.core.imu.calibration import Pair, calibrate, turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.folds import ALWAYS_TRAIN

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from w2w.core.imu.mounting import Pair, mounting, turned
+from w2w.core.imu.calibration import Pair, mounting, turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches

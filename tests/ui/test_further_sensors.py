@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from w2w.core.clip_files import features_file
-from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.formats import read_recording
 from w2w.core.imu.further import NOTHING, FurtherSensors
-from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.recording import FURTHER, ImuRecording
 from w2w.core.study import StudyConfig, describe, record
 from w2w.headless.study_options import StudyOptions
 from w2w.scene.actions import read_action

@@ -23,24 +23,12 @@ PREFIXES = {np.dtype(np.float32): ("s", ctypes.c_float), np.dtype(np.float64): (
 
 
 def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
-    """The product a @ b of a matrix with another, or with each of a stack.
+    """The product a @ b of a matrix (m, k) with another (k, n), or with each of a stack (..., k, n).
 
-    Parameters
-    ----------
-    a : ndarray, shape (m, k), float32 or float64
-    b : ndarray, shape (k, n) or (..., k, n), of the same type
-        Matrices laid out otherwise than in rows or in columns are copied first.
-    out : ndarray, shape (m, n) or (..., m, n), optional
-        Where to write the product: parts of the rows of a larger array will do.
+    Both are float32 or both float64; matrices laid out neither in rows nor in columns are copied first. The
+    product is written to `out`, where given: parts of the rows of a larger array will do.
 
-    Returns
-    -------
-    ndarray, shape (m, n) or (..., m, n)
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not go together, or the rows of `out` are not whole.
+    Raises ValueError if shapes or types do not go together, or the rows of `out` are not whole.
     """
     product = _routine(cython_blas, a.dtype, "gemm", "cciiinpipinpi")
     one, nothing = _number(a.dtype, 1.0), _number(a.dtype, 0.0)
@@ -72,18 +60,8 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
 def add_square(upper: np.ndarray, rows: np.ndarray, times: float = 1.0) -> None:
     """Add rows' @ rows, or a multiple, to the upper triangle of a matrix: half the work of a product.
 
-    Parameters
-    ----------
-    upper : ndarray, shape (k, k), float32 or float64
-        In rows; its upper triangle is overwritten, the rest left as it is.
-    rows : ndarray, shape (m, k), of the same type
-        Laid out otherwise than in rows or in columns it is copied first.
-    times : float
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not go together, or the matrix is not laid out in rows.
+    `upper` (k, k) lies in rows and keeps what stands below its diagonal; `rows` (m, k) is of the same type,
+    float32 or float64. Raises ValueError if they do not go together.
     """
     stride = _row_stride(upper)
     m, k = rows.shape
@@ -98,22 +76,9 @@ def add_square(upper: np.ndarray, rows: np.ndarray, times: float = 1.0) -> None:
 
 
 def multiply_lower(lower: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The product of a lower triangular matrix with another, in half the work of a full one.
+    """The product of a lower triangular matrix (n, n) with another (n, k), in half the work of a full one.
 
-    Parameters
-    ----------
-    lower : ndarray, shape (n, n), float32 or float64
-        What stands above its diagonal is not read.
-    b : ndarray, shape (n, k), of the same type
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not go together.
+    Nothing above the diagonal of `lower` is read. Raises ValueError if shapes or types do not go together.
     """
     product = np.array(b, order="C")
     n, k = product.shape
@@ -131,24 +96,11 @@ def multiply_lower(lower: np.ndarray, b: np.ndarray) -> np.ndarray:
 def solve_positive(upper: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Solve a system whose matrix is symmetric and positive definite, by Cholesky's factors.
 
-    Parameters
-    ----------
-    upper : ndarray, shape (k, k), float32 or float64
-        In rows; what stands under its diagonal is not read. Its upper triangle is overwritten.
-    rows : ndarray, shape (m, k), of the same type
-        A right-hand side a row.
+    `upper` (k, k) lies in rows; nothing below its diagonal is read, and its upper triangle is overwritten.
+    `rows` (m, k) holds a right-hand side a row, the result a solution a row.
 
-    Returns
-    -------
-    ndarray, shape (m, k)
-        A solution a row.
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not go together, or the matrix is not laid out in rows.
-    numpy.linalg.LinAlgError
-        If the matrix is not positive definite.
+    Raises ValueError if shapes or types do not go together, and LinAlgError if the matrix is not positive
+    definite.
     """
     solutions = np.array(rows, order="C")
     m, k = solutions.shape

@@ -30,27 +30,12 @@ ROUNDING = 1e-6
 def score_colours(
     scores: np.ndarray, low: float | None = None, high: float | None = None, colour_map: str = COLOUR_MAP
 ) -> np.ndarray:
-    """Colours of scores.
+    """Colours (..., 3) of scores (...), sRGB from 0 to 1; NaN becomes `NEUTRAL_GREY`.
 
-    Parameters
-    ----------
-    scores : array_like, shape (...)
-        Scores of any shape; NaN becomes `NEUTRAL_GREY`.
-    low, high : float, optional
-        Scores at the two ends of the colour map; `score_range` by default. Scores outside get
-        the colour of the nearer end.
-    colour_map : str
-        A name that the `cmap` package knows.
+    `low` and `high` are the scores at the two ends of the colour map, `score_range` by default; scores
+    outside get the colour of the nearer end. `colour_map` is a name that the `cmap` package knows.
 
-    Returns
-    -------
-    ndarray, shape (..., 3), float64
-        sRGB, 0 to 1.
-
-    Raises
-    ------
-    ValueError
-        If `low` is above `high` or one of them is not finite.
+    Raises ValueError if `low` is above `high` or one of them is not finite.
     """
     scores = np.asarray(scores, dtype=np.float64)
     own_low, own_high = score_range(scores)
@@ -75,22 +60,10 @@ def patch_colours(
     colour_map: str = COLOUR_MAP,
     span: float = LEAST_SPAN,
 ) -> np.ndarray:
-    """Colours of a body's vertices from the scores of its patches, spread smoothly between them.
+    """Colours (V, 3) of a body's vertices from scores (N,) of its patches, spread smoothly between them.
 
-    Parameters
-    ----------
-    patches : PatchSet, N patches on V vertices
-    scores : ndarray, shape (N,)
-        NaN where a patch has none: its own ground is grey.
-    low, high, colour_map
-        As in `score_colours`; by default the range is that of the patches' scores.
-    span : float
-        As in `score_range`.
-
-    Returns
-    -------
-    ndarray, shape (V, 3), float64
-        sRGB, 0 to 1.
+    A patch without a score (NaN) has grey ground of its own. The range is by default that of the patches'
+    scores; see `score_colours` and `score_range`.
     """
     scores = np.asarray(scores, dtype=np.float64)
     own_low, own_high = score_range(scores, span)
@@ -103,17 +76,8 @@ def patch_colours(
 def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) -> tuple[float, float]:
     """Scores at the two ends of a map's colours: its lowest and highest, or further apart.
 
-    Parameters
-    ----------
-    scores : array_like
-        NaN counts for nothing.
-    span : float
-        How far apart the ends are at least; the scores lie in the middle, as far as F1 allows.
-
-    Returns
-    -------
-    low, high : float
-        0 and 1 where there is no score.
+    They are at least `span` apart, the scores in the middle as far as F1 allows; 0 and 1 where there is no
+    score.
     """
     low, high = _own_range(scores)
     if high - low >= span:
@@ -144,12 +108,7 @@ def _own_range(scores: np.ndarray | Sequence[float]) -> tuple[float, float]:
 
 
 def colour_table(colour_map: str = COLOUR_MAP, steps: int = 1024) -> np.ndarray:
-    """A colour map from its low to its high end, sRGB.
-
-    Returns
-    -------
-    ndarray, shape (steps, 3), float64
-    """
+    """A colour map from its low to its high end, sRGB, shape (steps, 3)."""
     return np.asarray(Colormap(colour_map)(np.linspace(0, 1, steps)), dtype=np.float64)[:, :3]
 
 

@@ -60,18 +60,9 @@ def _sections(order: int, cutoff_hz: float, rate: float) -> tuple[np.ndarray, np
 
 
 def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
-    """Resample along the last axis with a linear-phase anti-aliasing filter.
+    """Resample along the last axis with a linear-phase anti-aliasing filter; rates are in samples per second.
 
-    Parameters
-    ----------
-    values : ndarray, shape (..., T)
-    rate, new_rate : float
-        Samples per second before and after.
-
-    Returns
-    -------
-    ndarray, shape (..., T')
-        From the first sample to the last, both included where they meet.
+    From the first sample to the last, both included where they meet.
     """
     if rate == new_rate:
         return values

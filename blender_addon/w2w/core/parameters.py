@@ -45,13 +45,7 @@ class Parameter:
         return record
 
     def check(self, record: Any) -> None:
-        """Refuse a value out of range.
-
-        Raises
-        ------
-        ValueError
-            If it is; the message says what is allowed.
-        """
+        """Raise ValueError, with what is allowed, for a value out of range."""
         value, kinds = self.of(record), get_args(self.kind) or (self.kind,)
         if value is None or (self.least is None and self.most is None):
             return
@@ -100,20 +94,10 @@ def read_record(
 ) -> T:
     """A record from what JSON holds; what is not given takes its default.
 
-    Parameters
-    ----------
-    record : type
-        A dataclass.
-    given : Mapping
-    readers : Mapping
-        How records are read that are not written field by field.
-    where : str
-        Path of the record, for messages.
+    `readers` read records that are not written field by field; `where` is the record's path, for messages.
 
-    Raises
-    ------
-    ValueError
-        If a key is unknown or a value of the wrong kind; the message names the key and what is allowed.
+    Raises ValueError if a key is unknown or a value of the wrong kind; the message names the key and what is
+    allowed.
     """
     names = [item.name for item in fields(record) if item.init]
     if not isinstance(given, Mapping):

@@ -18,6 +18,9 @@ TILE_MATRICES = 2048
 def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Positions and continuous unit quaternions of world matrices.
 
+    The ten different entries of 4 q q^T are linear in R; its row with the largest diagonal gives q without
+    cancellation at any angle (Shepperd 1978, doi:10.2514/3.55767b).
+
     Parameters
     ----------
     matrices : ndarray, shape (T, N, 4, 4)
@@ -34,11 +37,6 @@ def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, 
     ------
     ValueError
         If a matrix carries a scale, a shear or a reflection.
-
-    Notes
-    -----
-    The ten different entries of 4 q q^T are linear in R; its row with the largest diagonal gives q without
-    cancellation at any angle (Shepperd 1978, doi:10.2514/3.55767b).
     """
     n_frames, n = matrices.shape[:2]
     positions, quaternions = np.empty((3, n_frames, n)), np.empty((4, n_frames, n))
@@ -59,21 +57,9 @@ def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, 
 
 
 def continuous_quaternions(rotations: np.ndarray) -> np.ndarray:
-    """Unit quaternions of rotation matrices, without jumps in sign from frame to frame.
+    """Unit quaternions w, x, y, z (4, T, N), float64, of rotations (T, N, 3, 3), as `decompose` finds them.
 
-    Parameters
-    ----------
-    rotations : ndarray, shape (T, N, 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (4, T, N), float64
-        w, x, y, z; worked out as in `decompose`.
-
-    Raises
-    ------
-    ValueError
-        If a matrix is not a rotation.
+    Raises ValueError if a matrix is not a rotation.
     """
     quaternions, wrong = _largest_row(np.ascontiguousarray(rotations.transpose(2, 3, 0, 1)))
     if wrong.any():
@@ -83,18 +69,7 @@ def continuous_quaternions(rotations: np.ndarray) -> np.ndarray:
 
 
 def in_axes(rotations: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Rotations R as seen in other axes A, A^T R A.
-
-    Parameters
-    ----------
-    rotations : ndarray, shape (T, N, 3, 3)
-    axes : ndarray, shape (3, 3) or (N, 3, 3)
-        Their columns.
-
-    Returns
-    -------
-    ndarray, shape (T, N, 3, 3)
-    """
+    """Rotations R (T, N, 3, 3) in other axes A, as A^T R A; A is (3, 3) or (N, 3, 3), an axis a column."""
     # one large product: numpy takes many small ones one by one
     change = np.einsum("...ca,...db->...cdab", axes, axes).reshape(*axes.shape[:-2], 9, 9)
     entries = rotations.reshape(*rotations.shape[:2], 9).swapaxes(0, 1) @ change
@@ -178,15 +153,9 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
-    """World vectors in the axes of a turned frame, R^T v.
+    """World vectors `v` (3, ...) in the axes of a turned frame, R^T v.
 
-    Parameters
-    ----------
-    q : ndarray, shape (4, ...)
-        Quaternions of any length but zero, frame to world.
-    scale : ndarray, shape (...)
-        Their `double_inverse`.
-    v, out : ndarray, shape (3, ...)
+    The quaternions (4, ...), frame to world, may have any length but zero; `scale` is their `double_inverse`.
     """
     axis = cyclic(q[1:])
     turned = cross(axis, cyclic(v))
@@ -198,17 +167,10 @@ def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray)
 
 
 def rate_in_frame(q: np.ndarray, scale: np.ndarray, q_dot: np.ndarray, out: np.ndarray) -> None:
-    """Angular velocity in the turned frame: the vector part of 2 q^-1 q'.
+    """Angular velocity (3, ...) in the turned frame: the vector part of 2 q^-1 q'.
 
-    Exact for the normalised quaternion however long q is, since a change of length is q's own direction
-    and falls into the scalar part.
-
-    Parameters
-    ----------
-    q, q_dot : ndarray, shape (4, ...)
-    scale : ndarray, shape (...)
-        The `double_inverse` of q.
-    out : ndarray, shape (3, ...)
+    Exact for the normalised quaternion however long q (4, ...) is, since a change of length is q's own
+    direction and falls into the scalar part. `scale` is the `double_inverse` of q.
     """
     rate = cross(cyclic(q_dot[1:]), cyclic(q[1:]))
     rate += q[0] * q_dot[1:]
@@ -217,16 +179,9 @@ def rate_in_frame(q: np.ndarray, scale: np.ndarray, q_dot: np.ndarray, out: np.n
 
 
 def turn_between(q: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Rotation vector of q^-1 r, the turn from q to r in q's frame, at most pi long.
+    """Rotation vectors (3, ...), rad, of q^-1 r: the turn from q to r in q's frame, at most pi.
 
-    Parameters
-    ----------
-    q, r : ndarray, shape (4, ...)
-        Unit quaternions.
-
-    Returns
-    -------
-    ndarray, shape (3, ...), rad
+    q and r are unit quaternions (4, ...).
     """
     cosine = dot(q, r)
     sine = q[0] * r[1:] - r[0] * q[1:] - cross(cyclic(q[1:]), cyclic(r[1:]))
@@ -250,17 +205,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def smallest_rotation(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The rotation of least angle that turns one direction into another.
-
-    Parameters
-    ----------
-    start, end : ndarray, shape (..., 3)
-        Of any length but zero; broadcast against each other.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
-    """
+    """Rotations (..., 3, 3) of least angle from one direction (..., 3) to another, of any length but zero."""
     a, b = np.broadcast_arrays(unit(start), unit(end))
     cosine = (a * b).sum(axis=-1)[..., None, None]
     skew = skew_matrix(np.cross(a, b))
@@ -270,8 +215,10 @@ def smallest_rotation(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 def _two_reflections(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The smallest rotation from a to b, unit vectors far apart: a goes to b in the mirror square to b - a,
-    then a mirror that holds b makes a rotation of it."""
+    """The smallest rotation from a to b, unit vectors far apart.
+
+    a goes to b in the mirror square to b - a; a mirror that holds b then makes a rotation of it.
+    """
     total = a + b
     aside = total - b * (total * b).sum(axis=-1, keepdims=True)
     opposite = np.linalg.norm(aside, axis=-1, keepdims=True) < OPPOSITE
@@ -302,8 +249,10 @@ def skew_matrix(vectors: np.ndarray) -> np.ndarray:
 
 
 def frame_of(left: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Orthonormal frames with columns left, back, up from directions (..., 3); `up` is kept, `left` made
-    square to it; shape (..., 3, 3)."""
+    """Orthonormal frames (..., 3, 3) with columns left, back, up from directions (..., 3).
+
+    `up` is kept, `left` made square to it.
+    """
     up = unit(up)
     left = unit(left - up * (left * up).sum(axis=-1, keepdims=True))
     return np.stack([left, np.cross(up, left), up], axis=-1)

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import bpy
 
-from ..core.motion.gltf_check import check_gltf
-from ..core.motion.vrm import VRM_SUFFIXES, as_plain_glb
+from ..core.motion.gltf_check import VRM_SUFFIXES, as_plain_glb, check_gltf
 
 GLTF_RATE = 60
 """Frames per second that glTF is read at: it has times, no rate."""

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_too_long
-from ..core.motion.stillness import refuse_pose
+from ..core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_pose, refuse_too_long
 from .actions import scene_rate, slot_curves
 from .body import matrix
 from .fcurves import NotFiniteError

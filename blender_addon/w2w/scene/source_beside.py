@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from ..core.motion.stillness import motion_amount
+from ..core.motion.source import motion_amount
 from .actions import FIRST_FRAME, KEYED_AT, key_rate, scene_rate
 from .body import armature_of, matrix
 from .playback import same_timing

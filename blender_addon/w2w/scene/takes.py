@@ -21,11 +21,13 @@ from ..core.motion.source import (
     NOT_FINITE,
     SourceMotion,
     UnusableMotion,
+    is_pose,
+    motion_amount,
     people_in,
+    refuse_pose,
     refuse_rate,
     refuse_too_long,
 )
-from ..core.motion.stillness import is_pose, motion_amount, refuse_pose
 from ..core.motion.usd_check import USD_SUFFIXES
 from .actions import key_rate
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices

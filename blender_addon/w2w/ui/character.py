@@ -8,8 +8,7 @@ import bpy
 from ..core.body.body import Body
 from ..core.body.shapes import shaped
 from ..core.motion.source import UnusableMotion
-from ..core.patches.correspondence import Character
-from ..core.patches.likeness import likeness
+from ..core.patches.correspondence import Character, likeness
 from ..scene.adopt import moving_armature
 from ..scene.body import armature_of, body_of
 from ..scene.character import character_meshes, read_character, tie, untie

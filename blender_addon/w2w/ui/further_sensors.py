@@ -10,8 +10,8 @@ from typing import Any
 import bpy
 from bpy.props import BoolVectorProperty, EnumProperty, FloatProperty
 
-from ..core.imu.channels import FURTHER
 from ..core.imu.further import NOTHING, FurtherSensors
+from ..core.imu.recording import FURTHER
 from ..core.ranking.utility import inputs_of
 from .declared import declared
 from .garment_properties import worn_by

@@ -14,9 +14,9 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
-from ..core.imu.part_figures import FIGURES
 from ..core.imu.presets import DEFAULT_SENSOR, PRESETS, preset
 from ..core.imu.sensor import SensorModel
+from ..core.imu.sensor_fields import FIGURES
 from ..core.imu.sensor_file import sensor_content, sensor_from
 from ..core.imu.synthesis import CONVENTIONS
 from .declared import declared

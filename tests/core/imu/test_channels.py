@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.imu.channels import FURTHER, READINGS
 from w2w.core.imu.formats import HELD, read_recording, write_csv, write_recording
-from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.recording import FURTHER, READINGS, ImuRecording
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 

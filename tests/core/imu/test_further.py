@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.imu.channels import FURTHER
 from w2w.core.imu.further import (
     LAPSE_PER_M,
     NOTHING,
@@ -19,7 +18,7 @@ from w2w.core.imu.further import (
     pressure_at,
 )
 from w2w.core.imu.presets import preset
-from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.recording import FURTHER, ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis, synthesize
 

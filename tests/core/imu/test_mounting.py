@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.imu.mounting import mounting
+from w2w.core.imu.calibration import mounting
 
 from .made_pairs import TURN, pair, without_tissue
 

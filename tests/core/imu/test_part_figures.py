@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.imu.part_figures import FIGURES
 from w2w.core.imu.presets import preset
+from w2w.core.imu.sensor_fields import FIGURES
 from w2w.core.imu.sensor_file import read_sensor
 
 WRITTEN = {

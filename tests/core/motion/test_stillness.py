@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.motion.source import SourceMotion, UnusableMotion
-from w2w.core.motion.stillness import is_pose, refuse_pose
+from w2w.core.motion.source import SourceMotion, UnusableMotion, is_pose, refuse_pose
 
 
 def lifting(height, n_frames=10):

@@ -17,7 +17,7 @@ from w2w.core.patches.carriers import (
     random_poses,
     triangle_rotation_error,
 )
-from w2w.core.patches.sampling import farthest_points
+from w2w.core.patches.patches import farthest_points
 from w2w.core.patches.strip_graph import StripGraph
 
 

@@ -4,7 +4,7 @@
 import pytest
 
 from w2w.core.body.shapes import shaped
-from w2w.core.patches.likeness import likeness
+from w2w.core.patches.correspondence import likeness
 
 from .test_correspondence import character
 

@@ -13,8 +13,7 @@ from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
-from w2w.core.patches.interpolation import interpolation_weights
-from w2w.core.patches.patches import PATCH_ORDER, PatchSet, sample_patches
+from w2w.core.patches.patches import PATCH_ORDER, PatchSet, interpolation_weights, sample_patches
 from w2w.core.patches.strip_graph import StripGraph
 
 FIRST = [5860, 1404, 4806, 637, 1163, 5521, 6067, 3372]

@@ -7,8 +7,7 @@ import numpy as np
 import trimesh
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
-from w2w.core.patches.patches import PATCH_ORDER
-from w2w.core.patches.sampling import farthest_points, mirrored_farthest_points
+from w2w.core.patches.patches import PATCH_ORDER, farthest_points, mirrored_farthest_points
 from w2w.core.patches.strip_graph import StripGraph
 
 

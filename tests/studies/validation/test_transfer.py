@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.imu.mounting import turned
+from w2w.core.imu.calibration import turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.windows import WindowSpec
 from w2w.studies.validation.correlation import magnitude_correlation

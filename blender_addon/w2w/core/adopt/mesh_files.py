@@ -15,23 +15,9 @@ LARGEST = 4
 
 
 def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
-    """Read a mesh without rig.
+    """Vertices (V, 3) and polygons (F, 4) of an OBJ or PLY; -1 in the last column of triangles.
 
-    Parameters
-    ----------
-    path : str or Path
-        OBJ or PLY.
-
-    Returns
-    -------
-    vertices : ndarray, shape (V, 3), float64
-    polygons : ndarray, shape (F, 4), int64
-        -1 in the last column of triangles.
-
-    Raises
-    ------
-    ValueError
-        If the file is damaged, holds no faces, or faces of more than four corners.
+    Raises ValueError if the file is damaged, holds no faces, or faces of more than four corners.
     """
     path = Path(path)
     reader = _read_obj if path.suffix.lower() == ".obj" else _read_ply

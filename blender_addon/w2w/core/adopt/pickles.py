@@ -137,23 +137,9 @@ class _ArrayUnpickler(pickle.Unpickler):
 
 
 def read_arrays(stream: BinaryIO, wanted: Collection[str]) -> dict[str, Any]:
-    """Contents of a pickled model.
+    """Contents of a pickled model by name; those `wanted` as ndarrays, from numpy, scipy.sparse or chumpy.
 
-    Parameters
-    ----------
-    stream : BinaryIO
-    wanted : collection of str
-        Which of its arrays are needed.
-
-    Returns
-    -------
-    dict of str to object
-        All that it names; of what is wanted, numpy, scipy.sparse and chumpy arrays as ndarrays.
-
-    Raises
-    ------
-    RefusedPickleError
-        If it is no pickled dict, is damaged, or names anything but arrays.
+    Raises RefusedPickleError if it is no pickled dict, is damaged, or names anything but arrays.
     """
     content = _load(stream)
     if not isinstance(content, dict):
@@ -164,10 +150,7 @@ def read_arrays(stream: BinaryIO, wanted: Collection[str]) -> dict[str, Any]:
 def read_npz_member(path: str | Path, name: str) -> np.ndarray:
     """One array of an npz; an object array is opened as warily as a pickled model.
 
-    Raises
-    ------
-    RefusedPickleError
-        If the array is a pickle that names anything but arrays.
+    Raises RefusedPickleError if the array is a pickle that names anything but arrays.
     """
     try:
         with ZipFile(path) as archive, archive.open(f"{name}.npy") as stream:

@@ -59,13 +59,7 @@ REACH = 0.08
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A triangle mesh that can be asked for its closest points.
-
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-    faces : ndarray, shape (F, 3)
-    """
+    """A triangle mesh, vertices (V, 3) and faces (F, 3), that can be asked for its closest points."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -78,19 +72,9 @@ class Surface:
         object.__setattr__(self, "tree", cKDTree(corners.mean(axis=1)))
 
     def closest(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Closest points of the side that faces the same way.
+        """Closest points (N, 3) on the side that faces the same way, their faces and distances (N,).
 
-        Parameters
-        ----------
-        points, normals : ndarray, shape (N, 3)
-
-        Returns
-        -------
-        closest : ndarray, shape (N, 3)
-        faces : ndarray of int, shape (N,)
-            The face each lies on.
-        distance : ndarray, shape (N,)
-            Infinite where no near face looks the same way.
+        A distance is infinite where no near face looks the same way.
         """
         _, near = self.tree.query(points, k=NEAREST_FACES)
         repeated = np.repeat(points, NEAREST_FACES, axis=0)
@@ -103,17 +87,7 @@ class Surface:
         return found.reshape(*near.shape, 3)[rows, best], near[rows, best], distance[rows, best]
 
     def shares(self, points: np.ndarray, faces: np.ndarray) -> csr_matrix:
-        """Barycentric coordinates of the points nearest to some points on given faces.
-
-        Parameters
-        ----------
-        points : ndarray, shape (N, 3)
-        faces : ndarray of int, shape (N,)
-
-        Returns
-        -------
-        csr_matrix, shape (N, V)
-        """
+        """Barycentric coordinates (N, V) of the points nearest to some points (N, 3) on given faces (N,)."""
         triangles = self.vertices[self.faces[faces]]
         share = points_to_barycentric(triangles, closest_point(triangles, points))
         share = np.clip(np.nan_to_num(share, nan=1 / 3), 0, 1)
@@ -124,24 +98,12 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """A template laid on a target.
+    """A template laid on a target."""
 
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        The template's vertices on the target's surface.
-    joints : ndarray, shape (24, 3)
-        The template's joints carried along.
-    weights : ndarray, shape (T, 24)
-        Skinning weights of the target's vertices.
-    residual : ndarray, shape (T,)
-        Distance of the target's vertices from the registered template, metres.
-    """
-
-    vertices: np.ndarray
-    joints: np.ndarray
-    weights: np.ndarray
-    residual: np.ndarray
+    vertices: np.ndarray  # (V, 3), the template's on the target's surface
+    joints: np.ndarray  # (24, 3), the template's carried along
+    weights: np.ndarray  # (T, 24), skinning weights of the target's vertices
+    residual: np.ndarray  # (T,), distance of the target's vertices from the registered template, metres
 
 
 def register(
@@ -149,19 +111,8 @@ def register(
 ) -> Registered:
     """Lay a template body on a target mesh and hand its rig and weights over.
 
-    Parameters
-    ----------
-    template : Body
-    vertices : ndarray, shape (T, 3)
-        Target vertices in the template's axes, metres.
-    faces : ndarray, shape (F, 3)
-        Target triangles, counter-clockwise seen from outside.
-    landmarks : tuple of ndarray of int, each shape (L,)
-        Template vertices and target vertices that mark the same places.
-
-    Returns
-    -------
-    Registered
+    The target's vertices (T, 3) are in the template's axes, metres, its triangles (F, 3) counter-clockwise
+    seen from outside. Landmarks (L,) are template vertices and target vertices that mark the same places.
     """
     target = Surface(vertices, faces)
     posed = _fit_skeleton(template, target, (landmarks[0], vertices[landmarks[1]]))
@@ -177,19 +128,10 @@ def register(
 
 
 def carried_joints(body: Body, vertices: np.ndarray) -> np.ndarray:
-    """Joints of a body whose vertices have been moved.
+    """Joints (24, 3) of a body whose vertices have been moved.
 
-    Each joint goes with the similarity transform of the skin around it: of the vertices that
-    it and its parent move together.
-
-    Parameters
-    ----------
-    body : Body
-    vertices : ndarray, shape (V, 3)
-
-    Returns
-    -------
-    ndarray, shape (24, 3)
+    Each joint goes with the similarity transform of the skin around it: of the vertices that it and its
+    parent move together.
     """
     joints = np.empty((N_JOINTS, 3))
     for joint in range(N_JOINTS):

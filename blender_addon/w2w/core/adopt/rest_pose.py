@@ -33,10 +33,7 @@ LIMBS = tuple(
 def metres_per_unit(height: float) -> float:
     """Size of a file's unit of length, from the height of the body in it.
 
-    Raises
-    ------
-    ValueError
-        If no usual unit makes it the height of a person.
+    Raises ValueError if no usual unit makes it the height of a person.
     """
     for unit in UNITS:
         if SHORTEST <= height * unit <= TALLEST:
@@ -48,17 +45,10 @@ def metres_per_unit(height: float) -> float:
 
 
 def to_axes(left: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Rotation from a file's axes to W2W's, from where a body's left and its head are.
+    """Rotation (3, 3) from a file's axes to W2W's, from where a body's left and its head are.
 
-    Parameters
-    ----------
-    left, up : ndarray, shape (3,)
-        Directions in the file's axes, of any length; need not be square to each other.
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
-        A permutation of the axes where the body nearly stands along them.
+    `left` and `up` (3,) have any length and need not be square to each other. A permutation of the axes where
+    the body nearly stands along them.
     """
     up = up / np.linalg.norm(up)
     left = left - up * (left @ up)
@@ -80,26 +70,13 @@ def in_t_pose(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Straighten and raise limbs until a body stands as in W2W's rest pose.
 
-    Limbs that already point as the T-pose's do, but for a body's own build, stay as they are;
-    others turn first in the frontal plane, as an A-pose was made from a T-pose. Posing the result
-    back with linear blend skinning gives the vertices that were passed.
+    Limbs that already point as the T-pose's do, but for a body's own build, stay as they are; others turn
+    first in the frontal plane, as an A-pose was made from a T-pose. Posing the result back with linear blend
+    skinning gives the vertices that were passed.
 
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        In W2W's axes, metres.
-    joints : ndarray, shape (24, 3)
-    weights : ndarray, shape (V, 24)
-    reference : Body
-        A body in the T-pose: where limbs should point.
-    limbs : ndarray, shape (24, 3), optional
-        Joints that tell where the limbs point now, where those they turn about are placed otherwise
-        than the reference's.
-
-    Returns
-    -------
-    vertices : ndarray, shape (V, 3)
-    joints : ndarray, shape (24, 3)
+    Vertices (V, 3) are in W2W's axes, metres; `reference` stands in the T-pose. `limbs` (24, 3) are joints
+    that tell where the limbs point now, where those they turn about are placed otherwise than the
+    reference's. Returns the vertices and joints.
     """
     turns = _turns_to_t_pose(joints if limbs is None else limbs, reference.joints)
     if np.array_equal(turns, np.tile(np.eye(3), (N_JOINTS, 1, 1))):
@@ -177,22 +154,9 @@ TOWARDS_MIDDLE = 0.5
 def with_smpl_shoulders(
     vertices: np.ndarray, joints: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Give a rig SMPL's shoulders.
+    """Give a rig SMPL's shoulders: other shoulder joints, and other weights near them; rows still sum to 1.
 
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        In W2W's T-pose.
-    joints : ndarray, shape (24, 3)
-    weights : ndarray, shape (V, 24)
-        Rows sum to 1.
-
-    Returns
-    -------
-    joints : ndarray, shape (24, 3)
-        Only the shoulders differ.
-    weights : ndarray, shape (V, 24)
-        Only vertices near the shoulders differ; rows sum to 1.
+    Vertices (V, 3) stand in W2W's T-pose. Returns the joints (24, 3) and weights (V, 24).
     """
     joints, weights = joints.copy(), weights.copy()
     for side, outward in (("left", 1.0), ("right", -1.0)):

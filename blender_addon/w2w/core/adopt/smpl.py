@@ -57,26 +57,14 @@ class BodyError(ValueError):
 
 
 def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
-    """Read a body from a file.
+    """Read a body from a file, into the T-pose, z up, facing -y, metres, soles on z = 0.
 
-    Parameters
-    ----------
-    path : str or Path
-        An official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``); a mesh with SMPL's faces, in
-        whatever pose, vertex order, axes and unit (``.obj``, ``.ply``); or a body that `Body.save` wrote.
-    betas : ndarray, shape (n,), optional
-        Shape coefficients of an official model; its mean shape is taken by default.
+    The file is an official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``); a mesh with SMPL's faces, in
+    whatever pose, vertex order, axes and unit (``.obj``, ``.ply``), which comes in SMPL's vertex order; or a
+    body that `Body.save` wrote. `betas` (n,) are shape coefficients of an official model, by default its mean
+    shape's.
 
-    Returns
-    -------
-    Body
-        In the T-pose, z up, facing -y, metres, soles on z = 0; a mesh with SMPL's faces comes in
-        SMPL's vertex order.
-
-    Raises
-    ------
-    BodyError
-        If it is none of these; the message says what was expected and what was found.
+    Raises BodyError, saying what was expected and what was found, if it is none of these.
     """
     path = Path(path)
     kind = path.suffix.lower()
@@ -101,21 +89,12 @@ def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
 def body_from_model(model: dict[str, Any], name: str, betas: np.ndarray | None = None) -> Body:
     """A body from the arrays of an official model (Loper et al. 2015, doi:10.1145/2816795.2818013).
 
-    Parameters
-    ----------
-    model : dict
-        ``v_template`` (V, 3) in y-up axes, metres; ``f`` (F, 3); ``J_regressor`` (J, V);
-        ``weights`` (V, J); ``kintree_table`` (2, J), parents in its first row. J is 24 for SMPL,
-        52 for SMPL-H, 55 for SMPL-X; fingers, jaw and eyes go to the joint that carries them.
-        For `betas` also ``shapedirs`` (V, 3, n).
-    name : str
-    betas : ndarray, shape (n,), optional
-        Shape coefficients, at most as many as the model has; the joints follow the shape.
+    ``v_template`` (V, 3) in y-up axes, metres; ``f`` (F, 3); ``J_regressor`` (J, V); ``weights`` (V, J);
+    ``kintree_table`` (2, J), parents in its first row. J is 24 for SMPL, 52 for SMPL-H, 55 for SMPL-X;
+    fingers, jaw and eyes go to the joint that carries them. For `betas`, at most as many as the model has,
+    also ``shapedirs`` (V, 3, n); the joints follow the shape.
 
-    Raises
-    ------
-    BodyError
-        If an array is missing or of another shape.
+    Raises BodyError if an array is missing or of another shape.
     """
     missing = [key for key in MODEL_ARRAYS if key not in model]
     if missing:
@@ -149,25 +128,10 @@ def body_from_model(model: dict[str, Any], name: str, betas: np.ndarray | None =
 
 
 def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Body:
-    """A body from a mesh with SMPL's faces: rig and weights come from the bundled body.
+    """A body from a mesh with SMPL's faces, in SMPL's vertex order: rig and weights are the bundled body's.
 
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        In any axes and unit.
-    polygons : ndarray of int, shape (F, 3) or (F, 4)
-        -1 in the fourth column of a triangle.
-    name : str
-
-    Returns
-    -------
-    Body
-        In SMPL's vertex order and faces.
-
-    Raises
-    ------
-    BodyError
-        If the faces are not SMPL's, or the bundled body cannot be laid on the mesh.
+    Vertices (V, 3) are in any axes and unit; polygons (F, 3) or (F, 4) have -1 in the fourth column of a
+    triangle. Raises BodyError if the faces are not SMPL's, or the bundled body cannot be laid on the mesh.
     """
     mesh = smpl_mesh(vertices, polygons)
     template = Body.bundled()
@@ -191,27 +155,12 @@ def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Bod
 def body_from_rig(
     vertices: np.ndarray, polygons: np.ndarray, joints: np.ndarray, weights: np.ndarray, name: str
 ) -> Body:
-    """A body from a mesh that comes with a rig of the 24 joints.
+    """A body from a mesh with a rig of the 24 joints; in SMPL's vertex order where its faces are SMPL's.
 
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        In the rig's rest pose, in any axes and unit.
-    polygons : ndarray of int, shape (F, 3) or (F, 4)
-        -1 in the fourth column of a triangle.
-    joints : ndarray, shape (24, 3)
-    weights : ndarray, shape (V, 24)
-    name : str
+    Vertices (V, 3) are in the rig's rest pose, in any axes and unit; polygons (F, 3) or (F, 4) have -1 in the
+    fourth column of a triangle; joints are (24, 3), weights (V, 24).
 
-    Returns
-    -------
-    Body
-        In SMPL's vertex order where its faces are SMPL's.
-
-    Raises
-    ------
-    BodyError
-        If it is not the size of a person or a vertex has no weight.
+    Raises BodyError if it is not the size of a person or a vertex has no weight.
     """
     bare = int((weights.sum(axis=1) <= 0).sum())
     if bare:
@@ -232,13 +181,7 @@ def body_from_rig(
 
 
 def smpl_mesh(vertices: np.ndarray, polygons: np.ndarray) -> SmplMesh:
-    """Recognise a mesh by its faces.
-
-    Raises
-    ------
-    BodyError
-        If they are not SMPL's; the message says what was found.
-    """
+    """Recognise a mesh by its faces; a BodyError says what was found where they are not SMPL's."""
     if not np.isfinite(vertices).all():
         raise BodyError("it holds positions that are not finite")
     mesh = recognise(polygons, vertices)

@@ -36,41 +36,22 @@ COLOUR_ROUNDS = 6
 
 @dataclass(frozen=True, eq=False)
 class SmplMesh:
-    """A mesh found to be SMPL's.
+    """A mesh found to be SMPL's."""
 
-    Parameters
-    ----------
-    order : ndarray of int, shape (6890,)
-        For each of SMPL's vertices, its index in the file.
-    faces : ndarray, shape (13776, 3)
-        Triangles in SMPL's numbering, counter-clockwise seen from outside.
-    mirror : ndarray of int, shape (6890,)
-        For each of SMPL's vertices, the one on the other side that is joined like it.
-    """
-
-    order: np.ndarray
-    faces: np.ndarray
+    order: np.ndarray  # (6890,), for each of SMPL's vertices its index in the file
+    faces: np.ndarray  # (13776, 3), in SMPL's numbering, counter-clockwise seen from outside
+    # (6890,), for each of SMPL's vertices the one on the other side that is joined like it
     mirror: np.ndarray
 
 
 def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
-    """Tell whether polygons are joined as SMPL's are.
+    """Tell whether polygons are joined as SMPL's are; None where the mesh is another.
 
-    SMPL's mesh is joined alike on its left and right, so only its outside tells the sides apart:
-    faces listed clockwise are turned over first.
+    SMPL's mesh is joined alike on its left and right, so only its outside tells the sides apart: faces listed
+    clockwise are turned over first.
 
-    Parameters
-    ----------
-    polygons : ndarray of int, shape (F, 3) or (F, 4)
-        Vertex indices; -1 in the fourth column of a triangle. Either all cut into triangles
-        as SMPL is, or mostly quads as SMPL-Body publishes it.
-    vertices : ndarray, shape (V, 3)
-        Positions, for which side is out.
-
-    Returns
-    -------
-    SmplMesh or None
-        None where the mesh is another.
+    Polygons (F, 3) or (F, 4), -1 in the fourth column of a triangle, are either all cut into triangles as
+    SMPL is, or mostly quads as SMPL-Body publishes it. Vertices (V, 3) say which side is out.
     """
     faces = [tuple(face[face >= 0].tolist()) for face in np.asarray(polygons)]
     sizes = Counter(map(len, faces))
@@ -109,32 +90,17 @@ def _signed_volume(polygons: np.ndarray, vertices: np.ndarray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A walk over all faces of a mesh that depends on nothing but how they are joined.
+    """A walk over all faces of a mesh that depends on nothing but how they are joined."""
 
-    Parameters
-    ----------
-    vertices : ndarray of int, shape (V,)
-        Vertices in the order they were met.
-    corners : tuple of tuple of int
-        For each face in the order it was met, its vertices from the one it was entered at.
-    """
-
-    vertices: np.ndarray
+    vertices: np.ndarray  # (V,), in the order they were met
+    # for each face in the order it was met, its vertices from the one it was entered at
     corners: tuple[tuple[int, ...], ...]
 
 
 def canonical_walk(faces: list[tuple[int, ...]], n_vertices: int) -> Walk | None:
     """Walk over a closed, connected, consistently wound mesh in an order that relabelling cannot change.
 
-    Parameters
-    ----------
-    faces : list of tuple of int
-    n_vertices : int
-
-    Returns
-    -------
-    Walk or None
-        None where the mesh is open, has an edge of more than two faces, or falls into parts.
+    None where the mesh is open, has an edge of more than two faces, or falls into parts.
     """
     beyond = _edges(faces)
     if beyond is None:

@@ -14,12 +14,11 @@ from scipy.spatial.transform import Rotation
 from ..body.body import Body
 from ..body.skeleton import N_JOINTS
 from ..clip_files import signals_file
-from ..imu.channels import READINGS, Reading
-from ..imu.recording import ImuRecording
+from ..imu.recording import READINGS, ImuRecording, Reading
 from ..imu.sensor import SensorModel
 from ..motion.motion import Motion
-from ..motion.resample import at_rate
 from ..motion.skinning import patch_matrices
+from ..motion.variants import at_rate
 from ..patches.naming import place, resolve
 from ..patches.own_placements import patches_at
 from ..patches.patches import PatchSet

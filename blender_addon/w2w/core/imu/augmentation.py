@@ -35,40 +35,19 @@ ACROSS = np.diag([-1.0, 1.0, 1.0])
 class Augmentation:
     """Which variants of a clip to train on; each part has its own switch.
 
-    Parameters
-    ----------
-    copies : int
-        Variants a clip.
-    mirror : bool
-        Every other variant has left and right exchanged, but of an activity that names a side.
-    tempo : float
-        Speed varies between 1 / (1 + tempo) and 1 + tempo; 0 is off.
-    amplitude : float
-        Joint angles are scaled by 1 - amplitude to 1 + amplitude; 0 is off.
-    warp : float
-        The speed varies within the clip by this share up and down; 0 is off.
-    remount_deg : float
-        Standard deviation of the angle by which each sensor is turned from where it
-        should sit, about a random axis; 0 is off.
-    bodies : bool
-        Every variant is done by a body of another shape (`copies.body_variant`).
-    noise : bool
-        Every variant is recorded by other specimens of the sensor.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range.
+    Raises ValueError if a number is out of its range.
     """
 
+    # variants a clip
     copies: int = parameter(4, "Copies per clip, with --augment.", least=1, group="Ranking")
-    mirror: bool = True
-    tempo: float = 0.15
-    amplitude: float = 0.15
-    warp: float = 0.2
+    mirror: bool = True  # every other variant has left and right exchanged, unless the activity names a side
+    tempo: float = 0.15  # speed varies between 1 / (1 + tempo) and 1 + tempo; 0 is off
+    amplitude: float = 0.15  # joint angles are scaled by 1 - amplitude to 1 + amplitude; 0 is off
+    warp: float = 0.2  # the speed varies within the clip by this share up and down; 0 is off
+    # standard deviation of the angle, about a random axis, by which a sensor is turned; 0 is off
     remount_deg: float = 10.0
-    bodies: bool = True
-    noise: bool = True
+    bodies: bool = True  # every variant is done by a body of another shape (`copies.body_variant`)
+    noise: bool = True  # every variant is recorded by other specimens of the sensor
 
     def __post_init__(self) -> None:
         if self.copies < 0:
@@ -79,19 +58,7 @@ class Augmentation:
 
     @classmethod
     def only(cls, switches: Collection[str], copies: int = 4) -> Augmentation:
-        """Some parts at their usual strength, the others off.
-
-        Parameters
-        ----------
-        switches : collection of str
-            Of `SWITCHES`.
-        copies : int
-
-        Raises
-        ------
-        ValueError
-            If a name is unknown.
-        """
+        """Some of `SWITCHES` at their usual strength, the others off; ValueError where a name is unknown."""
         unknown = sorted(set(switches) - set(SWITCHES))
         if unknown:
             raise ValueError(f"'{unknown[0]}' is no augmentation; there are {', '.join(SWITCHES)}")
@@ -103,18 +70,7 @@ class Augmentation:
         return cls(copies=copies, **wanted)
 
     def motions(self, motion: Motion, seed: int) -> Iterator[Motion]:
-        """Variants of a motion, under its own labels.
-
-        Parameters
-        ----------
-        motion : Motion
-        seed : int
-            The same seed gives the same variants.
-
-        Yields
-        ------
-        Motion
-        """
+        """Variants of a motion, under its own labels; the same seed gives the same ones."""
         mirror = self.mirror and not names_side(motion.activity)
         for copy in range(self.copies):
             rng = np.random.default_rng([seed, copy])
@@ -129,12 +85,9 @@ class Augmentation:
 
 
 def parse_augmentation(text: str, copies: int) -> Augmentation | None:
-    """What a person writes: names of `SWITCHES` by commas, "all", or nothing.
+    """The augmentation that a person writes: names of `SWITCHES` by commas, "all", or nothing.
 
-    Raises
-    ------
-    ValueError
-        If a name is unknown.
+    Raises ValueError if a name is unknown.
     """
     names = [part.strip().lower() for part in text.split(",") if part.strip()]
     if not names or not copies:
@@ -166,26 +119,13 @@ def at_tempo(motion: Motion, factor: float) -> Motion:
 
 
 def scaled(motion: Motion, factor: float, joints: Collection[str] = JOINT_NAMES[1:]) -> Motion:
-    """Wider or narrower movements about each joint's mean pose.
+    """Wider or narrower movements: angles of some joints from their mean rotation, multiplied by a factor.
 
-    Parameters
-    ----------
-    motion : Motion
-    factor : float
-        Joint angles from the mean rotation are multiplied by it. The pelvis's own
-        rotation is kept, and so are heading and balance; its path about a straight
-        line is scaled when both legs are, as smaller steps make a smaller bob.
-    joints : collection of str
-        Joints scaled; one side's limbs make the motion asymmetric.
+    The pelvis's own rotation is kept, and so are heading and balance; its path about a straight line is
+    scaled when both legs are, as smaller steps make a smaller bob. One side's limbs make the motion
+    asymmetric.
 
-    Returns
-    -------
-    Motion
-
-    Raises
-    ------
-    ValueError
-        If a joint is unknown or the factor is negative.
+    Raises ValueError if a joint is unknown or the factor is negative.
     """
     unknown = set(joints) - set(JOINT_NAMES)
     if unknown:
@@ -209,17 +149,8 @@ def scaled(motion: Motion, factor: float, joints: Collection[str] = JOINT_NAMES[
 def time_warped(motion: Motion, strength: float, rng: np.random.Generator) -> Motion:
     """Hurry and linger: a smooth, monotone change of the clock, first and last frame kept.
 
-    Parameters
-    ----------
-    motion : Motion
-    strength : float
-        Greatest change of speed at the knots, about one a second, as a share; below 1.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    Motion
-        Of as many frames, rotations interpolated on the sphere.
+    `strength`, below 1, is the greatest change of speed at the knots, about one a second, as a share.
+    Rotations are interpolated on the sphere.
     """
     if motion.n_frames < 3:
         return motion
@@ -240,19 +171,9 @@ def time_warped(motion: Motion, strength: float, rng: np.random.Generator) -> Mo
 
 
 def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generator) -> ImuRecording:
-    """Turn every sensor in its place, as when it is put on again.
+    """Turn every sensor in its place, as when it is put on again: the same motion in other frames, exactly.
 
-    Parameters
-    ----------
-    recording : ImuRecording
-    angle_deg : float
-        Standard deviation of the angle, about an axis drawn evenly from the sphere.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    ImuRecording
-        The same motion in the turned sensors' frames, exactly.
+    The angle has a standard deviation of `angle_deg`, about an axis drawn evenly from the sphere.
     """
     n_sensors = recording.acc.shape[1]
     axis = rng.normal(size=(n_sensors, 3))

@@ -17,9 +17,39 @@ from scipy.spatial.transform import Rotation
 
 from ..filtering import butterworth
 from .errors import soft_tissue_artefact
-from .mounting import Pair, mounting, turned
 from .recording import ImuRecording
 from .sensor import SensorModel
+
+ALIGNED_BELOW_HZ = 5.0
+
+Pair = tuple[ImuRecording, ImuRecording]
+"""A clip's real and simulated recording of one sensor, of the same rate."""
+
+
+def mounting(pairs: Sequence[Pair]) -> Rotation:
+    """The rotation that turns simulated signals to the real sensor's axes, over all pairs at once."""
+    ours, theirs = [], []
+    for real, made in pairs:
+        n = min(real.n_samples, made.n_samples)
+        for name in ("acc", "gyr"):
+            values = [
+                butterworth(getattr(r, name)[:n, 0].T.astype(np.float64), r.rate, ALIGNED_BELOW_HZ, 2, True).T
+                for r in (real, made)
+            ]
+            size = np.sqrt((values[0] ** 2).mean()) + 1e-6
+            theirs.append(values[0] / size)
+            ours.append(values[1] / size)
+    rotation, _ = Rotation.align_vectors(np.concatenate(theirs), np.concatenate(ours))
+    return rotation
+
+
+def turned(recording: ImuRecording, rotation: Rotation) -> ImuRecording:
+    """A one-sensor recording in other axes."""
+    acc, gyr = (rotation.apply(values[:, 0])[:, None] for values in (recording.acc, recording.gyr))
+    return ImuRecording(
+        acc, gyr, recording.rate, recording.sites, recording.activity, recording.subject, recording.clip
+    )
+
 
 ROUNDS = 2
 """Times that shifts, rotation and tissue are fitted in turn: each needs the others."""
@@ -65,26 +95,14 @@ class Tissue(NamedTuple):
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a site's worn sensor was found to do to the simulated signal.
+    """What a site's worn sensor was found to do to the simulated signal."""
 
-    Attributes
-    ----------
-    turn : Rotation
-        From the axes of the simulated sensor to those of the worn one.
-    tissue : Tissue or None
-        None where it explains nothing.
-    acc_noise, gyr_noise : float
-        White noise, one-sided, in m/s2/sqrt(Hz) and rad/s/sqrt(Hz); at most so much, for the quietest
-        stretches may move, too.
-    shifts_s : tuple of float
-        How much later each worn recording began to show the motion.
-    """
-
-    turn: Rotation
-    tissue: Tissue | None
+    turn: Rotation  # from the axes of the simulated sensor to those of the worn one
+    tissue: Tissue | None  # None where it explains nothing
+    # white, one-sided, m/s2/sqrt(Hz); an upper bound, since the quietest stretches may move, too
     acc_noise: float
-    gyr_noise: float
-    shifts_s: tuple[float, ...]
+    gyr_noise: float  # the same in rad/s/sqrt(Hz)
+    shifts_s: tuple[float, ...]  # how much later each worn recording began to show the motion
 
     def applied(self, made: ImuRecording) -> ImuRecording:
         """A simulated recording as the worn sensor would have it, but for its noise."""
@@ -111,21 +129,10 @@ class Calibration:
 
 
 def calibrate(pairs: Sequence[Pair], longest_shift_s: float = 0.5, with_tissue: bool = True) -> Calibration:
-    """Fit a site's sensor to what was simulated of the same motions.
+    """Fit a site's sensor to recordings without errors that were simulated of the same motions.
 
-    Parameters
-    ----------
-    pairs : sequence of (ImuRecording, ImuRecording)
-        Of one sensor, worn and simulated without errors, at one rate.
-    longest_shift_s : float
-        Most that the two of a pair may be apart in time.
-    with_tissue : bool
-        Whether to look for soft tissue.
-
-    Raises
-    ------
-    ValueError
-        If a pair is too short, or the worn sensor hardly moves.
+    `pairs` are worn and simulated recordings of one sensor, at one rate, at most `longest_shift_s` apart in
+    time. Raises ValueError if a pair is too short, or the worn sensor hardly moves.
     """
     if not pairs:
         raise ValueError("there is nothing to calibrate with: no worn recording has a motion")
@@ -158,10 +165,7 @@ def ridden(made: ImuRecording, tissue: Tissue | None) -> ImuRecording:
 def shift_between(real: ImuRecording, made: ImuRecording, longest_s: float) -> int:
     """Samples by which the worn recording is later, where turning rates and forces go together best.
 
-    Raises
-    ------
-    ValueError
-        If they are too short for it.
+    Raises ValueError if they are too short for it.
     """
     n, reach = min(real.n_samples, made.n_samples), round(longest_s * real.rate)
     if n - reach < 2 * real.rate / FIT_BELOW_HZ * 5:
@@ -212,14 +216,10 @@ def _tissue_and_delay(pairs: Sequence[Pair], shifts: Sequence[int]) -> tuple[Tis
 
 
 def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:
-    """The spring and damper that bring simulated signals nearest to worn ones in the same axes.
+    """The spring and damper that bring simulated signals nearest to worn ones, and the mean square left.
 
-    Returns
-    -------
-    tissue : Tissue or None
-        None where it does not help on parts of the recordings that it was not fitted to.
-    left : float
-        Mean squared difference that is left.
+    Both are in the same axes. None where tissue does not help on parts of the recordings that it was not
+    fitted to.
     """
     samples = sum(real.n_samples for real, _ in pairs)
     rate = pairs[0][0].rate
@@ -273,7 +273,7 @@ def _moments(
 ) -> np.ndarray:
     """Of each block of each recording: d.d, d.e and e.e, shape (blocks, 3).
 
-    d is worn less simulated, e what tissue in full would add to the simulated.
+    d is worn less simulated, e the difference that tissue in full would make to the simulated.
     """
     made, d, there = sides
     e = (soft_tissue_artefact(made, rate, frequency, damping, 1.0) - made) * there

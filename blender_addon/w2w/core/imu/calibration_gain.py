@@ -9,38 +9,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .calibration import Calibration, calibrate, shift_between, shifted, smooth
-from .mounting import Pair
+from .calibration import Calibration, Pair, calibrate, shift_between, shifted, smooth
 from .recording import ImuRecording
 
 
 class Alike(NamedTuple):
-    """How a simulated recording goes together with the worn one: r over samples and axes at once.
+    """How a simulated recording goes together with the worn one: r over samples and axes at once."""
 
-    Attributes
-    ----------
-    force, turning : tuple of two floats
-        Of specific force and angular velocity: as simulated, and calibrated.
-    """
-
-    force: tuple[float, float]
-    turning: tuple[float, float]
+    force: tuple[float, float]  # of specific force, as simulated and calibrated
+    turning: tuple[float, float]  # of angular velocity
 
 
 def held_out(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> tuple[str, list[Alike]]:
     """Calibrate without each person in turn, or each recording, or each half of the only one, and test there.
 
-    Returns
-    -------
-    what : str
-        What was left out: "person", "recording" or "half".
-    found : list of Alike
-        Of each recording, or half.
-
-    Raises
-    ------
-    ValueError
-        As `calibrate`.
+    Returns the kind that was left out, "person", "recording" or "half", and the likeness of each recording or
+    half. Raises ValueError as `calibrate` does.
     """
     people = [real.subject for real, _ in pairs]
     if len(pairs) == 1:

@@ -39,30 +39,10 @@ def record_copies(
     seed: int,
     further: FurtherSensors = NOTHING,
 ) -> Iterator[ImuRecording]:
-    """Record variants of a motion, under its own labels.
+    """Record variants of a motion, under its own labels; the same seed and clip give the same ones.
 
-    Parameters
-    ----------
-    body : Body
-        Of the clip itself; of the copies too unless the plan has other bodies.
-    patches : PatchSet
-    motion : Motion
-    plan : Augmentation
-    settings : Synthesis
-    sensor : SensorModel
-    seed : int
-        The same seed and clip give the same copies.
-    further : FurtherSensors, optional
-        What is recorded beside acc and gyr.
-
-    Yields
-    ------
-    ImuRecording
-
-    Raises
-    ------
-    ValueError
-        If the plan has other bodies and the body is not W2W's own.
+    `body` is the clip's, and the copies' unless the plan has other bodies. Raises ValueError if it has, and
+    the body is not W2W's own.
     """
     own = _clip_seed(seed, motion.clip)
     for copy, variant in enumerate(plan.motions(motion, own)):
@@ -80,10 +60,7 @@ def record_copies(
 def body_variant(body: Body, copy: int, seed: int) -> Body:
     """The body of a copy's number: another sex, height, age, build and length of limbs, drawn from the seed.
 
-    Raises
-    ------
-    ValueError
-        If the body is not of the bundled one's making: only that can be reshaped.
+    Raises ValueError if the body is not of the bundled one's making: only that can be reshaped.
     """
     if not bundled_targets().fit(body):
         raise ValueError(

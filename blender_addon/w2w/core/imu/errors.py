@@ -58,17 +58,7 @@ class _Words(ISeedSequence):
 
 
 class SensorStreams:
-    """Random numbers of a range of sensors: one stream a sensor and part, whoever asks and in what order.
-
-    Parameters
-    ----------
-    seed : int
-        At least 0.
-    clip : str
-        Name of the clip.
-    sensors : range
-        Numbers of the sensors.
-    """
+    """Random numbers of a range of sensors: one stream a sensor and part, whoever asks and in what order."""
 
     def __init__(self, seed: int, clip: str, sensors: range) -> None:
         digest = hashlib.sha256(clip.encode("utf-8")).digest()
@@ -125,14 +115,8 @@ def mount(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Move rigidly attached sensors: the lever arm's acceleration, then the turn of the axes.
 
-    Parameters
-    ----------
-    acc, gyr : ndarray, shape (n, 3, T), float32
-    rate : float
-    turns : ndarray, shape (n, 3)
-        Rotation vectors from the moved frame to the nominal one, rad.
-    shifts : ndarray, shape (n, 3)
-        Where the moved sensor sits in the nominal frame, m.
+    Signals are (n, 3, T), float32. `turns` (n, 3), rad, are rotation vectors from the moved frame to the
+    nominal one; `shifts` (n, 3), m, say where the moved sensor sits in the nominal frame.
     """
     if shifts.any():
         lever = shifts[:, :, None].astype(gyr.dtype)
@@ -173,12 +157,8 @@ def _tissue(rate: float, frequency_hz: float, damping: float) -> tuple[np.ndarra
 def axes_matrix(scale: np.ndarray, turns: np.ndarray, shears: np.ndarray) -> np.ndarray:
     """Matrices (n, 3, 3) of triads with scale errors, a common turn and axes that are not square.
 
-    Parameters
-    ----------
-    scale : ndarray, shape (n, 3)
-        Relative errors.
-    turns, shears : ndarray, shape (n, 3)
-        Rotation vectors, and the angles by which y leans towards x, z towards x and z towards y, rad.
+    Relative scale errors, rotation vectors (rad) and the angles (rad) by which y leans towards x, z towards x
+    and z towards y, all (n, 3).
     """
     lean = np.tile(np.eye(3), (len(shears), 1, 1))
     lean[:, 1, 0], lean[:, 2, 0], lean[:, 2, 1] = np.sin(shears).T
@@ -189,22 +169,11 @@ def axes_matrix(scale: np.ndarray, turns: np.ndarray, shears: np.ndarray) -> np.
 def bias_drift(
     numbers: np.ndarray, deviation: float, correlation_s: float, walk_density: float
 ) -> np.ndarray:
-    """A wandering bias: a first-order Gauss-Markov process plus a random walk from zero.
+    """A wandering bias (n, 3, K), float64: a first-order Gauss-Markov process plus a random walk from zero.
 
-    Parameters
-    ----------
-    numbers : ndarray, shape (n, 2, 3, K), float32
-        Standard normal, one every `DRIFT_STEP_S`, for the two processes.
-    deviation : float
-        Standard deviation of the Gauss-Markov process, which is in its steady state from the start.
-    correlation_s : float
-        Seconds after which its correlation has fallen to 1/e.
-    walk_density : float
-        The random walk strays as this times sqrt(time).
-
-    Returns
-    -------
-    ndarray, shape (n, 3, K), float64
+    `numbers` (n, 2, 3, K) are standard normal, one every `DRIFT_STEP_S`, for the two processes. The
+    Gauss-Markov process is in its steady state from the start, with this standard deviation, and after
+    `correlation_s` its correlation has fallen to 1/e. The random walk strays as its density times sqrt(time).
     """
     memory = np.exp(-DRIFT_STEP_S / correlation_s)
     driven = numbers[:, 0] * np.float64(deviation)
@@ -274,8 +243,10 @@ def quantise(values: np.ndarray, limit: float | None, step: float) -> np.ndarray
 def kept_samples(
     generator: np.random.Generator, n_samples: int, fraction: float, mean_length: float
 ) -> np.ndarray:
-    """Which samples arrive, shape (T,), bool: losses come in runs of geometric length (Gilbert 1960,
-    doi:10.1002/j.1538-7305.1960.tb03959.x); the first sample always arrives."""
+    """Which samples arrive, shape (T,), bool; the first always does.
+
+    Losses come in runs of geometric length (Gilbert 1960, doi:10.1002/j.1538-7305.1960.tb03959.x).
+    """
     mean_between = mean_length * (1 - fraction) / fraction
     n_runs = int(1.5 * n_samples / (mean_length + mean_between)) + 10
     lengths = np.zeros(0, dtype=int)

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ..files import write_text
-from .channels import FURTHER, READINGS
-from .recording import ImuRecording
+from .recording import FURTHER, READINGS, ImuRecording
 from .text_tables import (
     ACC_UNITS,
     GYR_UNITS,
@@ -44,18 +43,8 @@ def write_csv(
 ) -> None:
     """Write one sensor as CSV: time_s, acc_x to acc_z, gyr_x to gyr_z, the units and labels above them.
 
-    What else is recorded follows, by the names of `channels.READINGS` and in their units.
-
-    The lines above the header start with ``#``: ``pandas.read_csv(path, comment="#")`` reads the rest.
-
-    Parameters
-    ----------
-    path : str or Path
-    recording : ImuRecording
-    sensor : int
-        Which of the recording's sensors.
-    acc_unit : {"m/s2", "g"}
-    gyr_unit : {"rad/s", "deg/s"}
+    Further readings follow, by the names of `channels.READINGS` and in their units. The lines above the
+    header start with ``#``: ``pandas.read_csv(path, comment="#")`` reads the rest.
     """
     values = np.concatenate(
         [
@@ -84,16 +73,8 @@ def write_csv(
 def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None = None) -> ImuRecording:
     """Read one sensor from CSV with the columns of `write_csv`, in any order, among any others.
 
-    Parameters
-    ----------
-    path : str or Path
-    acc_unit, gyr_unit : str, optional
-        Units, for files that do not name theirs.
-
-    Raises
-    ------
-    ValueError
-        If columns or units are missing, or the time stamps are not regular.
+    Units are for files that do not name theirs. Raises ValueError if columns or units are missing, or the
+    time stamps are not regular.
     """
     lines = text_lines(path)
     n_facts = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
@@ -191,13 +172,7 @@ def _read_xsens(path: str | Path) -> ImuRecording:
 
 
 def _format_of(path: Path) -> str:
-    """The format that a suffix stands for.
-
-    Raises
-    ------
-    ValueError
-        If it stands for none.
-    """
+    """The format that a suffix stands for."""
     kinds = {".npz": "npz", ".csv": "csv", ".txt": "xsens", "": "x-io"}
     suffix = "" if path.is_dir() else path.suffix.lower()
     if suffix not in kinds:

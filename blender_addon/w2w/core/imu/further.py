@@ -14,9 +14,9 @@ from ..filtering import count_resampled
 from ..parameters import parameter
 from ..rotations import decompose
 from . import errors
-from .channels import FURTHER
 from .errors import SensorStreams
 from .gaps import bridge
+from .recording import FURTHER
 from .sensor import ALL_CLIPS, SensorModel
 from .synthesis import CHUNK_SENSORS, Poses, Synthesis
 from .trajectory import spline_windows
@@ -129,33 +129,13 @@ def further_signals(
     seed: int,
     first_sensor: int = 0,
 ) -> dict[str, np.ndarray]:
-    """What these sensors read on moving frames that also carry `sensor`.
+    """Readings of these sensors on moving frames that also carry `sensor`: (samples, N, values), float32.
 
-    Parameters
-    ----------
-    poses : ndarray, shape (T, N, 4, 4), or anything that slices like one
-    rate : float
-        Frames per second.
-    settings : Synthesis
-        Rate and band limit.
-    sensor : SensorModel
-        Whose mounting, misalignment and losses they share.
-    further : FurtherSensors
-    clip : str
-    seed : int
-    first_sensor : int
-        Number of the first sensor, where it is a part of a larger set.
+    Orientation comes as quaternions w, x, y, z from the sensor's frame to the clip's world; the magnetic
+    field in the sensor's frame, microtesla; pressure, Pa. They share the mounting, misalignment and losses of
+    `sensor`, and the rate and band limit of `settings`. Poses are (T, N, 4, 4), at `rate` frames per second.
 
-    Returns
-    -------
-    dict of str to ndarray, shape (samples, N, values), float32
-        Orientation as quaternions w, x, y, z from the sensor's frame to the clip's world; the magnetic field
-        in the sensor's frame, microtesla; pressure, Pa.
-
-    Raises
-    ------
-    ValueError
-        If the sensor has a rate of its own.
+    Raises ValueError if the sensor has a rate of its own.
     """
     if not further.record:
         return {}

@@ -15,27 +15,14 @@ REPEAT_LIMIT_S = 0.1
 def bridge(
     positions: np.ndarray, quaternions: np.ndarray, rate: float, max_gap_s: float, first_sensor: int = 0
 ) -> None:
-    """Fill missing and repeated frames, in place.
+    """Fill missing and repeated frames of positions (3, T, N) and quaternions (4, T, N), float64, in place.
 
     Missing frames hold NaN. Repeated ones equal the frame before to the last bit, for no longer than
     `REPEAT_LIMIT_S` between frames that differ: a converter's way to change the frame rate, or animation
     "on twos". Left alone they would be read as sudden stops.
 
-    Parameters
-    ----------
-    positions : ndarray, shape (3, T, N), float64
-    quaternions : ndarray, shape (4, T, N), float64
-    rate : float
-        Frames per second.
-    max_gap_s : float
-        Longest run of missing frames that is bridged, s.
-    first_sensor : int
-        What to call the first sensor in messages.
-
-    Raises
-    ------
-    ValueError
-        If a gap is longer, or stands at the beginning or end of the clip.
+    Raises ValueError if a gap is longer than `max_gap_s`, or stands at the beginning or end of the clip; the
+    message counts sensors from `first_sensor`.
     """
     doubtful = _repeats(positions, quaternions, rate)
     if not np.isfinite(positions.sum() + quaternions.sum()):

@@ -36,28 +36,14 @@ def rooted(units: Mapping[str, float], under: str) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a field may hold.
+    """What a field may hold."""
 
-    Parameters
-    ----------
-    units : mapping of str to float
-        Unit -> its size in the first one, which a bare number is in.
-    least, most : float
-        Range, in the first unit.
-    above : bool
-        Whether the least itself is out of range.
-    may_be_off : bool
-        Whether null switches it off.
-    whole : bool
-        Whether it counts something.
-    """
-
-    units: Mapping[str, float]
-    least: float = 0.0
-    most: float = 1.0
-    above: bool = False
-    may_be_off: bool = False
-    whole: bool = False
+    units: Mapping[str, float]  # unit -> its size in the first one, which a bare number is in
+    least: float = 0.0  # in the first unit
+    most: float = 1.0  # in the first unit
+    above: bool = False  # whether the least itself is out of range
+    may_be_off: bool = False  # whether null switches it off
+    whole: bool = False  # whether it counts something
 
     @property
     def unit(self) -> str:
@@ -72,13 +58,7 @@ class Quantity:
         return f"{text}, or null for none" if self.may_be_off else text
 
     def read(self, value: Any, name: str) -> float | int | None:
-        """The value in the first unit.
-
-        Raises
-        ------
-        ValueError
-            If it is no such quantity; the message names the field, its unit and range.
-        """
+        """The value in the first unit; a ValueError names the field, its unit and range."""
         if value is None and self.may_be_off:
             return None
         number = self._number(value, name)

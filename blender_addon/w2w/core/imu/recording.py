@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording of one or more inertial sensors, and its npz file."""
+"""A recording of one or more inertial sensors: its channels and their units, and its npz file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,30 @@ from typing import Any
 import numpy as np
 
 from ..files import read_arrays, write_npz
-from .channels import FURTHER, READINGS, Reading
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One of the things that a recording may hold."""
+
+    name: str  # of the array in a recording
+    title: str  # for people
+    channels: tuple[str, ...]  # the numbers in a sample of it
+    unit: str  # empty for numbers without one
+
+
+READINGS = (
+    Reading("acc", "Specific force", ("acc_x", "acc_y", "acc_z"), "m/s2"),
+    Reading("gyr", "Angular velocity", ("gyr_x", "gyr_y", "gyr_z"), "rad/s"),
+    Reading("orientation", "Orientation", ("quat_w", "quat_x", "quat_y", "quat_z"), ""),
+    Reading("magnetometer", "Magnetic field", ("mag_x", "mag_y", "mag_z"), "uT"),
+    Reading("barometer", "Pressure", ("pressure",), "Pa"),
+)
+"""In the order that every file has them; the first two are always there."""
+
+FURTHER = {reading.name: len(reading.channels) for reading in READINGS[2:]}
+"""What else may be recorded -> the numbers in a sample of it."""
+
 
 FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip", *FURTHER)
 MAX_BYTES = 8 * 2**30

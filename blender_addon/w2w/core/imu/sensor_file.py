@@ -44,18 +44,9 @@ def read_sensor(path: str | Path) -> SensorModel:
 
 
 def sensor_from(content: Any, name: str) -> SensorModel:
-    """A sensor from what a JSON file holds.
+    """A sensor from what a JSON file holds; `name` is its name where the content gives none.
 
-    Parameters
-    ----------
-    content : Any
-    name : str
-        The sensor's, where the content gives none.
-
-    Raises
-    ------
-    ValueError
-        If a field is unknown or out of its range.
+    Raises ValueError if a field is unknown or out of its range.
     """
     if not isinstance(content, Mapping):
         raise ValueError('a sensor is a JSON object: {"name": ..., "accelerometer": {...}, ...}')

@@ -36,21 +36,10 @@ def difference_signals(
     acc: np.ndarray,
     gyr: np.ndarray,
 ) -> None:
-    """Fill `acc` and `gyr`, shape (samples, n, 3), from differences between frames.
+    """Fill `acc` and `gyr`, shape (samples, n, 3), from differences between frames at `rate`.
 
-    Parameters
-    ----------
-    positions : ndarray, shape (3, T, n)
-    quaternions : ndarray, shape (4, T, n)
-        Sensor to world, continuous.
-    rate : float
-        Frames per second.
-    settings : Synthesis
-    acc, gyr : ndarray
-        Where the signals go.
+    Positions are (3, T, n), continuous quaternions (4, T, n) turn sensor to world.
 
-    Notes
-    -----
     Physical: f = R^T (p'' - g) with the central second difference, omega = log(R(t-h)^T R(t+h)) / 2h. As
     the paper prints it: a + R^-1 g with a in the world frame, and log(R(t) R(t-h)^-1), here over h so that
     the unit is rad/s. The first and last frame have no central difference and take their neighbour's.
@@ -181,27 +170,13 @@ class Poses(Protocol):
 
 
 def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) -> ImuRecording:
-    """Ideal signals of sensors fixed to moving frames.
+    """Ideal signals of sensors fixed to moving frames, at `settings.rate_hz` and without labels.
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (T, N, 4, 4), or anything that slices like one
-        World matrix of every sensor in every frame: rotation sensor to world, position in metres.
-        NaN marks a missing pose.
-    rate : float
-        Frames per second.
-    settings : Synthesis, optional
+    `matrices` (T, N, 4, 4), or anything that slices like it, are each sensor's world matrix in each frame:
+    rotation sensor to world, position in metres; NaN marks a missing pose. `rate` is in frames per second.
 
-    Returns
-    -------
-    ImuRecording
-        From the first frame to the last at `settings.rate_hz`, without labels.
-
-    Raises
-    ------
-    ValueError
-        If the shape is wrong, there are fewer than 3 frames, a gap is too long to bridge, or a matrix is
-        not a rigid motion.
+    Raises ValueError if the shape is wrong, there are fewer than 3 frames, a gap is too long to bridge, or a
+    matrix is not a rigid motion.
     """
     n_frames, n_sensors = _check_poses(matrices, rate)
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)

@@ -47,15 +47,10 @@ WINDOW_SAMPLES = 128
 class Window:
     """A stretch of samples, the frames that shape it, and the matrices between them.
 
-    Parameters
-    ----------
-    frames, samples : slice
-        Which frames go in and which samples come out.
-    operators : tuple of 3 ndarrays, float32
-        Matrices that give the spline's value, first and second derivative with respect to seconds from,
-        in turn, the frames, their first and their second differences; shapes (samples, frames),
-        (samples, frames - 1) and (samples, frames - 2). A derivative knows nothing of what differencing
-        removes, so that single precision is enough once the differences have been taken in double.
+    The float32 operators give the spline's value, first and second derivative with respect to seconds from,
+    in turn, the frames, their first and their second differences; shapes (samples, frames),
+    (samples, frames - 1) and (samples, frames - 2). A derivative knows nothing of what differencing removes,
+    so that single precision is enough once the differences have been taken in double.
     """
 
     frames: slice
@@ -66,30 +61,15 @@ class Window:
 def spline_windows(
     n_frames: int, rate: float, sample_rate: float, cutoff_hz: float | None = None
 ) -> Iterator[Window]:
-    """Cut a clip into windows and make the spline operators of each.
+    """Cut a clip into windows, in order of time, and make the spline operators of each.
 
-    Parameters
-    ----------
-    n_frames : int
-        Length of the clip, at least 3. Fewer than 6 frames lower the degree of the spline.
-    rate : float
-        Frames per second.
-    sample_rate : float
-        Samples per second; the first sample stands on the first frame.
-    cutoff_hz : float, optional
-        Band limit: where the smoothing spline's gain falls to 0.71 (-3 dB). None interpolates.
+    The first sample is at the first frame. The clip has at least 3 frames; fewer than 6 lower the degree of
+    the spline. `cutoff_hz` is the band limit, where the smoothing spline's gain falls to 0.71 (-3 dB).
 
-    Yields
-    ------
-    Window
-        In order of time; together they cover every sample once.
-
-    Notes
-    -----
-    The interpolating spline has not-a-knot ends. The smoothing spline minimises, in units of frames,
-    sum (s - y)^2 + lambda integral (d^3 s / dt^3)^2. With lambda = (2 pi f0)^-6 its gain is
-    1 / (1 + (f / f0)^6), that of a Butterworth filter of order 3 run forwards and backwards (Craven and
-    Wahba 1979, doi:10.1007/BF01404567).
+    Without it the spline interpolates, with not-a-knot ends. The smoothing spline minimises, in units of
+    frames, sum (s - y)^2 + lambda integral (d^3 s / dt^3)^2. With lambda = (2 pi f0)^-6 its gain is 1 / (1 +
+    (f / f0)^6), that of a Butterworth filter of order 3 run forwards and backwards (Craven and Wahba 1979,
+    doi:10.1007/BF01404567).
     """
     if n_frames < MIN_FRAMES:
         raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")

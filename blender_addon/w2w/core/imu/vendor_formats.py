@@ -33,15 +33,8 @@ def write_xsens_txt(
 ) -> None:
     """Write one sensor as MT Manager exports it: m/s2, rad/s, tab-separated under ``//`` lines.
 
-    Parameters
-    ----------
-    path : str or Path
-        OpenSim expects ``<trial prefix><sensor name>.txt``.
-    recording : ImuRecording
-    sensor : int
-        Which of the recording's sensors.
-    quaternions : ndarray, shape (T, 4), optional
-        Orientation w, x, y, z, sensor to world.
+    OpenSim expects the file to be called ``<trial prefix><sensor name>.txt``. Quaternions (T, 4), w, x, y, z,
+    turn sensor to world.
     """
     names: tuple[str, ...] = XSENS_COLUMNS
     values = np.concatenate([recording.acc[:, sensor], recording.gyr[:, sensor]], axis=1)
@@ -65,18 +58,10 @@ def write_xsens_txt(
 
 
 def read_xsens_txt(path: str | Path) -> tuple[ImuRecording, np.ndarray | None]:
-    """Read one sensor from an MT Manager export.
+    """Read one sensor from an MT Manager export, with its quaternions where the file has them.
 
-    Returns
-    -------
-    recording : ImuRecording
-    quaternions : ndarray, shape (T, 4), or None
-        Orientation w, x, y, z, sensor to world, where the file has one.
-
-    Raises
-    ------
-    ValueError
-        If a column of the acceleration or rate of turn is missing, or no rate is given.
+    They are (T, 4), w, x, y, z, sensor to world. Raises ValueError if a column of the acceleration or rate of
+    turn is missing, or no rate is given.
     """
     lines = text_lines(path)
     head = [line for line in lines if line.startswith("//")]
@@ -103,15 +88,7 @@ def read_xsens_txt(path: str | Path) -> tuple[ImuRecording, np.ndarray | None]:
 def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> None:
     """Write one sensor as x-io's x-IMU3 logs it: ``Inertial.csv`` in a folder, g, deg/s and microseconds.
 
-    Where the orientation is recorded, ``Quaternion.csv`` stands beside it.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of the device; made if needed.
-    recording : ImuRecording
-    sensor : int
-        Which of the recording's sensors.
+    The folder is made if needed. ``Quaternion.csv`` lies beside it where the orientation is recorded.
     """
     Path(folder).mkdir(parents=True, exist_ok=True)
     values = np.concatenate(
@@ -131,10 +108,7 @@ def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> 
 def read_x_io(folder: str | Path) -> ImuRecording:
     """Read one sensor from the folder of an x-IMU3.
 
-    Raises
-    ------
-    ValueError
-        If there is no ``Inertial.csv`` with x-io's header, or its time stamps are not regular.
+    Raises ValueError if there is no ``Inertial.csv`` with x-io's header, or its time stamps are not regular.
     """
     path = Path(folder) / "Inertial.csv"
     if not path.is_file():
@@ -163,20 +137,11 @@ def _x_io_quaternions(folder: Path, stamps: np.ndarray) -> np.ndarray | None:
 def write_orientation_sto(
     path: str | Path, quaternions: np.ndarray, rate: float, sites: tuple[str, ...]
 ) -> None:
-    """Write orientations as OpenSense reads them.
+    """Write orientations as OpenSense reads them: quaternions (T, N, 4), w, x, y, z, sensor to world.
 
-    The world keeps its z axis up: give OpenSense ``sensor_to_opensim_rotations`` of (-pi/2, 0, 0), as for
-    Xsens, to turn it to OpenSim's y axis.
-
-    Parameters
-    ----------
-    path : str or Path
-    quaternions : ndarray, shape (T, N, 4)
-        w, x, y, z, sensor to world.
-    rate : float
-        Samples per second.
-    sites : tuple of str
-        Names of the N sensors, without tabs; OpenSense looks for ``<body>_imu``.
+    `sites` names the N sensors, without tabs; OpenSense looks for ``<body>_imu``. The world keeps its z axis
+    up: give OpenSense ``sensor_to_opensim_rotations`` of (-pi/2, 0, 0), as for Xsens, to turn it to OpenSim's
+    y axis.
     """
     quaternions = np.asarray(quaternions, dtype=np.float64)
     if quaternions.ndim != 3 or quaternions.shape[1:] != (len(sites), 4):

@@ -17,9 +17,8 @@ from ..patches.naming import place
 from ..patches.own_placements import patches_at
 from ..patches.patches import PatchSet
 from ..wording import plain_words
-from .channels import FURTHER
 from .further import NOTHING, FurtherSensors, further_signals
-from .recording import ImuRecording
+from .recording import FURTHER, ImuRecording
 from .sensor import SensorModel
 from .synthesis import Synthesis, synthesize
 
@@ -42,25 +41,8 @@ def record_motion(
 ) -> ImuRecording:
     """Recording of a sensor on every patch, in memory bounded by the recording itself.
 
-    The same as `synthesize` on `patch_matrices` and `SensorModel.apply` on the whole, to rounding.
-
-    Parameters
-    ----------
-    body : Body
-    patches : PatchSet, N patches
-    motion : Motion
-    settings : Synthesis, optional
-    sensor : SensorModel, optional
-        Ideal by default.
-    seed : int
-        Of the sensors' errors.
-    further : FurtherSensors, optional
-        What is recorded beside acc and gyr; nothing by default.
-
-    Returns
-    -------
-    ImuRecording
-        Named after the patches and labelled as the motion.
+    The same as `synthesize` on `patch_matrices` and `SensorModel.apply` on the whole, to rounding; named
+    after the patches and labelled as the motion. `seed` is that of the sensors' errors.
     """
     rate = sensor.rate_hz or settings.rate_hz
     n_ideal = count_resampled(motion.n_frames, motion.rate, settings.rate_hz)
@@ -108,10 +90,7 @@ class _SkinnedPatches:
 def sensors_at(body: Body, sites: Mapping[str, str | SensorSite]) -> PatchSet:
     """A patch of its own at each place, given by its name (`naming.place`) or as a point on a segment.
 
-    Raises
-    ------
-    ValueError
-        If a name means no place, or two sites are at one vertex.
+    Raises ValueError if a name means no place, or two sites are at one vertex.
     """
     return patches_at(
         body,
@@ -125,10 +104,7 @@ def sensors_at(body: Body, sites: Mapping[str, str | SensorSite]) -> PatchSet:
 def sensor_at(body: Body, name: str, sample: Callable[[Body], PatchSet]) -> PatchSet:
     """One sensor at a place by its name, or at the patch of a sample that is called so.
 
-    Raises
-    ------
-    ValueError
-        If neither a place nor a patch is called that.
+    Raises ValueError if neither a place nor a patch is called that.
     """
     try:
         found = sensors_at(body, {name: name})

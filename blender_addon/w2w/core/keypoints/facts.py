@@ -76,10 +76,7 @@ class PoseFacts:
 def facts_of(content: Mapping[str, Any]) -> PoseFacts:
     """The facts among what a file holds, under their usual names.
 
-    Raises
-    ------
-    UnusableMotion
-        If one is out of its range.
+    Raises UnusableMotion if one is out of its range.
     """
     given: dict[str, Any] = {}
     for key, value in content.items():
@@ -110,13 +107,7 @@ def side_car(path: Path) -> Path | None:
 
 
 def side_car_facts(path: Path) -> PoseFacts:
-    """The facts that a side-car gives.
-
-    Raises
-    ------
-    UnusableMotion
-        If it is there and cannot be understood.
-    """
+    """The facts that a side-car gives; UnusableMotion where it is there and cannot be understood."""
     beside = side_car(path)
     if beside is None:
         return PoseFacts()

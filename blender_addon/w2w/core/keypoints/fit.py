@@ -43,20 +43,11 @@ TOE_TRUST = 0.1
 
 @dataclass(frozen=True)
 class KeypointFit:
-    """A motion fitted to joint positions, and what was found on the way.
-
-    Parameters
-    ----------
-    motion : Motion
-    scale : float
-        Body metres in one unit of the positions, by the lengths of the limbs' bones.
-    paths : Paths
-        Landmarks after cleaning, z up, in the positions' unit.
-    """
+    """A motion fitted to joint positions, and what was found on the way."""
 
     motion: Motion
-    scale: float
-    paths: Paths
+    scale: float  # body metres in one unit of the positions, by the lengths of the limbs' bones
+    paths: Paths  # landmarks after cleaning, z up, in the positions' unit
 
 
 def fit_keypoints(
@@ -67,31 +58,13 @@ def fit_keypoints(
     up: Up = "z",
     cutoff_hz: float = CUTOFF_HZ,
 ) -> KeypointFit:
-    """Fit the 24 joints' rotations to 3D joint positions.
+    """Fit the 24 joints' rotations to 3D joint positions; the motion stands on z = 0, unlabelled.
 
-    Parameters
-    ----------
-    keypoints : ndarray, shape (T, J, 3)
-        Positions in right-handed axes and any unit, NaN where a joint was not seen.
-    rate : float
-        Frames per second.
-    joint_set : JointSet
-        Which joints they are.
-    body : Body
-    up : {"x", "y", "z", "-x", "-y", "-z"}
-        The axis that points up: "y" for Kinect, "-y" for axes like those of a picture.
-    cutoff_hz : float
-        Band limit of the joints' paths.
+    Positions (T, J, 3) are in right-handed axes and any unit, NaN where a joint was not seen. `up` is the
+    axis that points up: "y" for Kinect, "-y" for axes like those of a picture. `cutoff_hz` limits the band of
+    the joints' paths.
 
-    Returns
-    -------
-    KeypointFit
-        Its motion stands on z = 0; unlabelled.
-
-    Raises
-    ------
-    ValueError
-        If shapes disagree, or hips or shoulders are hardly ever seen.
+    Raises ValueError if shapes disagree, or hips or shoulders are hardly ever seen.
     """
     if up not in _UP:
         raise ValueError(f"up must be one of {', '.join(_UP)}, not {up!r}")
@@ -117,16 +90,8 @@ def fit_keypoints(
 def guess_up(keypoints: np.ndarray, joint_set: JointSet) -> Up:
     """The axis that trunks point along on average, for files that do not say which way is up.
 
-    Parameters
-    ----------
-    keypoints : ndarray, shape (T, J, 3)
-        Of people who mostly stand or sit; NaN where a joint was not seen.
-    joint_set : JointSet
-
-    Raises
-    ------
-    ValueError
-        If hips and shoulders are never seen together.
+    Positions (T, J, 3) are of people who mostly stand or sit, NaN where a joint was not seen. Raises
+    ValueError if hips and shoulders are never seen together.
     """
     hips, shoulders = (
         sum(
@@ -186,8 +151,10 @@ def _carried_by_trunk(world: np.ndarray, joints: dict[str, np.ndarray]) -> dict[
 def _anchor(
     points: dict[str, np.ndarray], start: str, end: str, found: np.ndarray, frame: np.ndarray
 ) -> None:
-    """Hang a limb on the trunk's own hip or shoulder, in place, so that noise of the trunk's joints does not
-    reach the hand or foot: only where the joint is on average, seen from the trunk, is taken from the data.
+    """Hang a limb on the trunk's own hip or shoulder, in place.
+
+    So noise of the trunk's joints does not reach the hand or foot: the data say only where the joint is on
+    average, seen from the trunk.
     """
     aside = np.median(_seen_from(frame, points[start] - found), axis=0)
     points[start] = found + frame @ aside
@@ -220,8 +187,10 @@ def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: d
 
 
 def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:
-    """The neck leans with the head, seen from the neck or from between the shoulders; its turn is seen where
-    there is a nose."""
+    """The neck leans with the head, seen from the neck or from between the shoulders.
+
+    The head's turn is seen where there is a nose.
+    """
     chest = world[:, JOINT_INDEX["spine3"]]
     world[:, JOINT_INDEX["neck"]] = world[:, JOINT_INDEX["head"]] = chest
     if "head" not in points:

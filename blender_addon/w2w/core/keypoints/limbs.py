@@ -28,17 +28,12 @@ TWIST_BAND_HZ = 1.0
 class Evidence(NamedTuple):
     """A direction that shows a segment's twist.
 
-    Attributes
-    ----------
-    hinge : ndarray, shape (T, 3)
-        Where the hinge axis points, in the parent's frame; its length across the segment says how
-        sharply: the sine of the bend.
-    trust : float
-        Weight against a hinge of flesh and bone, 1.
+    The hinge axis (T, 3) is in the parent's frame; its length across the segment, the sine of the bend, says
+    how sharply it shows.
     """
 
     hinge: np.ndarray
-    trust: float = 1.0
+    trust: float = 1.0  # weight against a hinge of flesh and bone, 1
 
 
 def swing_and_twist(
@@ -49,26 +44,11 @@ def swing_and_twist(
     limit: float,
     rate: float,
 ) -> np.ndarray:
-    """Rotation of a segment in its parent's frame.
+    """Rotation of a segment in its parent's frame, shape (T, 3, 3).
 
-    Parameters
-    ----------
-    rest : ndarray, shape (3,)
-        Direction of the segment in the T-pose.
-    hinge : ndarray, shape (3,)
-        Axis of the joint at its far end in the T-pose, about which a positive turn bends it.
-    direction : ndarray, shape (T, 3)
-        Direction of the segment in the parent's frame.
-    evidence : list of Evidence
-        What shows the hinge axis; none for a segment whose twist cannot be seen.
-    limit : float
-        Greatest twist, radians.
-    rate : float
-        Frames per second.
-
-    Returns
-    -------
-    ndarray, shape (T, 3, 3)
+    `rest` (3,) is the segment's direction in the T-pose and `hinge` (3,) the axis of the joint at its far end
+    there, about which a positive turn bends it; `direction` (T, 3) is the segment's in the parent's frame. A
+    segment without evidence does not show its twist; `limit` is the greatest one, radians.
     """
     axis = unit(direction)
     swing = smallest_rotation(rest, axis)
@@ -100,22 +80,11 @@ def hinge_bend(
     most: float,
     aside: float,
 ) -> np.ndarray:
-    """Rotation of a hinged segment in its parent's frame, within the joint's limits.
+    """Rotation of a hinged segment in its parent's frame, within the joint's limits, shape (T, 3, 3).
 
-    Parameters
-    ----------
-    rest, hinge : ndarray, shape (3,)
-        Direction of the segment and hinge axis in the T-pose.
-    direction : ndarray, shape (T, 3)
-        Direction of the segment in the parent's frame.
-    least, most : float
-        Range of the bend, radians.
-    aside : float
-        Greatest angle out of the hinge's plane, radians.
-
-    Returns
-    -------
-    ndarray, shape (T, 3, 3)
+    `rest` and `hinge` (3,) are the segment's direction and the hinge axis in the T-pose, `direction` (T, 3)
+    is the segment's in the parent's frame. The bend is from `least` to `most`, at most `aside` out of the
+    hinge's plane, radians.
     """
     along = unit(rest)
     axis = unit(hinge - along * (hinge @ along))
@@ -134,13 +103,7 @@ def hinge_bend(
 def cone_swing(rest: np.ndarray, direction: np.ndarray, widest: float) -> np.ndarray:
     """Smallest rotation from the T-pose's direction, no wider than a cone; shape (T, 3, 3).
 
-    Parameters
-    ----------
-    rest : ndarray, shape (3,)
-    direction : ndarray, shape (T, 3)
-        In the parent's frame.
-    widest : float
-        Half the cone's opening, radians.
+    `rest` is (3,), `direction` (T, 3) in the parent's frame, `widest` half the cone's opening, radians.
     """
     along, direction = unit(rest), unit(direction)
     axis = unit(np.cross(along, direction))

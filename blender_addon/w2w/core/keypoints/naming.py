@@ -25,36 +25,17 @@ LOWEST_STEADINESS = 1e-9
 
 
 class RawPose(NamedTuple):
-    """What a file holds.
-
-    Attributes
-    ----------
-    positions : ndarray
-        As the file has them.
-    names : tuple of str
-        Of the joints; empty where the file has none.
-    facts : PoseFacts
-        What the file says of them.
-    """
+    """Joint positions as a file has them."""
 
     positions: np.ndarray
-    names: tuple[str, ...]
-    facts: PoseFacts
+    names: tuple[str, ...]  # of the joints; empty where the file has none
+    facts: PoseFacts  # what the file says of them
 
 
 def told_by(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
     """The joint set of what a file holds, and its joints in that set's order, shape (T, J, 3).
 
-    Parameters
-    ----------
-    raw : RawPose
-    wanted : str or None
-        One of `JOINT_SETS`, where it is known.
-
-    Raises
-    ------
-    UnusableMotion
-        If no set fits, or several do.
+    `wanted` is one of `JOINT_SETS`, where it is known. Raises UnusableMotion if no set fits, or several do.
     """
     if raw.positions.dtype.kind not in "fiu":
         raise UnusableMotion("its positions are no numbers")

@@ -27,18 +27,8 @@ def undo_swaps(points: dict[str, np.ndarray], size: float) -> tuple[dict[str, np
     Of all ways to call each frame swapped or not, the one along which the joints move least is taken
     (Viterbi's algorithm), for arms and legs apart; what most frames say is right.
 
-    Parameters
-    ----------
-    points : dict of str to ndarray, shape (T, 3)
-        Landmark -> path; NaN where not seen.
-    size : float
-        Length of the trunk, in their unit.
-
-    Returns
-    -------
-    points : dict of str to ndarray
-    swapped : ndarray of bool, shape (T, 2)
-        Frames in which arms, legs were swapped.
+    `points` holds a path (T, 3) a landmark, NaN where not seen; `size` is the trunk's length in their unit.
+    Returns the points, and the frames (T, 2) in which arms and legs were swapped.
     """
     points = dict(points)
     swapped = []
@@ -59,14 +49,9 @@ def undo_swaps(points: dict[str, np.ndarray], size: float) -> tuple[dict[str, np
 
 
 def sides_are_exchanged(points: dict[str, np.ndarray]) -> bool:
-    """Whether left and right are called the wrong way round throughout.
+    """Whether left and right are called the wrong way round throughout, once single frames' swaps are undone.
 
     Knees bend forwards and toes and noses point there; forward is where up and the left hip say it is.
-
-    Parameters
-    ----------
-    points : dict of str to ndarray, shape (T, 3)
-        Swaps of single frames undone.
     """
     left = points["left hip"] - points["right hip"]
     middle = (points["left hip"] + points["right hip"]) / 2
@@ -154,49 +139,21 @@ LENGTH_ROUNDS = 10
 
 
 class Paths(NamedTuple):
-    """Landmarks of one clip.
+    """Landmarks of one clip."""
 
-    Attributes
-    ----------
-    points : dict of str to ndarray, shape (T, 3)
-        Landmark -> smooth path; landmarks never seen are not there.
-    lengths : dict of (str, str) to float
-        Bone -> its length, in the unit of the positions, left and right alike.
-    trunk : float
-        Distance from between the hips to between the shoulders.
-    seen : dict of str to float
-        Landmark -> share of the frames in which it was seen.
-    swapped : ndarray of bool, shape (T, 2)
-        Frames in which arms, legs had changed sides.
-    exchanged : bool
-        Whether left and right were called the wrong way round throughout.
-    """
-
-    points: dict[str, np.ndarray]
-    lengths: dict[tuple[str, str], float]
-    trunk: float
-    seen: dict[str, float]
-    swapped: np.ndarray
-    exchanged: bool
+    points: dict[str, np.ndarray]  # landmark -> smooth path (T, 3); landmarks never seen are not there
+    lengths: dict[tuple[str, str], float]  # bone -> its length in the positions' unit, left and right alike
+    trunk: float  # from between the hips to between the shoulders
+    seen: dict[str, float]  # landmark -> share of the frames in which it was seen
+    swapped: np.ndarray  # (T, 2), frames in which arms, legs had changed sides
+    exchanged: bool  # whether left and right were called the wrong way round throughout
 
 
 def landmark_paths(keypoints: np.ndarray, joint_set: JointSet, rate: float, cutoff_hz: float) -> Paths:
     """Clean and smooth the joints of a clip.
 
-    Parameters
-    ----------
-    keypoints : ndarray, shape (T, J, 3)
-        Right-handed axes, any unit; NaN where a joint was not seen.
-    joint_set : JointSet
-    rate : float
-        Frames per second.
-    cutoff_hz : float
-        Band limit of the paths, where the gain is a half.
-
-    Raises
-    ------
-    ValueError
-        If shapes disagree or the hips or shoulders are hardly ever seen.
+    Positions (T, J, 3) are in right-handed axes and any unit, NaN where a joint was not seen; at `cutoff_hz`
+    the gain is a half. Raises ValueError if shapes disagree or the hips or shoulders are hardly ever seen.
     """
     points = _landmarks(keypoints, joint_set)
     seen = {name: float(np.isfinite(path).all(axis=1).mean()) for name, path in points.items()}

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Joint positions from video, as csv, npy, npz or json files."""
+"""Joint positions from video (csv, npy, npz, json), and joint centres of C3D files, read by ezc3d."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,16 +14,77 @@ from ..file_names import shown
 from ..files import array_names, read_arrays, read_npy
 from ..motion.joint_files import POSITION_KEYS
 from ..motion.motion_file import size_and_head, unreadable
-from ..motion.source import UnusableMotion, reason_of, refuse_rate, refuse_too_long
+from ..motion.source import UnusableMotion, reason_of, refuse_few_frames, refuse_rate, refuse_too_long
 from .facts import UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import KeypointFit, Up, fit_keypoints, guess_up
-from .joint_sets import JointSet
-from .naming import told_by
-from .pose_c3d import read_c3d_pose
-from .pose_text import RawPose, read_csv_pose, read_json_pose
+from .joint_sets import JOINT_SETS, JointSet
+from .naming import RawPose, plain_joint, told_by
+from .paths import REQUIRED
+from .pose_text import read_csv_pose, read_json_pose
+
+C3D_JOINTS = "joint-centres"
+
+C3D_LABELS = {
+    "HJC": "hip", "KJC": "knee", "AJC": "ankle", "SJC": "shoulder", "EJC": "elbow", "WJC": "wrist",
+    "FEP": "hip", "FEO": "knee", "TIO": "ankle", "HUP": "shoulder", "HUO": "elbow", "RAO": "wrist",
+    "HNO": "hand", "TOE": "toe", "FIN": "hand",
+}  # fmt: skip
+"""What follows L or R in a label: joint centres (CGM, Theia, Visual3D), the segments' ends that Plug-in Gait
+writes (a femur's P is the hip, its O the knee), and the markers of toe and finger."""
+
+C3D_MIDDLE = {"HEDO": "head", "C7": "neck"}
+
+
+def read_c3d_pose(path: Path) -> RawPose:
+    """Joint centres, rate and unit of a C3D file.
+
+    Raises UnusableMotion if ezc3d is missing, the file is damaged or holds markers alone.
+    """
+    try:
+        import ezc3d
+    except ImportError as error:
+        raise UnusableMotion(f"C3D files are read by ezc3d (pip install ezc3d): {error}") from error
+    try:
+        found = ezc3d.c3d(str(path))
+        point = found["parameters"]["POINT"]
+        labels = [str(label) for label in point["LABELS"]["value"]]
+        rate = float(np.ravel(point["RATE"]["value"])[0])
+        unit = str(next(iter(point["UNITS"]["value"]), "")).strip().lower()
+        positions = np.asarray(found["data"]["points"])[:3].transpose(2, 1, 0)
+    except (OSError, KeyError, ValueError, IndexError, RuntimeError, StopIteration) as error:
+        raise UnusableMotion(f"it cannot be read as C3D: {str(error).splitlines()[0]}") from error
+    names: dict[str, int] = {}
+    for number, label in enumerate(labels[: positions.shape[1]]):
+        names.setdefault(_joint(label), number)
+    _refuse_markers(labels, names)
+    chosen = [joint for joint in JOINT_SETS[C3D_JOINTS].joints if plain_joint(joint) in names]
+    places = [names[plain_joint(joint)] for joint in chosen]
+    facts = PoseFacts(rate if rate > 0 else None, unit if unit in UNITS else None, None, C3D_JOINTS)
+    return RawPose(positions[:, places], tuple(chosen), facts)
+
+
+def _joint(label: str) -> str:
+    """The plain name of a label's joint: ``Anna:LHJC`` is the left hip."""
+    plain = label.rpartition(":")[2].strip()
+    upper = plain.upper()
+    if upper in C3D_MIDDLE:
+        return C3D_MIDDLE[upper]
+    if upper[:1] in ("L", "R") and upper[1:] in C3D_LABELS:
+        return f"{'left' if upper[0] == 'L' else 'right'} {C3D_LABELS[upper[1:]]}"
+    return plain_joint(plain)
+
+
+def _refuse_markers(labels: list[str], names: Iterable[str]) -> None:
+    missing = [name for name in REQUIRED if name not in set(names)]
+    if missing:
+        held = ", ".join(labels[:8]) + (", ..." if len(labels) > 8 else "") or "nothing"
+        raise UnusableMotion(
+            f"it names no joint centre of the {', '.join(missing)} (such as LHJC, LSJC), and holds {held}: "
+            "W2W reads joint centres, not markers; let your gait model write them"
+        )
+
 
 MAX_BYTES = 2 * 2**30
-MIN_FRAMES = 4
 MAX_DISTANCE = 1e9
 """In the file's own unit, which may be millimetres."""
 
@@ -39,28 +101,14 @@ FACT_KEYS = (
 
 @dataclass(frozen=True, eq=False)
 class JointPositions:
-    """A clip as the positions of joints.
+    """A clip as the positions of joints."""
 
-    Parameters
-    ----------
-    positions : ndarray, shape (T, J, 3)
-        In the file's axes and unit; NaN where a joint was not seen.
-    rate : float
-        Frames per second.
-    joint_set : JointSet
-    unit : str
-        Empty where unknown.
-    up : {"x", "y", "z", "-x", "-y", "-z"}
-    up_is_guessed : bool
-        By where the trunk points, not by the file's word.
-    """
-
-    positions: np.ndarray
+    positions: np.ndarray  # (T, J, 3) in the file's axes and unit; NaN where a joint was not seen
     rate: float
     joint_set: JointSet
-    unit: str
+    unit: str  # empty where unknown
     up: Up
-    up_is_guessed: bool
+    up_is_guessed: bool  # by where the trunk points, not by the file's word
 
     @property
     def n_frames(self) -> int:
@@ -70,10 +118,7 @@ class JointPositions:
     def fit(self, body: Body) -> KeypointFit:
         """The motion of a body that moves like these joints.
 
-        Raises
-        ------
-        UnusableMotion
-            If there is no body in them, or none of a human's size in their unit.
+        Raises UnusableMotion if there is no body in them, or none of a human's size in their unit.
         """
         try:
             found = fit_keypoints(self.positions, self.rate, self.joint_set, body, self.up)
@@ -92,20 +137,11 @@ class JointPositions:
 
 
 def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions:
-    """Read joint positions.
+    """Read joint positions: csv (columns ``left_hip_x``, ...), npy or npz (T, J, 3), json or c3d.
 
-    Parameters
-    ----------
-    path : str or Path
-        csv (columns ``left_hip_x``, ...), npy or npz (T, J, 3), or json. What the file does not say itself
-        may stand in ``NAME.json`` beside it.
-    given : PoseFacts
-        What is known better than by the file.
+    Facts that the file does not say itself may lie in ``NAME.json`` beside it; `given` are known better.
 
-    Raises
-    ------
-    UnusableMotion
-        If it is no such file, or its rate or joints are not known; the message says why.
+    Raises UnusableMotion, with the reason, if it is no such file, or its rate or joints are not known.
     """
     path = Path(path)
     size_and_head(path)
@@ -130,9 +166,7 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions
     refuse_rate(facts.rate)
     joint_set, positions = told_by(raw, facts.joint_set)
     positions = _seen(positions)
-    if len(positions) < MIN_FRAMES:
-        plural = "s" * (len(positions) != 1)
-        raise UnusableMotion(f"it holds a pose, not a motion: {len(positions)} frame{plural}")
+    refuse_few_frames(len(positions))
     try:
         up = facts.up or guess_up(positions, joint_set)
     except ValueError as error:

@@ -28,10 +28,7 @@ JSON_ARRAYS = ("positions", "keypoints", "keypoints_3d", "joints")
 def read_csv_pose(path: Path) -> RawPose:
     """Positions of a csv: columns ``left_hip_x``, ``left_hip_y``, ... in any order, a frame a row.
 
-    Raises
-    ------
-    UnusableMotion
-        If the columns are no joints' or a row is damaged.
+    Raises UnusableMotion if the columns are no joints' or a row is damaged.
     """
     try:
         text, _ = decoded(path)
@@ -99,10 +96,7 @@ def _rate(columns: list[str], table: np.ndarray) -> float | None:
 def read_json_pose(path: Path) -> RawPose:
     """Positions of a json file: ``{"rate": 30, "positions": [frames][joints][x, y, z], ...}``, or MMPose's.
 
-    Raises
-    ------
-    UnusableMotion
-        If it is none of them.
+    Raises UnusableMotion if it is neither.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8-sig"))

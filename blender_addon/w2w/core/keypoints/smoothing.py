@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 OUTLIER_SIGMAS = 6.0
-"""Residuals beyond so many robust standard deviations weigh nothing (Tukey's biweight)."""
+"""Residuals beyond this many robust standard deviations weigh nothing (Tukey's biweight)."""
 
 ROBUST_ROUNDS = 3
 
@@ -15,27 +15,11 @@ ROBUST_ROUNDS = 3
 def smooth(
     values: np.ndarray, weights: np.ndarray, rate: float, cutoff_hz: float, order: int = 3
 ) -> np.ndarray:
-    """Penalised least squares along the first axis, with a weight for each sample.
+    """Penalised least squares along the first axis (T, ...), with a weight (T,) for each sample.
 
     Minimises sum w |s - y|^2 + (rate / 2 pi f0)^(2 k) sum |D^k s|^2 for differences of order k (Whittaker
-    1923; Eilers 2003, doi:10.1021/ac034173t). Where all weights are 1 the gain is 1 / (1 + (f / f0)^(2 k)).
-
-    Parameters
-    ----------
-    values : ndarray, shape (T, ...)
-        Finite, also where the weight is 0.
-    weights : ndarray, shape (T,)
-        At least `order` of them positive.
-    rate : float
-        Samples per second.
-    cutoff_hz : float
-        f0.
-    order : int
-        k.
-
-    Returns
-    -------
-    ndarray, shape (T, ...)
+    1923; Eilers 2003, doi:10.1021/ac034173t), with f0 = `cutoff_hz`. Where all weights are 1 the gain is 1 /
+    (1 + (f / f0)^(2 k)). Values are finite, also where the weight is 0; at least k weights are positive.
     """
     n = len(values)
     order = min(order, n - 1)
@@ -51,19 +35,9 @@ def smooth(
 def smooth_robustly(
     values: np.ndarray, weights: np.ndarray, rate: float, cutoff_hz: float, floor: float
 ) -> np.ndarray:
-    """`smooth` that takes no notice of points far off the path.
+    """`smooth`, without regard for points (T, D) far off the path.
 
-    Parameters
-    ----------
-    values : ndarray, shape (T, D)
-    weights : ndarray, shape (T,)
-    rate, cutoff_hz : float
-    floor : float
-        No residual up to this counts as far off, in the unit of `values`.
-
-    Returns
-    -------
-    ndarray, shape (T, D)
+    No residual up to `floor`, in the unit of `values`, counts as far off.
     """
     path = smooth(values, weights, rate, cutoff_hz)
     trusted = weights

@@ -13,14 +13,12 @@ from scipy.spatial.transform import Rotation
 from ..body.skeleton import Y_UP_TO_Z_UP
 from ..file_names import shown
 from .motion_file import size_and_head, unreadable
-from .source import SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
+from .source import SourceMotion, UnusableMotion, refuse_few_frames, refuse_rate, refuse_too_long
 
 AMC_SUFFIX, ASF_SUFFIX = ".amc", ".asf"
 
 USUAL_RATE = 120.0
 """Frames per second of CMU's and HDM05's files; the format does not say them."""
-
-MIN_FRAMES = 4
 
 MAX_ASF_BYTES = 1 << 22
 
@@ -44,10 +42,7 @@ class _Bone:
 def skeleton_file(path: Path) -> Path:
     """The .asf that an .amc belongs to: of its own name, of the longest beginning of it, or the only one.
 
-    Raises
-    ------
-    UnusableMotion
-        If there is none beside it, or several that could be.
+    Raises UnusableMotion if none lies beside it, or several that it could be.
     """
     beside = sorted(file for file in path.parent.iterdir() if file.suffix.lower() == ASF_SUFFIX)
     stem = path.stem.lower()
@@ -62,24 +57,9 @@ def skeleton_file(path: Path) -> Path:
 
 
 def read_amc(path: str | Path, rate: float | None = None) -> SourceMotion:
-    """Read a motion and its skeleton.
+    """Read a motion and the skeleton beside it: z up, in the file's own unit of length.
 
-    Parameters
-    ----------
-    path : str or Path
-        The .amc; its .asf lies beside it.
-    rate : float, optional
-        Frames per second; CMU's and HDM05's 120 by default.
-
-    Returns
-    -------
-    SourceMotion
-        z up, in the file's own unit of length.
-
-    Raises
-    ------
-    UnusableMotion
-        If the files cannot be used; the message says why.
+    `rate` is in frames per second; CMU's and HDM05's 120 by default. Raises UnusableMotion, with the reason.
     """
     path = Path(path)
     rate = USUAL_RATE if rate is None else rate
@@ -187,8 +167,7 @@ def _checked(order: str) -> str:
 def _frames(lines: list[str], bones: list[_Bone]) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Values of each bone by frame, and the root's position."""
     starts = [number for number, line in enumerate(lines) if line.isdigit()]
-    if len(starts) < MIN_FRAMES:
-        raise UnusableMotion(f"it holds a pose, not a motion: {len(starts)} frames")
+    refuse_few_frames(len(starts))
     if any(line.upper().startswith(":RADIANS") for line in lines[: starts[0]]):
         raise UnusableMotion("its angles are in radians; only degrees are known")
     refuse_too_long(len(starts), len(bones))

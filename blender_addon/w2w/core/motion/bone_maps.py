@@ -39,28 +39,17 @@ SHARED_PREFIX = 0.8
 
 @dataclass(frozen=True)
 class BoneMap:
-    """Names of the bones of one family of rigs.
+    """Names of the bones of one family of rigs."""
 
-    Parameters
-    ----------
-    name : str
-        What people call the family, e.g. ``"Mixamo"``.
-    joints : dict of str to tuple of str
-        For each joint of `skeleton.JOINT_NAMES` the bone names that play it, best first,
-        written as `plain_name` writes them.
-    """
-
-    name: str
+    name: str  # what people call the family: "Mixamo"
+    # joint -> bones that play it, best first, written as `plain_name` writes them
     joints: dict[str, tuple[str, ...]]
 
     @classmethod
     def load(cls, path: str | Path) -> BoneMap:
         """Read a bone map: JSON with ``name`` and ``joints`` (joint name to bone names).
 
-        Raises
-        ------
-        ValueError
-            If the file is not such a map; the message names the file and the fault.
+        A ValueError names the file and its fault.
         """
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -127,21 +116,9 @@ def bundled_bone_maps() -> tuple[BoneMap, ...]:
 
 
 def best_match(bones: Sequence[str], maps: Iterable[BoneMap] = ()) -> tuple[BoneMap | None, dict[int, int]]:
-    """The bone map that finds most joints of a skeleton.
+    """The bone map that finds most joints of a skeleton, and its match: joint index -> bone index.
 
-    Parameters
-    ----------
-    bones : sequence of str
-        Bone names of the skeleton.
-    maps : iterable of BoneMap
-        Maps of the user's own, tried before the bundled ones.
-
-    Returns
-    -------
-    bone_map : BoneMap or None
-        None where no map finds a single joint.
-    matched : dict of int to int
-        Joint index -> bone index.
+    Maps of the user's own are tried before the bundled ones. None where no map finds a single joint.
     """
     matches = [(bone_map, bone_map.match(bones)) for bone_map in maps]
     best, matched = _best([*matches, _best_bundled(tuple(bones))])

@@ -11,8 +11,7 @@ from ..body.skeleton import Y_UP_TO_Z_UP
 from ..file_names import shown
 from .bvh_text import BvhJoint, BvhText, read_bvh_text
 from .repair import repaired
-from .source import SourceMotion, people_in
-from .stillness import refuse_pose
+from .source import SourceMotion, people_in, refuse_pose
 
 BVH_SUFFIX = ".bvh"
 
@@ -20,18 +19,9 @@ POSITION, ROTATION = "position", "rotation"
 
 
 def read_bvh(path: str | Path) -> SourceMotion:
-    """Read a BVH file.
+    """Read a BVH file: z up, in its own unit of length, without a leading T-pose, at rest as a person can be.
 
-    Returns
-    -------
-    SourceMotion
-        z up, in the file's own unit of length, without a leading T-pose and with a rest pose that a
-        person can take.
-
-    Raises
-    ------
-    UnusableMotion
-        If the file cannot be used; the message says why.
+    Raises UnusableMotion, with the reason, if the file cannot be used.
     """
     path = Path(path)
     motion = as_it_stands(read_bvh_text(path), shown(path.stem))
@@ -40,14 +30,7 @@ def read_bvh(path: str | Path) -> SourceMotion:
 
 
 def as_it_stands(text: BvhText, take: str) -> SourceMotion:
-    """The motion as the file has it: the offsets are the rest pose, the y axis is up, every frame counts.
-
-    Parameters
-    ----------
-    text : BvhText
-    take : str
-        What to call it.
-    """
+    """The motion as the file has it: the offsets are the rest pose, the y axis is up, every frame counts."""
     joints = text.joints
     local_rest, local = np.tile(np.eye(4), (len(joints), 1, 1)), _local_matrices(text)
     local_rest[:, :3, 3] = [joint.offset for joint in joints]

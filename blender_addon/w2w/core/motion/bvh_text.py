@@ -52,56 +52,30 @@ Statements = Iterator[tuple[int, list[str]]]
 
 @dataclass
 class BvhJoint:
-    """A joint of the skeleton.
+    """A joint of the skeleton."""
 
-    Parameters
-    ----------
-    name : str
-        Words joined by underscores; a name that stands twice has a number from its second time on.
-    parent : int
-        Number of its parent, -1 for a root.
-    line : int
-        Where it begins.
-    offset : tuple of float
-        From its parent, in the file's unit; of a root from the origin.
-    channels : tuple of str
-        What its columns are, in their order and in lower case: ``xposition``, ``zrotation``.
-    """
-
-    name: str
-    parent: int
-    line: int
-    offset: tuple[float, ...] = ()
+    name: str  # words joined by underscores; where it repeats one, with a number
+    parent: int  # its number; -1 for a root
+    line: int  # where it begins
+    offset: tuple[float, ...] = ()  # from its parent, of a root from the origin, in the file's unit
+    # what its columns are, in their order and in lower case: ``xposition``, ``zrotation``
     channels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class BvhText:
-    """What a BVH file says.
+    """What a BVH file says."""
 
-    Parameters
-    ----------
-    joints : list of BvhJoint, length B
-        Parents come before their children.
-    rate : float
-        Frames per second.
-    values : ndarray, shape (T, C)
-        A row a frame, a column a channel, the joints' channels one after another; angles in degrees.
-    """
-
-    joints: list[BvhJoint]
-    rate: float
-    values: np.ndarray
+    joints: list[BvhJoint]  # B of them, parents before their children
+    rate: float  # frames per second
+    values: np.ndarray  # (T, C), a row a frame, the joints' channels one after another; angles in degrees
 
 
 def read_bvh_text(path: Path) -> BvhText:
     """Read a BVH file, line by line.
 
-    Raises
-    ------
-    UnusableMotion
-        If the file cannot be read, is no BVH, cut short or damaged, if its header and its frames
-        disagree, if it does not say its frame rate, or is too long.
+    Raises UnusableMotion if the file cannot be read, is no BVH, cut short or damaged, if its header and its
+    frames disagree, if it does not say its frame rate, or is too long.
     """
     size, head = size_and_head(path)
     if head.removeprefix(b"\xef\xbb\xbf").lstrip()[:9].upper() != b"HIERARCHY":

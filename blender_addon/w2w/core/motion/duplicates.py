@@ -51,13 +51,9 @@ ONE_LENGTH = 0.03
 
 
 def motion_signature(motion: Motion) -> np.ndarray:
-    """Poses at even phases of a clip and its length, whoever moves and wherever they face.
+    """Poses at even phases of a clip and its length, whoever moves and wherever they face; (K,), float32.
 
-    Returns
-    -------
-    ndarray, shape (K,), float32
-        Two columns of the rotation of each of `JOINTS` at `PHASES` moments, then the
-        logarithm of the duration.
+    Two columns of the rotation of each of `JOINTS` at `PHASES` moments, then the logarithm of the duration.
     """
     moments = np.linspace(0, motion.n_frames - 1, PHASES)
     before = moments.astype(int)
@@ -68,18 +64,10 @@ def motion_signature(motion: Motion) -> np.ndarray:
 
 
 def move_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Which pairs of motions move alike for what they move, and last alike where that is little.
+    """Which pairs of motions (L,) move alike for what they move, and last alike where that is little.
 
-    Poses alone do not tell: whoever stands and nods stands like whoever shakes the head.
-
-    Parameters
-    ----------
-    first, second : ndarray, shape (L, K)
-        From `motion_signature`.
-
-    Returns
-    -------
-    ndarray of bool, shape (L,)
+    Poses alone do not tell: whoever stands and nods stands like whoever shakes the head. Signatures are (L,
+    K).
     """
     one, other = _movement(first), _movement(second)
     moved = np.maximum(*(np.sqrt((part**2).mean(axis=1)) for part in (one, other)))
@@ -96,17 +84,7 @@ def _movement(signatures: np.ndarray) -> np.ndarray:
 
 
 def mirrored_signatures(signatures: np.ndarray) -> np.ndarray:
-    """Signatures of the same motions with left and right exchanged.
-
-    Parameters
-    ----------
-    signatures : ndarray, shape (C, K)
-        From `motion_signature`.
-
-    Returns
-    -------
-    ndarray, shape (C, K)
-    """
+    """Signatures (C, K) of the same motions with left and right exchanged."""
     signatures = np.asarray(signatures)
     turns = signatures[:, :-1].reshape(len(signatures), PHASES, len(JOINTS), 3, 2)
     partner = [JOINTS.index(MIRRORED_JOINTS[joint]) for joint in JOINTS]

@@ -36,27 +36,13 @@ SAYS_NOTHING = re.compile(
 
 @dataclass(frozen=True)
 class ImportPlan:
-    """What an import would do.
+    """What an import would do."""
 
-    Parameters
-    ----------
-    clips : tuple of Clip
-        What it would take; a clip without an activity is taken, too, and not ranked.
-    left_out : tuple of (str, str)
-        Files that it would leave out, each with the reason.
-    known : tuple of str
-        Files that were taken before: nor would these be taken again.
-    labelled_by : str
-        Where the labels come from, in words.
-    check : LabelCheck
-        What stood out in a csv.
-    """
-
-    clips: tuple[Clip, ...]
-    left_out: tuple[tuple[str, str], ...] = ()
-    known: tuple[str, ...] = ()
-    labelled_by: str = ""
-    check: LabelCheck = field(default=NO_LABELS)
+    clips: tuple[Clip, ...]  # clips it would take; one without an activity is taken, too, and not ranked
+    left_out: tuple[tuple[str, str], ...] = ()  # files that it would leave out, each with the reason
+    known: tuple[str, ...] = ()  # files that were taken before, which it would not take again
+    labelled_by: str = ""  # where the labels come from, in words
+    check: LabelCheck = field(default=NO_LABELS)  # what stood out in a csv
 
     @property
     def activities(self) -> dict[str, list[str]]:
@@ -70,18 +56,10 @@ class ImportPlan:
 def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
     """Plan the import of all motion files in a folder and the folders in it.
 
-    Parameters
-    ----------
-    folder : Path
-    by : str
-        What labels the clips; by folder, files that lie in no folder of it take its own name.
-    csv : Path, optional
-        The labels, for `BY_CSV`; `LABELS` in the folder by default.
+    `by` says what labels the clips; by folder, files that lie in no folder of it take its own name. `csv` has
+    the labels, for `BY_CSV`; by default it is `LABELS` in the folder.
 
-    Raises
-    ------
-    LibraryError
-        If there are none, or the csv is missing or cannot be understood.
+    Raises LibraryError if there are no files, or the csv is missing or cannot be understood.
     """
     labels = None
     if by == BY_CSV or (by == AUTOMATIC and (folder / LABELS).is_file()):
@@ -95,10 +73,7 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
 def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
     """Plan the import of single files; see `plan_folder`.
 
-    Raises
-    ------
-    LibraryError
-        If none of them is a motion file, or the csv is missing or cannot be understood.
+    Raises LibraryError if none of them is a motion file, or the csv is missing or cannot be understood.
     """
     paths = list(paths)
     motions = [path for path in paths if is_motion(path)]

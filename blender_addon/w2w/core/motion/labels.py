@@ -21,30 +21,15 @@ class LibraryError(ValueError):
 
 @dataclass(frozen=True)
 class LabelCheck:
-    """What stood out when labels were read.
+    """What stood out when labels were read."""
 
-    Parameters
-    ----------
-    no_such_file : tuple of str
-        Files that a row names and the library does not hold.
-    no_activity : tuple of str
-        Files, and where a row has none its line, whose row has no activity or no file.
-    not_listed : tuple of str
-        Files of the library that no row names.
-    spellings : tuple of (str, tuple of str)
-        Activities that were spelled in several ways, each with the ways.
-    exact : bool
-        Whether the ways were kept apart.
-    note : str
-        What had to be assumed to read the file.
-    """
-
-    no_such_file: tuple[str, ...] = ()
-    no_activity: tuple[str, ...] = ()
-    not_listed: tuple[str, ...] = ()
+    no_such_file: tuple[str, ...] = ()  # files that a row names and the library does not hold
+    no_activity: tuple[str, ...] = ()  # files whose row has no activity; the row's line where it has no file
+    not_listed: tuple[str, ...] = ()  # files of the library that no row names
+    # activities that were spelled in several ways, each with the ways
     spellings: tuple[tuple[str, tuple[str, ...]], ...] = ()
-    exact: bool = False
-    note: str = ""
+    exact: bool = False  # whether the ways were kept apart
+    note: str = ""  # what had to be assumed to read the file
 
 
 NO_LABELS = LabelCheck()
@@ -60,24 +45,12 @@ class Labels:
 
 
 def read_labels(path: Path, folder: Path, inside: Sequence[str], exact: bool = False) -> Labels:
-    """Read the labels of a library's files.
+    """Read the labels of a library's files, given by their paths `inside` it.
 
-    Parameters
-    ----------
-    path : Path
-        A csv file with columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key`` and
-        ``source``.
-    folder : Path
-        The library.
-    inside : sequence of str
-        The library's files, by their paths inside it.
-    exact : bool
-        Keep activities apart that differ only in case, spaces or underscores.
+    The csv has columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key`` and ``source``.
+    `exact` keeps activities apart that differ only in case, spaces or underscores.
 
-    Raises
-    ------
-    LibraryError
-        If the file cannot be understood; the message says which line.
+    Raises LibraryError, naming the line, if the file cannot be understood.
     """
     try:
         table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source"))

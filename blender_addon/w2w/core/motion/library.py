@@ -15,11 +15,11 @@ from pathlib import Path, PurePosixPath
 from ..file_names import name_bytes, shown
 from ..files import reserved
 from .asf_amc import AMC_SUFFIX
+from .gltf_check import VRM_SUFFIXES
 from .joint_files import ARRAY_SUFFIXES, TEXT_SUFFIXES, may_hold_joints
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .mvnx import MVNX_SUFFIX
 from .usd_check import USD_SUFFIXES
-from .vrm import VRM_SUFFIXES
 
 GLTF_SUFFIXES = (".glb", ".gltf", *VRM_SUFFIXES)
 
@@ -38,57 +38,26 @@ RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz
 
 @dataclass(frozen=True)
 class Clip:
-    """One motion file and its labels.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    file : str
-        Its path inside the library, with forward slashes, as text that can be shown.
-    name : str
-        A name for files made from it: safe on every file system and unique in the library.
-    activity : str
-        Label; empty where there is none.
-    subject : str
-        Who moves; empty where unknown.
-    motion_key : str
-        Clips with an equal key show the same recording; empty where unknown.
-    source : str
-        The data set or system that it is from; empty where the labels do not say.
-    """
+    """One motion file and its labels; labels are empty where unknown."""
 
     path: Path
-    file: str
-    name: str
+    file: str  # its path inside the library, with forward slashes, as text that can be shown
+    name: str  # for files made from it: safe on every file system and unique in the library
     activity: str
-    subject: str = ""
-    motion_key: str = ""
-    source: str = ""
+    subject: str = ""  # who moves
+    motion_key: str = ""  # clips with an equal key show the same recording
+    source: str = ""  # the data set or system that it is from
 
 
 @dataclass(frozen=True)
 class Library:
-    """The clips of a folder and where their labels come from.
-
-    Parameters
-    ----------
-    folder : Path
-    clips : tuple of Clip
-        In the order of their paths.
-    labelled_by : str
-        Where the labels come from, in words.
-    skipped : tuple of (str, str)
-        Files left out, each with the reason.
-    check : LabelCheck
-        What stood out in the labels.
-    """
+    """The clips of a folder and where their labels come from."""
 
     folder: Path
-    clips: tuple[Clip, ...]
-    labelled_by: str
-    skipped: tuple[tuple[str, str], ...] = ()
-    check: LabelCheck = NO_LABELS
+    clips: tuple[Clip, ...]  # in the order of their paths
+    labelled_by: str  # where the labels come from, in words
+    skipped: tuple[tuple[str, str], ...] = ()  # files left out, each with the reason
+    check: LabelCheck = NO_LABELS  # what stood out in the labels
 
     @property
     def activities(self) -> dict[str, int]:
@@ -97,26 +66,15 @@ class Library:
 
 
 def read_library(folder: str | Path, labels: str | Path | None = None, exact_labels: bool = False) -> Library:
-    """Find the motion files of a folder and label them.
+    """Find the motion files of a folder and all folders below it, and label them.
 
-    A label comes from `labels` where given, else from the clip's folder inside the
-    library, else from its file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``).
+    A label comes from `labels` where given, else from the clip's folder inside the library, else from its
+    file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and
+    ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the
+    library, or an end of it, such as the bare name, that only one clip has. `exact_labels` keeps its
+    activities apart that differ only in case, spaces or underscores.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Searched with all folders below it.
-    labels : str or Path, optional
-        A csv file with columns ``file`` and ``activity``, and if wanted ``subject``, ``source`` and
-        ``motion_key``; ``file`` is the path inside the library, or an end of it, such as
-        the bare name, that only one clip has.
-    exact_labels : bool
-        Keep activities of the csv apart that differ only in case, spaces or underscores.
-
-    Raises
-    ------
-    LibraryError
-        If the folder is missing or holds no motion files, or the csv cannot be understood.
+    Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -176,12 +134,9 @@ def as_label(text: str) -> str:
 
 
 def unique_names(files: Iterable[str]) -> list[str]:
-    """Names safe on every file system, distinct even where case does not count.
+    """Names for files, given by their different paths inside a library, that are safe on every file system.
 
-    Parameters
-    ----------
-    files : iterable of str
-        Paths inside the library, all different.
+    They differ even where case does not count.
     """
     files = list(files)
     plain = [

@@ -14,7 +14,7 @@ from ..body.skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import array_names, read_arrays, write_npz
 from ..rotations import in_axes
 from .motion_file import size_and_head, unreadable
-from .source import UnusableMotion, reason_of, refuse_rate, refuse_too_long
+from .source import UnusableMotion, reason_of, refuse_few_frames, refuse_rate, refuse_too_long
 
 SMPL_PELVIS = np.array([-0.00179506, -0.22333382, 0.02821918])
 """Pelvis of SMPL's neutral template in its own y-up axes, metres: AMASS's ``trans`` is
@@ -139,8 +139,6 @@ POSE_WIDTHS = {72: "SMPL", 156: "SMPL-H", 165: "SMPL-X", 66: "SMPL-H or SMPL-X w
 MAX_BYTES = 2 * 2**30
 """No clip unpacks to more; a small npz may claim to."""
 
-MIN_FRAMES = 4
-
 MAX_DISTANCE = 1e7
 """Metres from the origin: more than any map's coordinates, and little enough for second differences."""
 
@@ -149,28 +147,14 @@ MAX_TURN = 1e4
 
 
 def read_amass(path: str | Path, z_up: bool = False) -> Motion:
-    """Read an AMASS-style npz or a `.smpl` file.
+    """Read an AMASS-style npz or a `.smpl` file, without labels.
 
-    AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or
-    ``root_orient`` and ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their
-    world is z up; files whose bodies stand along y instead, as `.smpl` files have it, are turned.
+    AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or ``root_orient`` and
+    ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up; files whose bodies
+    stand along y instead, as `.smpl` files have it, are turned. Where the world is known to be z up, as in
+    files that `Motion.save` wrote, a body that lies or crawls is not taken for one that stands along y.
 
-    Parameters
-    ----------
-    path : str or Path
-    z_up : bool
-        The world is known to be z up, as in files that `Motion.save` wrote: a body that lies or
-        crawls is then not taken for one that stands along y.
-
-    Returns
-    -------
-    Motion
-        Without labels.
-
-    Raises
-    ------
-    UnusableMotion
-        If it is no such file, or holds a pose instead of a motion.
+    Raises UnusableMotion if it is no such file, or holds a pose instead of a motion.
     """
     path = Path(path)
     size_and_head(path)
@@ -186,8 +170,7 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
 def _motion_of(arrays: dict[str, np.ndarray], z_up: bool) -> Motion:
     poses = _poses(arrays)
     refuse_too_long(len(poses), poses.shape[1] // 3)
-    if len(poses) < MIN_FRAMES:
-        raise UnusableMotion(f"it holds a pose, not a motion: {len(poses)} frame{'s' * (len(poses) != 1)}")
+    refuse_few_frames(len(poses))
     trans, rate = _trans(arrays), _rate(arrays)
     if len(poses) != len(trans):
         raise UnusableMotion(f"its 'poses' have {len(poses)} frames but its 'trans' has {len(trans)}")

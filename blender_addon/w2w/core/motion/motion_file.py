@@ -28,10 +28,7 @@ KINDS = {
 def readable_size(path: Path) -> int:
     """Size of a file that can be read to its end, in bytes; links are followed.
 
-    Raises
-    ------
-    UnusableMotion
-        If it is missing, a link that leads nowhere, no regular file, or too large.
+    Raises UnusableMotion if it is missing, a link that leads nowhere, no regular file, or too large.
     """
     try:
         found = path.stat()
@@ -52,10 +49,7 @@ def readable_size(path: Path) -> int:
 def size_and_head(path: Path) -> tuple[int, bytes]:
     """Size and first bytes of a motion file.
 
-    Raises
-    ------
-    UnusableMotion
-        If it cannot be read, is empty, or stands for a file that was never fetched.
+    Raises UnusableMotion if it cannot be read, is empty, or is a pointer to a file that was never fetched.
     """
     size = readable_size(path)
     try:

@@ -11,13 +11,18 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .motion_file import size_and_head, unreadable
-from .source import MOST_BONE_FRAMES, SourceMotion, UnusableMotion, refuse_rate, refuse_too_long
+from .source import (
+    MOST_BONE_FRAMES,
+    SourceMotion,
+    UnusableMotion,
+    refuse_few_frames,
+    refuse_rate,
+    refuse_too_long,
+)
 
 MVNX_SUFFIX = ".mvnx"
 
 CHUNK = 1 << 20
-MIN_FRAMES = 4
-
 REST_FRAMES = ("tpose", "identity", "npose")
 """Calibration poses, the best first: its own T-pose is nearest to W2W's."""
 
@@ -99,17 +104,9 @@ class _Content:
 
 
 def read_mvnx(path: str | Path) -> SourceMotion:
-    """Read the first person's motion.
+    """Read the first person's motion: metres, z up, at rest in MVN's T-pose.
 
-    Returns
-    -------
-    SourceMotion
-        In metres, z up, at rest in MVN's T-pose.
-
-    Raises
-    ------
-    UnusableMotion
-        If the file cannot be used; the message says why.
+    Raises UnusableMotion, with the reason, if the file cannot be used.
     """
     path = Path(path)
     size_and_head(path)
@@ -137,8 +134,7 @@ def _source(content: _Content) -> SourceMotion:
     names = tuple(content.segments)
     if "Pelvis" not in names or names[0] != "Pelvis":
         raise UnusableMotion("it names no segments of MVN's, the pelvis first: it is no MVNX file of a body")
-    if len(content.frames) < MIN_FRAMES:
-        raise UnusableMotion(f"it holds a pose, not a motion: {len(content.frames)} frames")
+    refuse_few_frames(len(content.frames))
     refuse_rate(content.rate)
     rest = next((content.poses[name] for name in REST_FRAMES if name in content.poses), None)
     if rest is None:

@@ -55,15 +55,8 @@ ONTO_FEET = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0,
 def repaired(source: SourceMotion) -> SourceMotion:
     """A BVH file's motion without leading T-pose, z up, with a rest pose that people can take.
 
-    Parameters
-    ----------
-    source : SourceMotion
-        As Blender imports it, with the file's y axis taken for up.
-
-    Returns
-    -------
-    SourceMotion
-        The same where nothing is wrong, or where the skeleton is not understood.
+    `source` has the file's y axis up. It comes back as it is where nothing is wrong, or where the skeleton is
+    not understood.
     """
     matched = best_match(source.bones)[1]
     if missing_joints(matched):
@@ -113,17 +106,7 @@ def _turned_up(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
 
 
 def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
-    """Rest matrices from the frame most like standing straight, trunk set upright and legs below it.
-
-    Parameters
-    ----------
-    source : SourceMotion
-    matched : dict of int to int
-
-    Returns
-    -------
-    ndarray, shape (B, 4, 4)
-    """
+    """Rest matrices (B, 4, 4) from the frame most like standing straight, set upright with legs below."""
     frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
     places = {joint: source.matrices[frames, bone, :3, 3] for joint, bone in matched.items()}
     bend = np.zeros(len(frames))

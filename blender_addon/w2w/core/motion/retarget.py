@@ -59,44 +59,19 @@ STRAIGHT_LEG = np.cos(np.radians(25))
 
 @dataclass(frozen=True)
 class Retargeting:
-    """A motion retargeted to a body, and how.
-
-    Parameters
-    ----------
-    motion : Motion
-    bone_map : str
-        Name of the bone map that matched, or `BY_STRUCTURE`.
-    bones : dict of str to str
-        Joint name -> source bone, for the joints that have one.
-    scale : float
-        Body metres in one unit of the source, by the length of the legs.
-    """
+    """A motion retargeted to a body, and how."""
 
     motion: Motion
-    bone_map: str
-    bones: dict[str, str]
-    scale: float
+    bone_map: str  # name of the bone map that matched, or `BY_STRUCTURE`
+    bones: dict[str, str]  # joint -> source bone, for the joints that have one
+    scale: float  # body metres in one unit of the source, by the length of the legs
 
 
 def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> Retargeting:
-    """Retarget a source motion to a body.
+    """Retarget a source motion to a body; it keeps the source's world heading, and the body touches z = 0.
 
-    Parameters
-    ----------
-    source : SourceMotion
-    body : Body
-    maps : iterable of BoneMap
-        The user's own bone maps, tried before the bundled ones.
-
-    Returns
-    -------
-    Retargeting
-        Its motion keeps the source's world heading; the body touches z = 0.
-
-    Raises
-    ------
-    UnusableMotion
-        If the skeleton cannot be matched; the message says which joints have no bone.
+    The user's own bone maps are tried before the bundled ones. Raises UnusableMotion, naming the joints that
+    have no bone, if the skeleton cannot be matched.
     """
     skeleton, matched = matched_joints(source, maps)
     rest = {joint: source.rest[bone, :3, 3] for joint, bone in matched.items()}
@@ -125,25 +100,12 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
 
 
 def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[str, dict[int, int]]:
-    """Which bone plays which joint: by name, else by the structure of the skeleton.
+    """Bone of each joint, by name, else by the structure of the skeleton; every required joint has one.
 
-    Parameters
-    ----------
-    source : SourceMotion
-    maps : iterable of BoneMap
-        The user's own bone maps, tried before the bundled ones.
+    Returns the name of the bone map that matched, or `BY_STRUCTURE`, and joint index -> bone index. The
+    user's own bone maps are tried before the bundled ones.
 
-    Returns
-    -------
-    skeleton : str
-        Name of the bone map that matched, or `BY_STRUCTURE`.
-    matched : dict of int to int
-        Joint index -> bone index; every required joint is there.
-
-    Raises
-    ------
-    UnusableMotion
-        If neither finds all required joints; the message says which have no bone.
+    Raises UnusableMotion, naming the joints that have no bone, if neither finds all required ones.
     """
     maps = tuple(maps)
     bone_map, matched = best_match(source.bones, maps)
@@ -159,10 +121,7 @@ def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[
 def is_crumpled(rest: dict[int, np.ndarray]) -> bool:
     """Whether the two hips or the two shoulders of a rest pose lie on each other.
 
-    Parameters
-    ----------
-    rest : dict of int to ndarray, shape (3,)
-        Position of each matched joint; pairs of which one is not matched are ignored.
+    `rest` has the position (3,) of each matched joint; pairs that are not both matched are ignored.
     """
     extent = np.ptp(list(rest.values()), axis=0).max() if rest else 0.0
     pairs = ([JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in ("hip", "shoulder"))
@@ -173,17 +132,9 @@ def is_crumpled(rest: dict[int, np.ndarray]) -> bool:
 
 
 def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
-    """Rotation of each joint that puts the body in the source's rest pose.
+    """Rotation of each joint, shape (24, 3, 3), that puts the body in the source's rest pose.
 
-    Parameters
-    ----------
-    body : Body
-    rest : dict of int to ndarray, shape (3,)
-        World position of each matched joint in the source's rest pose.
-
-    Returns
-    -------
-    ndarray, shape (24, 3, 3)
+    `rest` has the world position (3,) of each matched joint there.
     """
     torso = _torso_frame(body, rest)
     alignment = np.tile(torso, (N_JOINTS, 1, 1))
@@ -292,8 +243,10 @@ def _pelvis_path(
 
 
 def _path_unit(path: np.ndarray, leg_length: float) -> float:
-    """How many times too long the root path is: some takes travel in centimetres on a rig in
-    metres, and bob up and down by many leg lengths; the legs themselves do not tell."""
+    """How many times too long the root path is; the legs themselves do not tell.
+
+    Some takes travel in centimetres on a rig in metres, and bob up and down by many leg lengths.
+    """
     return CENTIMETRES if np.ptp(path[:, 2]) > ABSURD_BOB * leg_length else 1.0
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .motion import Motion
-from .resample import at_rate
+from .variants import at_rate
 
 LEAST_RATE = 50.0
 """Frames per second that cloth is simulated at, at least."""

@@ -21,19 +21,9 @@ FRAME_BLOCK = 64
 
 
 def joint_transforms(body: Body, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Forward kinematics: where every joint is and how it is turned.
+    """Forward kinematics: world rotations (T, 24, 3, 3) and positions (T, 24, 3), metres, of the joints.
 
-    Parameters
-    ----------
-    body : Body
-    motion : Motion, T frames
-
-    Returns
-    -------
-    rotations : ndarray, shape (T, 24, 3, 3)
-        World rotation of each joint relative to the rest pose.
-    positions : ndarray, shape (T, 24, 3)
-        World position of each joint, metres.
+    Rotations are relative to the rest pose.
     """
     rotations = np.empty_like(motion.rotations)
     positions = np.empty((motion.n_frames, N_JOINTS, 3))
@@ -48,13 +38,7 @@ def joint_transforms(body: Body, motion: Motion) -> tuple[np.ndarray, np.ndarray
 
 
 def skinning_transforms(body: Body, motion: Motion) -> np.ndarray:
-    """Affine maps from rest to posed space, one a joint and frame.
-
-    Returns
-    -------
-    ndarray, shape (T, 24, 3, 4)
-        Rotation and translation; a vertex is posed by their weighted sum.
-    """
+    """Affine maps (T, 24, 3, 4) from rest to posed space; a vertex is posed by their weighted sum."""
     rotations, positions = joint_transforms(body, motion)
     transforms = np.empty((motion.n_frames, N_JOINTS, 3, 4))
     transforms[..., :3] = rotations
@@ -63,61 +47,28 @@ def skinning_transforms(body: Body, motion: Motion) -> np.ndarray:
 
 
 def skin(body: Body, transforms: np.ndarray, vertices: np.ndarray | slice = slice(None)) -> np.ndarray:
-    """Linear blend skinning of some vertices.
+    """Linear blend skinning of some vertices, by default all: world positions (T, N, 3), metres.
 
-    Parameters
-    ----------
-    body : Body
-    transforms : ndarray, shape (T, 24, 3, 4)
-        From `skinning_transforms`; or of some axes of the world only, (T, 24, A, 4).
-    vertices : ndarray of int, shape (N,), or slice
-        Which vertices; all of them by default.
-
-    Returns
-    -------
-    ndarray, shape (T, N, 3) or (T, N, A)
-        World positions, metres.
+    Transforms are those of `skinning_transforms`, or only some axes of the world, (T, 24, A, 4), for (T, N,
+    A).
     """
     return _blend(transforms, _skinning_rows(body.weights[vertices], body.vertices[vertices]))
 
 
 def patch_matrices(body: Body, triangles: np.ndarray, motion: Motion) -> np.ndarray:
-    """World matrix of every patch in every frame of a motion.
-
-    Parameters
-    ----------
-    body : Body
-    triangles : ndarray of int, shape (N, 3)
-        Vertices of each patch's carrier triangle, as in `PatchSet.triangles`.
-    motion : Motion, T frames
-
-    Returns
-    -------
-    ndarray, shape (T, N, 4, 4), float64
-    """
+    """World matrix (T, N, 4, 4), float64, of every patch in every frame of a motion; see `posed_patches`."""
     return posed_patches(body, triangles, skinning_transforms(body, motion))
 
 
 def posed_patches(body: Body, triangles: np.ndarray, transforms: np.ndarray) -> np.ndarray:
-    """World matrix of every patch in every frame of a body that has been posed.
+    """World matrix (T, N, 4, 4), float64, of every patch in every frame of a body that has been posed.
 
-    The frame of a patch is that of Blender's three-vertex parent: x along v2 - v1, z the
-    outward normal, y = z cross x, origin at the triangle's centroid. Skinning is linear in
-    the rest position, so the centroid and the two edges of a triangle are skinned as three
-    rows of one matrix product and no vertex is ever posed.
+    The frame of a patch is that of Blender's three-vertex parent: x along v2 - v1, z the outward normal, y =
+    z cross x, origin at the triangle's centroid. Skinning is linear in the rest position, so the centroid and
+    the two edges of a triangle are skinned as three rows of one matrix product and no vertex is ever posed.
 
-    Parameters
-    ----------
-    body : Body
-    triangles : ndarray of int, shape (N, 3)
-        Vertices of each patch's carrier triangle, as in `PatchSet.triangles`.
-    transforms : ndarray, shape (T, 24, 3, 4)
-        From `skinning_transforms`.
-
-    Returns
-    -------
-    ndarray, shape (T, N, 4, 4), float64
-        Entry by entry in memory, as whoever works on all matrices at once reads them.
+    Triangles (N, 3) are `PatchSet.triangles`, transforms those of `skinning_transforms`. The matrices lie in
+    memory entry by entry, as whoever works on all of them at once reads them.
     """
     n_frames, n_patches = len(transforms), len(triangles)
     rows = _triangle_rows(body, triangles)
@@ -131,17 +82,10 @@ def posed_patches(body: Body, triangles: np.ndarray, transforms: np.ndarray) -> 
 
 
 def frames_from_edges(origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> np.ndarray:
-    """Right-handed frames from an origin and two edges of a triangle.
+    """Right-handed frames (..., 4, 4) from an origin and two edges of a triangle, (..., 3) each.
 
-    Parameters
-    ----------
-    origin, edge_x, edge_b : ndarray, shape (..., 3)
-        ``edge_x`` = v2 - v1 gives x; ``edge_x`` cross ``edge_b`` (v3 - v1) gives z.
-
-    Returns
-    -------
-    ndarray, shape (..., 4, 4)
-        Entry by entry in memory, as by `posed_patches`.
+    x runs along `edge_x`, v2 - v1; z along its cross product with `edge_b`, v3 - v1. Entry by entry in
+    memory, as by `posed_patches`.
     """
     entries = np.empty((4, 4, *origin.shape[:-1]))
     _write_frames(entries, *(np.moveaxis(vector, -1, 0) for vector in (origin, edge_x, edge_b)))
@@ -199,16 +143,7 @@ def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def relative_to_parents(world: np.ndarray) -> np.ndarray:
-    """Rotation of each joint relative to its parent, of the pelvis to the world.
-
-    Parameters
-    ----------
-    world : ndarray, shape (T, 24, 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (T, 24, 3, 3)
-    """
+    """Rotations (T, 24, 3, 3) of joints relative to their parents, of the pelvis to the world."""
     local = world.copy()
     parents = list(PARENTS[1:])
     local[:, 1:] = world[:, parents].swapaxes(-1, -2) @ world[:, 1:]

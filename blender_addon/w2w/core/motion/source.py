@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a motion file holds, before retargeting: a named skeleton's rest pose and its frames."""
+"""A motion file's content before retargeting: a named skeleton's rest pose and its frames."""
 
 from __future__ import annotations
 
@@ -10,36 +10,16 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class SourceMotion:
-    """A named skeleton and its motion, in world space.
+    """A named skeleton and its motion, in world space: z up, in the file's own unit of length."""
 
-    Parameters
-    ----------
-    bones : tuple of str, length B
-        Names as the file has them.
-    parents : ndarray of int, shape (B,)
-        Parent of each bone, -1 for a root; parents come before their children.
-    rest : ndarray, shape (B, 4, 4)
-        World matrix of each bone in the rest pose: z up, in the file's own unit of length.
-    matrices : ndarray, shape (T, B, 4, 4)
-        World matrix of each bone in each frame, same axes and unit.
-    rate : float
-        Frames per second.
-    take : str
-        Name of the take (action) the frames come from.
-    people : int
-        Whole skeletons in the file, of which this is one.
-    first_bone : int
-        Number of the first true bone: 1 where the armature that holds them comes before.
-    """
-
-    bones: tuple[str, ...]
-    parents: np.ndarray
-    rest: np.ndarray
-    matrices: np.ndarray
-    rate: float
-    take: str = ""
-    people: int = 1
-    first_bone: int = 0
+    bones: tuple[str, ...]  # B names as the file has them
+    parents: np.ndarray  # (B,), -1 for a root; parents come before their children
+    rest: np.ndarray  # (B, 4, 4), world matrix of each bone in the rest pose
+    matrices: np.ndarray  # (T, B, 4, 4), world matrix of each bone in each frame
+    rate: float  # frames per second
+    take: str = ""  # name of the take (action) that the frames come from
+    people: int = 1  # whole skeletons in the file, of which this is one
+    first_bone: int = 0  # number of the first true bone: 1 where the armature that holds them comes before
 
     @property
     def n_frames(self) -> int:
@@ -53,13 +33,7 @@ class SourceMotion:
 
 
 def people_in(parents: np.ndarray) -> int:
-    """Trees of bones that are no mere helpers: half as large as the largest.
-
-    Parameters
-    ----------
-    parents : ndarray of int, shape (B,)
-        -1 for a root; parents come before their children.
-    """
+    """Trees of bones that are no mere helpers: half as large as the largest."""
     tree = np.arange(len(parents))
     for bone, parent in enumerate(parents):
         if parent >= 0:
@@ -71,9 +45,11 @@ def people_in(parents: np.ndarray) -> int:
 MOST_BONE_FRAMES = 2**24
 """Frames times bones that can be held: 2 GiB of matrices, over an hour of 65 bones at 60 frames/s."""
 
-
 LOWEST_RATE, HIGHEST_RATE = 1.0, 2000.0
 """Frames per second of motions, from sparse key poses to the fastest motion capture."""
+
+MIN_FRAMES = 4
+"""Fewer frames than a cubic spline needs are a pose, not a motion."""
 
 NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyond 1e10)"
 
@@ -83,18 +59,19 @@ class UnusableMotion(Exception):  # noqa: N818 - named for what it says, it is s
 
 
 def refuse_too_long(n_frames: int, n_bones: int) -> None:
-    """Refuse a motion that would not fit in memory, before it is read.
-
-    Raises
-    ------
-    UnusableMotion
-        If it has more than MOST_BONE_FRAMES.
-    """
+    """Refuse a motion of more than MOST_BONE_FRAMES, which would not fit in memory, before it is read."""
     if n_frames * n_bones > MOST_BONE_FRAMES:
         raise UnusableMotion(
             f"it is too long to be read at once ({n_frames} frames of {n_bones} bones): cut it into parts of "
             f"at most {MOST_BONE_FRAMES // n_bones} frames"
         )
+
+
+def refuse_few_frames(n_frames: int, where: str = "") -> None:
+    """Refuse a motion with too few frames to move."""
+    if n_frames < MIN_FRAMES:
+        plural = "s" * (n_frames != 1)
+        raise UnusableMotion(f"it holds a pose, not a motion: {n_frames} frame{plural}{where}")
 
 
 def reason_of(error: Exception) -> str:
@@ -106,13 +83,7 @@ def reason_of(error: Exception) -> str:
 
 
 def refuse_rate(rate: float) -> None:
-    """Refuse a frame rate that no motion has.
-
-    Raises
-    ------
-    UnusableMotion
-        If it is not from LOWEST_RATE to HIGHEST_RATE.
-    """
+    """Refuse a frame rate, not from LOWEST_RATE to HIGHEST_RATE, that no motion has."""
     if not LOWEST_RATE <= rate <= HIGHEST_RATE:
         raise UnusableMotion(
             f"it says {rate:,.4g} frames a second; motions have {LOWEST_RATE:g} to {HIGHEST_RATE:,.0f}: "
@@ -121,16 +92,9 @@ def refuse_rate(rate: float) -> None:
 
 
 def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
-    """Rotation part of 4x4 matrices that may also scale.
+    """Rotation part (..., 3, 3) of 4x4 matrices that may also scale.
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (..., 4, 4)
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
-        Gram-Schmidt on the columns: exact where the scale is uniform, as in FBX and BVH.
+    Gram-Schmidt on the columns: exact where the scale is uniform, as in FBX and BVH.
     """
     y = matrices[..., :3, 1]
     y = y / np.linalg.norm(y, axis=-1, keepdims=True)
@@ -138,3 +102,36 @@ def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
     x = x - y * np.sum(x * y, axis=-1, keepdims=True)
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     return np.stack([x, y, np.cross(x, y)], axis=-1)
+
+
+MIN_TURN = np.radians(0.5)
+MIN_TRAVEL = 0.005
+"""A motion moves where a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
+
+
+def motion_amount(motion: SourceMotion) -> float:
+    """How much a motion moves: its widest turn or travel in units of the least that counts."""
+    heads = motion.matrices[:, :, :3, 3]
+    size = np.ptp(motion.rest[:, :3, 3], axis=0).max()
+    travel = np.ptp(heads, axis=0).max() / max(size, 1e-12)
+    axes = motion.matrices[:, :, :3, 1]
+    axes = axes / np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
+    turn = np.linalg.norm(np.ptp(axes, axis=0), axis=-1).max()
+    return float(max(travel / MIN_TRAVEL, turn / MIN_TURN))
+
+
+def is_pose(motion: SourceMotion) -> bool:
+    """Whether a motion is too short, or moves too little, to be one."""
+    return motion.n_frames < MIN_FRAMES or motion_amount(motion) < 1
+
+
+def refuse_pose(motion: SourceMotion) -> None:
+    """Refuse a motion that is too short, in which nothing moves, or with values that no body has."""
+    if not np.isfinite(motion.matrices).all():
+        raise UnusableMotion(NOT_FINITE)
+    refuse_few_frames(motion.n_frames, f" in '{motion.take}'")
+    if motion_amount(motion) < 1:
+        raise UnusableMotion(
+            "it holds a pose, not a motion: "
+            f"nothing moves over the {motion.n_frames} frames of '{motion.take}'"
+        )

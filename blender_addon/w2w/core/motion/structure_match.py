@@ -58,13 +58,7 @@ class _Pair:
 
 
 def match_by_structure(source: SourceMotion) -> dict[int, int]:
-    """Find the joints of an unnamed skeleton.
-
-    Returns
-    -------
-    dict of int to int
-        Joint index -> bone index; empty where the bones are not those of a person.
-    """
+    """Joint index -> bone index of an unnamed skeleton; empty where the bones are not those of a person."""
     tree = _Tree(source)
     pairs = tree.pairs()
     for first in range(len(pairs)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a USD file must be before Blender's importer sees it, and its frames a second, which that ignores."""
+"""Check a USD file before Blender imports it, and read its frame rate, which Blender ignores."""
 
 from __future__ import annotations
 
@@ -27,17 +27,9 @@ HOW_TO_READ = "use Blender 4.4 or later, or save it as text, .usda"
 
 
 def check_usd(path: Path) -> float:
-    """Refuse a USD file that is damaged or put together from other files.
+    """Time codes a second of a USD file; one that is damaged or put together from other files is refused.
 
-    Returns
-    -------
-    float
-        Its time codes a second.
-
-    Raises
-    ------
-    UnusableMotion
-        The message says why.
+    Raises UnusableMotion, with the reason.
     """
     size, head = size_and_head(path)
     if head.startswith(TEXT):

@@ -45,18 +45,9 @@ z brings it forward and flexes the elbow (-).
 
 
 def random_poses(n: int, seed: int) -> Motion:
-    """Poses whose joint angles are drawn evenly and independently from `RANGES`.
+    """Poses, one a frame, whose joint angles are drawn evenly and independently from `RANGES`.
 
-    Parameters
-    ----------
-    n : int
-        Number of poses.
-    seed : int
-
-    Returns
-    -------
-    Motion
-        One pose a frame, the pelvis at the origin; the frame rate means nothing.
+    The pelvis is at the origin; the frame rate means nothing.
     """
     rng = np.random.default_rng(seed)
     rotations = np.empty((n, N_JOINTS, 3, 3))
@@ -103,20 +94,10 @@ CHUNK = 64
 
 
 def carrier_triangles(body: Body, graph: StripGraph, centres: np.ndarray) -> np.ndarray:
-    """The triangle that carries each patch.
+    """The triangle (N, 3), int32, that carries each patch, near its centre.
 
-    Parameters
-    ----------
-    body : Body
-    graph : StripGraph
-        Of the same body.
-    centres : ndarray of int, shape (N,)
-
-    Returns
-    -------
-    ndarray, shape (N, 3), int32
-        v1, v2, v3 as in Blender's three-vertex parent: z outward, x along v2 - v1, which of
-        the three sides runs most nearly along the bone.
+    v1, v2, v3 are as in Blender's three-vertex parent: z outward, x along v2 - v1, which of the three sides
+    runs most nearly along the bone.
     """
     poses = random_poses(TRIAL_POSES, TRIAL_SEED)
     chosen, turn = _steadiest(body, graph, centres, poses, SHORTLIST, ROUND_TURN)
@@ -142,18 +123,9 @@ def _steadiest(
 
 
 def triangle_rotation_error(body: Body, triangles: np.ndarray, poses: Motion) -> np.ndarray:
-    """Worst rotation of triangles against the bone that moves them most, over some poses.
+    """Worst rotation of triangles (N, 3) against the bone that moves them most, over some poses; radians.
 
-    Parameters
-    ----------
-    body : Body
-    triangles : ndarray of int, shape (N, 3)
-    poses : Motion
-
-    Returns
-    -------
-    ndarray, shape (N,)
-        Radians; 0 for a triangle that moves rigidly with its bone.
+    0 for a triangle that moves rigidly with its bone.
     """
     bone = body.weights[triangles].mean(axis=1).argmax(axis=1)
     turned = joint_transforms(body, poses)[0][:, bone]
@@ -188,13 +160,7 @@ def _corners_to_try(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
 def _shortlist(
     body: Body, centres: np.ndarray, corners: np.ndarray, shortlist: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The best-shaped triangles of each patch, facing outward, and the cost of their shape.
-
-    Returns
-    -------
-    triangles : ndarray, shape (N, shortlist, 3)
-    cost : ndarray, shape (N, shortlist)
-    """
+    """The best-shaped triangles of each patch, facing outward, and the cost of their shape."""
     triples = np.array(list(combinations(range(corners.shape[1]), 3)))
     points = body.vertices[corners] - body.vertices[centres][:, None]
     sides = np.linalg.norm(points[:, :, None] - points[:, None], axis=-1)

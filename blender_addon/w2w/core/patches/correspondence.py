@@ -4,6 +4,8 @@
 The character is laid on our body: each part of it is turned, and scaled along and across its bone, so that
 the joints of both are at the same places. Then each of its vertices belongs to the point of our surface
 that is nearest, of the same part of the body and facing the same way.
+
+`likeness` gives our body the character's proportions first, as far as its shape goes.
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 from trimesh.triangles import closest_point, points_to_barycentric
 
+from ..adopt.rest_pose import metres_per_unit
 from ..body.body import Body, vertex_normals
+from ..body.shapes import RANGES, shaped
 from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
 from ..motion.retarget import SEGMENT_END, rest_alignment
 
@@ -63,43 +67,23 @@ PARTS = np.array([_part(joint) for joint in range(N_JOINTS)])
 
 @dataclass(frozen=True, eq=False)
 class Character:
-    """Somebody's own character in its rest pose, in any axes and unit.
+    """Somebody's own character in its rest pose, in any axes and unit."""
 
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        Of all its meshes.
-    faces : ndarray, shape (F, 3)
-        Triangles.
-    weights : ndarray, shape (V, 24)
-        By the joints that its bones play; a row of zeros where no bone moves a vertex.
-    joints : dict of int to ndarray, shape (3,)
-        Position of each joint that has a bone; the required ones are there.
-    """
-
-    vertices: np.ndarray
-    faces: np.ndarray
+    vertices: np.ndarray  # (V, 3), of all its meshes
+    faces: np.ndarray  # (F, 3), triangles
+    # (V, 24), by the joints that its bones play; a row of zeros where no bone moves a vertex
     weights: np.ndarray
+    # position (3,) of each joint that has a bone; the required ones are there
     joints: Mapping[int, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """Points of a body's surface.
+    """Points of a body's surface."""
 
-    Parameters
-    ----------
-    faces : ndarray of int, shape (V,)
-        The triangle that each lies on.
-    shares : ndarray, shape (V, 3)
-        Barycentric coordinates.
-    distance : ndarray, shape (V,)
-        From the character's vertex, once that is laid on the body, metres.
-    """
-
-    faces: np.ndarray
-    shares: np.ndarray
-    distance: np.ndarray
+    faces: np.ndarray  # (V,), the triangle that each lies on
+    shares: np.ndarray  # (V, 3), barycentric coordinates
+    distance: np.ndarray  # (V,), from the character's vertex, once that is laid on the body, metres
 
 
 def correspond(character: Character, body: Body) -> SurfacePoints:
@@ -113,18 +97,9 @@ def correspond(character: Character, body: Body) -> SurfacePoints:
 
 
 def lay_on(character: Character, body: Body, weights: np.ndarray) -> np.ndarray:
-    """The character's vertices where our body stands, its joints on ours.
+    """The character's vertices (V, 3) where our body stands, its joints on ours.
 
-    Parameters
-    ----------
-    character : Character
-    body : Body
-    weights : ndarray, shape (V, 24)
-        The character's, every row summing to 1.
-
-    Returns
-    -------
-    ndarray, shape (V, 3)
+    `weights` (V, 24) are the character's, every row summing to 1.
     """
     turns = rest_alignment(body, dict(character.joints)).swapaxes(-1, -2)
     scale = _leg(body.joints) / _leg(character.joints)
@@ -229,3 +204,47 @@ def _nearest_points(points: np.ndarray, body: Body, faces: np.ndarray) -> Surfac
     return SurfacePoints(
         faces.ravel()[best], shares / shares.sum(axis=1, keepdims=True), distance.ravel()[best]
     )
+
+
+Joints = Mapping[int, np.ndarray] | np.ndarray
+
+LIMBS = {"arms": ("shoulder", "elbow", "wrist"), "legs": ("hip", "knee", "ankle")}
+
+SIDES = ("left", "right")
+
+
+def likeness(character: Character, body: Body) -> dict[str, float]:
+    """Parameters of `shapes.shaped` that give our body, the bundled one, a character's proportions.
+
+    Length of arms and legs by that of the trunk, within the range of shapes; and the height, where it is that
+    of a person and can be reached.
+    """
+    joints, trunk = character.joints, _trunk(character.joints)
+    found = {}
+    for name, parts in LIMBS.items():
+        ratio = _length(joints, parts) / np.linalg.norm(trunk)
+        own = _length(body.joints, parts) / np.linalg.norm(_trunk(body.joints))
+        found[name] = float(np.clip(ratio / own, *RANGES[name]))
+    height = float(np.ptp(character.vertices @ trunk) / np.linalg.norm(trunk))
+    try:
+        metres = height * metres_per_unit(height)
+        if RANGES["height"][0] <= metres <= RANGES["height"][1]:
+            shaped(body, height=metres, **found)
+            found["height"] = metres
+    except ValueError:  # it is nobody's height, or none that goes with these limbs
+        pass
+    return found
+
+
+def _length(joints: Joints, parts: tuple[str, ...]) -> float:
+    chains = np.array([[joints[JOINT_INDEX[f"{side}_{part}"]] for part in parts] for side in SIDES])
+    return float(np.linalg.norm(np.diff(chains, axis=1), axis=-1).sum() / 2)
+
+
+def _trunk(joints: Joints) -> np.ndarray:
+    """From between the hips to between the shoulders."""
+    hips, shoulders = (
+        np.mean([joints[JOINT_INDEX[f"{side}_{part}"]] for side in SIDES], axis=0)
+        for part in ("hip", "shoulder")
+    )
+    return shoulders - hips

@@ -42,22 +42,11 @@ class Nearest(NamedTuple):
 def place(name: str, body: Body) -> int:
     """The vertex of the skin that a name means, whatever patches there are.
 
-    Parameters
-    ----------
-    name : str
-        A placement ("wrist", "right ankle"; the left one by default), a product ("watch", "shoe"), a
-        published sensor site ("TransPose head"), or words that name a region ("left wrist").
-    body : Body
+    A name is a placement ("wrist", "right ankle"; the left one by default), a product ("watch", "shoe"), a
+    published sensor site ("TransPose head"), or words that name a region ("left wrist"). A region's vertex is
+    its landmark (`landmarks.PLACES`) or the one in its middle.
 
-    Returns
-    -------
-    int
-        For a region, its landmark (`landmarks.PLACES`) or the vertex in its middle.
-
-    Raises
-    ------
-    ValueError
-        If nothing is called that; the message names what comes closest.
+    Raises ValueError if nothing is called that; the message names what comes closest.
     """
     if not isinstance(name, str):
         raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
@@ -81,29 +70,12 @@ def resolve(
     say: Callable[[str], object] = warnings.warn,
     silent_m: float = NEAR_M,
 ) -> int:
-    """The patch of a map that a name means.
+    """The patch of a map that a name means: a patch's own name, or a place as `place` takes it.
 
-    Parameters
-    ----------
-    name : str
-        A patch's own name, or a place as `place` takes it.
-    body : Body
-    patches : PatchSet
-        Of the same body.
-    say : callable
-        Given a sentence that says how far from the place the patch lies.
-    silent_m : float
-        Up to which distance nothing is said.
+    For a place it is the nearest patch over the skin; `say` is given a sentence with its distance where that
+    is beyond `silent_m`.
 
-    Returns
-    -------
-    int
-        For a place, the patch that it belongs to, that is the nearest over the skin.
-
-    Raises
-    ------
-    ValueError
-        If nothing is called that, or no patch lies within 10 cm of the place.
+    Raises ValueError if nothing is called that, or no patch lies within 10 cm of the place.
     """
     if not isinstance(name, str):
         raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
@@ -152,10 +124,7 @@ def placement_patches(
 ) -> dict[str, Nearest]:
     """Patch of each of the 11 placements on one side of the body, by its name, where one is near enough.
 
-    Raises
-    ------
-    ValueError
-        If there is none for any of them. Else `say` is given why placements are left out.
+    `say` is given the reasons why placements are left out; a ValueError where all are.
     """
     found = {}
     for one in PLACEMENTS:

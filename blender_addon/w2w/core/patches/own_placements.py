@@ -47,25 +47,12 @@ def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> P
 def with_placements(
     body: Body, patches: PatchSet, placements: Mapping[str, int | Sequence[float]]
 ) -> PatchSet:
-    """Patches of a body, and placements of your own after them.
+    """Patches of a body, and placements of your own, as for `patches_at`, after them.
 
-    Parameters
-    ----------
-    body : Body
-    patches : PatchSet
-    placements : mapping of str to int or sequence of 3 floats
-        As for `patches_at`.
+    The patches keep their numbers and names. A placement at the vertex of one of them is that one, under its
+    own name.
 
-    Returns
-    -------
-    PatchSet
-        The patches keep their numbers and names. A placement at the vertex of one of them is that one,
-        under its own name.
-
-    Raises
-    ------
-    ValueError
-        As `patches_at`; or if a placement is called as a patch elsewhere is.
+    Raises ValueError as `patches_at` does, or if a placement is called as a patch elsewhere is.
     """
     own_names, own_centres = _checked(body, placements)
     names, centres = list(patches.names), patches.vertices.tolist()
@@ -86,12 +73,9 @@ def placement_vertices(body: Body, placements: Mapping[str, int | Sequence[float
 
 
 def check_names(given: Iterable[str], taken: Iterable[str] = ()) -> tuple[str, ...]:
-    """Names of placements without spaces too many, each its own and none of those taken.
+    """Names of placements with single spaces, each its own and none of those taken.
 
-    Raises
-    ------
-    ValueError
-        If one is empty, given twice or taken.
+    Raises ValueError if one is empty, given twice or taken.
     """
     names: dict[str, str] = {}
     patches = {name.lower() for name in taken}
@@ -108,12 +92,7 @@ def check_names(given: Iterable[str], taken: Iterable[str] = ()) -> tuple[str, .
 
 
 def check_apart(names: Sequence[str], vertices: Sequence[int]) -> None:
-    """Refuse two placements at one vertex.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Refuse two placements at one vertex."""
     at: dict[int, str] = {}
     for name, vertex in zip(names, vertices, strict=True):
         if vertex in at:
@@ -136,10 +115,7 @@ def names_elsewhere(patches: PatchSet, vertices: Sequence[int]) -> list[str]:
 def read_placements(path: str | Path) -> dict[str, int | tuple[float, float, float]]:
     """Read placements from a csv file with the columns ``name`` and either ``vertex`` or ``x``, ``y``, ``z``.
 
-    Raises
-    ------
-    ValueError
-        If the file cannot be read or is not such a table; the message says which line.
+    Raises ValueError, naming the line, if the file cannot be read or is not such a table.
     """
     found: dict[str, int | tuple[float, float, float]] = {}
     for line, row in read_table(path, ("name",), ("vertex", "x", "y", "z")).rows:

@@ -16,8 +16,6 @@ from ..body.regions import regions_of
 from ..body.shapes import bundled_targets
 from ..files import load_arrays, write_npz
 from .carriers import carrier_triangles
-from .interpolation import interpolation_weights
-from .sampling import farthest_points, mirrored_farthest_points
 from .strip_graph import StripGraph
 
 DEFAULT_PATCHES = 512
@@ -229,3 +227,81 @@ def _check(body: Body, n: int, symmetric: bool) -> None:
     loose = np.setdiff1d(np.arange(n_vertices), body.faces)
     if len(loose):
         raise ValueError(f"{len(loose)} vertices of the body belong to no face, the first is {loose[0]}")
+
+
+REACH = 2.2
+"""Support of a patch's kernel, in units of the largest distance of a vertex from its patch."""
+
+SHARPNESS = 0.3
+"""Distance, in the same unit, within which a patch's own score shows almost alone."""
+
+CHUNK = 256
+
+
+def interpolation_weights(graph: StripGraph, centres: np.ndarray) -> csr_matrix:
+    """Share of each patch in the value shown at each vertex: (V, N), float32, non-negative, rows sum to 1.
+
+    Inverse squared distance to the patch centres under a compact kernel (after Franke and Nielson 1980,
+    doi:10.1002/nme.1620151110; Wendland's C2, 1995, doi:10.1007/BF02123482), normalised at every vertex: at
+    its centre a patch shows its own score, so that no peak is dulled. Distance runs along the surface, so
+    nothing bleeds from a wrist to the hip it hangs beside.
+    """
+    cover = graph.distances(centres, nearest=True)
+    reach = REACH * float(cover[np.isfinite(cover)].max())
+    rows, columns, values = [], [], []
+    for begin in range(0, len(centres), CHUNK):
+        distance = graph.distances(centres[begin : begin + CHUNK], limit=reach)
+        column, row = np.nonzero(distance < reach)
+        scaled = distance[column, row] / reach
+        rows.append(row)
+        columns.append(column + begin)
+        near = (REACH * scaled) ** 2 + SHARPNESS**2
+        values.append((1 - scaled) ** 4 * (4 * scaled + 1) / near)
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    weights = csr_matrix(entries, shape=(len(cover), len(centres)))
+    total = np.asarray(weights.sum(axis=1))
+    return weights.multiply(1 / total).tocsr().astype(np.float32)
+
+
+TIE = 1e-9
+"""Distances closer than this (metres) count as equal, so that rounding never decides a pick."""
+
+
+def farthest_points(graph: StripGraph, n: int, start: int) -> np.ndarray:
+    """Pick `n` vertices, each the farthest from all earlier ones, beginning at `start`.
+
+    Gonzalez (1985, doi:10.1016/0304-3975(85)90224-5); for images, Eldar et al. (1997,
+    doi:10.1109/83.623193).
+    """
+    picks, distance = [start], graph.distances(start)
+    while len(picks) < n:
+        picks.append(farthest(distance))
+        distance = np.minimum(distance, graph.distances(picks[-1], limit=distance.max()))
+    return np.array(picks)
+
+
+def mirrored_farthest_points(graph: StripGraph, n: int, start: int, mirror: np.ndarray) -> np.ndarray:
+    """Farthest-point sampling of a mirror-symmetric mesh by mirror pairs, from a start on the mirror plane.
+
+    Each step takes the vertex, or the pair of mirror images, that is farthest from all earlier picks and, for
+    a pair, from each other.
+    """
+    on_plane = np.flatnonzero(mirror == np.arange(len(mirror)))
+    # a shortest way to the image crosses the plane halfway
+    pair_gap = 2 * graph.distances(on_plane, nearest=True)
+    pair_gap[on_plane] = np.inf
+    picks, distance = [start], graph.distances(start)
+    while len(picks) < n:
+        if n - len(picks) == 1:
+            pick = int(on_plane[farthest(distance[on_plane])])
+        else:
+            pick = farthest(np.minimum(distance, pair_gap))
+        for one in dict.fromkeys((pick, int(mirror[pick]))):
+            picks.append(one)
+            distance = np.minimum(distance, graph.distances(one, limit=distance.max()))
+    return np.array(picks)
+
+
+def farthest(distance: np.ndarray) -> int:
+    """Lowest index whose distance is within `TIE` of the largest."""
+    return int(np.argmax(distance >= distance.max() - TIE))

@@ -14,21 +14,11 @@ from typing import NamedTuple
 
 @dataclass(frozen=True)
 class Placement:
-    """A place to wear a sensor.
+    """A place to wear a sensor."""
 
-    Parameters
-    ----------
-    name : str
-        What it is called, e.g. "wrist".
-    region : str
-        Region at whose centre it lies; "*" stands for left or right.
-    common : bool
-        Whether wearables are usually worn there.
-    """
-
-    name: str
-    region: str
-    common: bool
+    name: str  # what it is called: "wrist"
+    region: str  # at whose centre it lies; "*" is for left or right
+    common: bool  # whether wearables are usually worn there
 
     @property
     def sided(self) -> bool:
@@ -57,17 +47,10 @@ PLACEMENTS: tuple[Placement, ...] = (
 
 
 class Product(NamedTuple):
-    """A wearable product.
+    """A wearable product."""
 
-    Attributes
-    ----------
-    region : str
-        Region where its sensor usually sits; "*" stands for left or right.
-    reach : tuple of str
-        Regions that it touches, without their side: what wishes such as "only belt" mean.
-    """
-
-    region: str
+    region: str  # where its sensor usually sits; "*" is for left or right
+    # regions that it touches, without their side: what wishes such as "only belt" mean
     reach: tuple[str, ...]
 
 

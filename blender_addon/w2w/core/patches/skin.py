@@ -22,18 +22,10 @@ AT_ONCE = 4
 
 @dataclass(frozen=True, eq=False)
 class SkinDistances:
-    """Geodesic distances between patches of a body at rest.
+    """Geodesic distances between patches of a body at rest, metres; infinite between pieces of the mesh."""
 
-    Attributes
-    ----------
-    between : ndarray, shape (N, N)
-        Metres; infinite between separate pieces of the mesh.
-    to_mirror_image : ndarray, shape (N, N)
-        From the mirror image of the row's patch to the column's patch.
-    """
-
-    between: np.ndarray
-    to_mirror_image: np.ndarray
+    between: np.ndarray  # (N, N)
+    to_mirror_image: np.ndarray  # (N, N), from the mirror image of the row's patch to the column's patch
 
     @classmethod
     def of(cls, body: Body, patches: PatchSet) -> SkinDistances:

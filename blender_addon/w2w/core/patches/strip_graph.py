@@ -30,14 +30,9 @@ class StripGraph:
     """Nearly exact geodesic distances: shortest ways along straight lines over strips of triangles.
 
     Its distances are lengths of real ways on the surface, hence never below the exact ones.
-
-    Parameters
-    ----------
-    graph : csr_matrix, shape (V, V)
-        Symmetric lengths, metres.
     """
 
-    graph: csr_matrix
+    graph: csr_matrix  # (V, V), symmetric lengths, metres
 
     @classmethod
     def of(cls, vertices: np.ndarray, faces: np.ndarray, crossings: int = CROSSINGS) -> StripGraph:
@@ -69,10 +64,7 @@ class StripGraph:
     def nearest(self, centres: np.ndarray) -> np.ndarray:
         """Position in `centres` of the one nearest to each vertex, shape (V,), int32.
 
-        Raises
-        ------
-        ValueError
-            If a piece of the mesh holds none of them.
+        Raises ValueError if a piece of the mesh holds none of them.
         """
         sources = dijkstra(self.graph, indices=centres, min_only=True, return_predecessors=True)[2]
         if (sources < 0).any():
@@ -96,20 +88,9 @@ def _graph(vertices: bytes, faces: bytes, crossings: int) -> StripGraph:
 def straight_lines(vertices: np.ndarray, faces: np.ndarray, crossings: int) -> csr_matrix:
     """Edges of a mesh and the straight lines between vertices across unfolded strips of triangles.
 
-    From every vertex, triangles are unfolded into its plane across at most `crossings` edges; the
-    vertex at the far end of a strip is joined if the line to it stays inside the strip.
-
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-    faces : ndarray, shape (F, 3)
-        Consistently oriented.
-    crossings : int
-
-    Returns
-    -------
-    csr_matrix, shape (V, V)
-        Symmetric lengths.
+    From every vertex, triangles are unfolded into its plane across at most `crossings` edges; the vertex at
+    the far end of a strip is joined if the line to it stays inside the strip. Faces are consistently
+    oriented; lengths (V, V) are symmetric.
     """
     n_vertices = len(vertices)
     strips = _Strips(vertices, faces)
