@@ -37,10 +37,8 @@ from . import (
     step1_body,
     step2_motions,
     step3_patches,
-    step3_placements,
     step4_signals,
     step5_ranking,
-    step5_wishes,
     upkeep,
 )
 
@@ -56,11 +54,9 @@ MODULES: tuple[ModuleType, ...] = (
     scene_animation,
     source_view,
     step3_patches,
-    step3_placements,
     step4_signals,
     step5_ranking,
     side_by_side,
-    step5_wishes,
     choosing,
     run_all,
     lists,

@@ -21,12 +21,10 @@ class W2W_PT_activities(W2WPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be activities, and no ranking of them yet."""
         body = current_body(context)
         return body is not None and len(body.w2w.activities) > 0 and utility_of(body.w2w) is None
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the list."""
         self.layout.enabled = jobs.running is None
         draw_activities(self.layout, current_body(context).w2w, "Weight")
 

@@ -45,14 +45,12 @@ class W2W_OT_use_character(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """A character must be active."""
         cls.poll_message_set("Select the armature or a mesh of a rigged character")
         if context.mode != "OBJECT" or jobs.running is not None:
             return False
         return armature_meant(context.object) in source_armatures(context.scene)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Lay it on the body that there is, or on a new one in its proportions, and paint it."""
         armature = armature_meant(context.object)
         meshes = character_meshes(armature, context.scene)
         if not meshes:
@@ -93,12 +91,10 @@ class W2W_OT_forget_character(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be one."""
         body = current_body(context)
         return body is not None and body.w2w.character is not None and context.mode == "OBJECT"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Take them off."""
         body = current_body(context)
         for row in body.w2w.character_meshes:
             if row.mesh is not None:
@@ -143,7 +139,6 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw what it is, and which of its meshes show the map."""
         layout = self.layout
         layout.enabled = jobs.running is None
         body = current_body(context)

@@ -23,8 +23,8 @@ from . import counting, jobs, results, signal_cache
 from .baking import as_labelled, body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread
 from .on_body import on_body
+from .operators import can_change
 from .state import config_of, current_body, patches_of, rank_settings, utility_of
-from .step2_motions import can_change
 
 TITLE = "Choose Sensors"
 

@@ -27,19 +27,19 @@ from .headless_door import run_headless
 from .jobs import Steps, in_thread, part
 from .legend import legend
 from .on_body import on_body
+from .operators import AsksForFile, OnBody, OnRanking
 from .overlay import picks
 from .save_results import save_steps
 from .scores import EXPECTED, beside_of, colour_range, minus_index, shown_scores, view_index
 from .state import config_of, current_body, patches_of, utility_of
-from .step2_motions import can_change
 
 Context = bpy.types.Context
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
 
-class Export:
-    """What exports to a file share: they ask for its name."""
+class Export(AsksForFile, OnRanking):
+    """What exports to a file share."""
 
     bl_options = {"REGISTER"}
     suffix = ""
@@ -50,26 +50,13 @@ class Export:
     filter_glob: StringProperty(options={"HIDDEN"})
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be a ranking."""
-        if not can_change(cls, context):
-            return False
-        cls.poll_message_set("Rank the patches first (step 5)")
-        body = current_body(context)
-        return utility_of(body.w2w) is not None and patches_of(body) is not None
-
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        """Ask for the file."""
         self.filter_glob = f"*{self.suffix}"
-        if not self.filepath:
-            self.filepath = self.usual
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
+        self.filepath = self.filepath or self.usual
+        return super().invoke(context, event)
 
     def execute(self, context: Context) -> set[str]:
-        """Start the work."""
-        path = Path(bpy.path.ensure_ext(bpy.path.abspath(self.filepath), self.suffix))
+        path = Path(bpy.path.ensure_ext(str(self.path()), self.suffix))
         return jobs.start(self, context, self.bl_label, self.steps(current_body(context), path))
 
 
@@ -81,7 +68,6 @@ class W2W_OT_export_map(Export, bpy.types.Operator):
     suffix, usual = ".png", "map.png"
 
     def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
-        """The work."""
         return map_steps(mesh, path)
 
 
@@ -93,7 +79,6 @@ class W2W_OT_export_table(Export, bpy.types.Operator):
     suffix, usual = ".csv", "utility.csv"
 
     def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
-        """The work."""
         return table_steps(mesh, path)
 
 
@@ -105,11 +90,10 @@ class W2W_OT_export_report(Export, bpy.types.Operator):
     suffix, usual = ".html", "report.html"
 
     def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
-        """The work."""
         return report_steps(mesh, path)
 
 
-class W2W_OT_export_signals(bpy.types.Operator):
+class W2W_OT_export_signals(AsksForFile, OnBody, bpy.types.Operator):
     """Save what sensors would have recorded: of the patch looked at, or of all patches, a file a clip"""
 
     bl_idname = "w2w.export_signals"
@@ -135,21 +119,12 @@ class W2W_OT_export_signals(bpy.types.Operator):
         default="csv",
     )
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """Signals must be baked."""
-        if not can_change(cls, context):
-            return False
-        cls.poll_message_set("Bake the signals first (step 4)")
-        return bool(ranked_clips(current_body(context).w2w)) and patches_of(current_body(context)) is not None
-
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        """Ask for the folder."""
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        baked = patches_of(body) is not None and ranked_clips(body.w2w)
+        return "" if baked else "Bake the signals first (step 4)"
 
     def execute(self, context: Context) -> set[str]:
-        """Start the work."""
         body = current_body(context)
         chosen = [patch for patch in picks(context, body) if patch < len(patches_of(body))]
         if self.which == "PICKED" and not chosen:
@@ -166,7 +141,6 @@ class W2W_MT_export(bpy.types.Menu):
     bl_idname = "W2W_MT_export"
 
     def draw(self, context: Context) -> None:
-        """Draw the exports."""
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("w2w.export_map", text="Map (png)", icon="IMAGE_DATA")

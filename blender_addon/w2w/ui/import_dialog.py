@@ -23,8 +23,8 @@ from ..core.motion.library import LibraryError
 from . import jobs
 from .label_options import WIDTH, draw_preview
 from .motion_import import import_steps, listed_files, wanted
+from .operators import OnBody
 from .state import current_body
-from .step2_motions import can_change
 
 LABELLED_BY = (
     (AUTOMATIC, "Automatic", "By labels.csv in the folder, else the folders in it, else file names"),
@@ -38,7 +38,7 @@ LABELLED_BY = (
 )
 
 
-class W2W_OT_import_labelled(bpy.types.Operator):
+class W2W_OT_import_labelled(OnBody, bpy.types.Operator):
     """Import motion files with labels by folder, file name or csv, after a look at what they would be"""
 
     bl_idname = "w2w.import_labelled"
@@ -64,17 +64,10 @@ class W2W_OT_import_labelled(bpy.types.Operator):
     planned: tuple[object, ImportPlan | LibraryError] | None = None
     """The plan made last, and for which settings; another opening of the dialog reads the folder anew."""
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body."""
-        return can_change(cls, context)
-
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Show what would be done."""
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the choice, and what it comes to."""
         layout = self.layout
         layout.row().prop(self, "labelled_by", expand=True)
         if self.labelled_by == BY_CSV:
@@ -90,7 +83,6 @@ class W2W_OT_import_labelled(bpy.types.Operator):
         draw_preview(layout, plan.activities, [*known, *plan.left_out], label_notes(plan.check))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Start the import."""
         try:
             plan = self.plan(context)
         except LibraryError as error:

@@ -50,7 +50,6 @@ class W2W_OT_run_job(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Do a slice of the work on each tick."""
         job = self.job
         if jobs.running is not job:  # it was ended in another window
             self.leave(context)

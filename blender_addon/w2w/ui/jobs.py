@@ -252,7 +252,6 @@ class W2W_OT_dismiss_message(bpy.types.Operator):
     bl_options = {"INTERNAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Close it."""
         dismiss()
         return {"FINISHED"}
 

@@ -27,7 +27,6 @@ class W2W_UL_clips(bpy.types.UIList):
     def draw_item(
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
     ) -> None:  # fmt: skip
-        """Draw a row."""
         state = state_of(item, self.settings(data))
         column = layout.column(align=True)
         row = column.row(align=True)
@@ -59,7 +58,6 @@ class W2W_UL_activities(bpy.types.UIList):
     def draw_item(
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
     ) -> None:  # fmt: skip
-        """Draw a row."""
         row = layout.row(align=True)
         row.prop(item, "part", text="", emboss=False, icon_only=True)
         name = row.row()

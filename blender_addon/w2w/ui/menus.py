@@ -44,7 +44,6 @@ class W2W_MT_tick_clips(bpy.types.Menu):
     bl_idname = "W2W_MT_tick_clips"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the choices."""
         self.layout.operator_enum("w2w.tick_clips", "which")
 
 
@@ -55,7 +54,6 @@ class W2W_MT_study(bpy.types.Menu):
     bl_idname = "W2W_MT_study"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the operators, step by step."""
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"  # else files would not be asked for
         for step in STEPS:
@@ -73,7 +71,6 @@ class W2W_MT_study_presets(bpy.types.Menu):
     preset_operator = "script.execute_preset"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the presets, and the ways to add and remove one."""
         if REGISTERS_PRESETS:
             self.draw_preset(context)
         else:

@@ -35,6 +35,8 @@ BAR_TICKS = 5
 BAR_TITLE, BAR_BOX = 96, 200
 """Least and most room for the colour bar's title, pixels."""
 
+NO_PICK = "Click a spot on the body first, with the tool Pick Patch (Ctrl Alt W)"
+
 OVER_HEAD = 0.08
 """Metres from a head to the name over it."""
 

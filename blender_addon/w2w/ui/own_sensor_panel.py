@@ -13,25 +13,16 @@ from ..core.imu.presets import PRESETS, preset
 from ..core.imu.sensor_file import read_sensor, write_sensor
 from . import jobs
 from .further_sensors import draw_further
+from .operators import AsksForFile, OnBody
 from .own_sensor import OWN, keep_own_sensor, own_sensor
 from .result_panels import W2WPanel
 from .state import current_body
-from .step2_motions import can_change
 from .text import draw_text
 
 Context = bpy.types.Context
 
 
-class _OnStudy:
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be a body."""
-        return can_change(cls, context)
-
-
-class W2W_OT_start_sensor(_OnStudy, bpy.types.Operator):
+class W2W_OT_start_sensor(OnBody, bpy.types.Operator):
     """Take the figures of a preset for a part of your own, to alter them"""
 
     bl_idname = "w2w.start_sensor"
@@ -42,14 +33,13 @@ class W2W_OT_start_sensor(_OnStudy, bpy.types.Operator):
     )
 
     def execute(self, context: Context) -> set[str]:
-        """Take them."""
         study = current_body(context).w2w
         keep_own_sensor(study, preset(self.like))
         study.sensor = OWN
         return {"FINISHED"}
 
 
-class W2W_OT_load_sensor(_OnStudy, bpy.types.Operator):
+class W2W_OT_load_sensor(AsksForFile, OnBody, bpy.types.Operator):
     """Read a part of your own from a file (json), as w2w run --sensor takes it"""
 
     bl_idname = "w2w.load_sensor"
@@ -58,14 +48,8 @@ class W2W_OT_load_sensor(_OnStudy, bpy.types.Operator):
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        """Ask for the file."""
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
     def execute(self, context: Context) -> set[str]:
-        """Read it."""
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path()
         try:
             model = read_sensor(path)
         except OSError as error:
@@ -79,7 +63,7 @@ class W2W_OT_load_sensor(_OnStudy, bpy.types.Operator):
         return jobs.show_done(self, text)
 
 
-class W2W_OT_save_sensor(_OnStudy, bpy.types.Operator, ExportHelper):
+class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
     """Save your part as a file (json) that w2w run --sensor reads"""
 
     bl_idname = "w2w.save_sensor"
@@ -89,7 +73,6 @@ class W2W_OT_save_sensor(_OnStudy, bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
     def execute(self, context: Context) -> set[str]:
-        """Write it."""
         path = Path(bpy.path.abspath(self.filepath))
         try:
             write_sensor(path, own_sensor(current_body(context).w2w))
@@ -109,11 +92,9 @@ class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """There must be a body."""
         return current_body(context) is not None
 
     def draw(self, context: Context) -> None:
-        """Draw the bands, what else is recorded, and the figures of an own part where that is chosen."""
         study, layout = current_body(context).w2w, self.layout.column()
         layout.use_property_split = True
         layout.use_property_decorate = False

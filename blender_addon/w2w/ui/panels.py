@@ -48,11 +48,9 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
     bl_idname = "W2W_PT_main"
 
     def draw_header_preset(self, context: Context) -> None:
-        """Put the overlay's switch into the header."""
         self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
 
     def draw(self, context: Context) -> None:
-        """Draw the body's name, the button for all steps, and what is going on."""
         layout = self.layout
         if len(bodies(context.scene)) > 1:
             layout.prop(context.scene.w2w, "body", text="")
@@ -75,11 +73,9 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
     titles = ("Load SMPL Body", "Open Results")
 
     def is_done(self, context: Context) -> bool:
-        """Whether there is a body."""
         return current_body(context) is not None
 
     def draw_step(self, context: Context, layout: Layout) -> None:
-        """Draw the ways to get a body."""
         body = current_body(context)
         if body is None:
             column = layout.column()
@@ -110,16 +106,13 @@ class W2W_PT_shape(W2WPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """Only the bundled body has one."""
         body = current_body(context)
         return body is not None and body.w2w.has_shape
 
     def draw_header_preset(self, context: Context) -> None:
-        """Put the way back into the header."""
         self.layout.operator("w2w.reset_shape", text="", icon="LOOP_BACK", emboss=False)
 
     def draw(self, context: Context) -> None:
-        """Draw the sliders."""
         self.layout.enabled = jobs.running is None and context.mode == "OBJECT"
         draw_sliders(self.layout, current_body(context).w2w.shape)
 
@@ -132,16 +125,13 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
     titles = ("Import Motions",)
 
     def missing(self, context: Context) -> str:
-        """A body comes first."""
         return "" if current_body(context) else "Add a body first (step 1)"
 
     def is_done(self, context: Context) -> bool:
-        """Whether there are usable clips."""
         body = current_body(context)
         return body is not None and bool(usable(body.w2w))
 
     def draw_step(self, context: Context, layout: Layout) -> None:
-        """Draw the ways to add motions and the list."""
         body = current_body(context)
         study = body.w2w
         row = layout.row(align=True)
@@ -195,16 +185,13 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
     titles = ("Place Patches",)
 
     def missing(self, context: Context) -> str:
-        """A body comes first."""
         return missing_for_patches(current_body(context))
 
     def is_done(self, context: Context) -> bool:
-        """Whether there are patches."""
         body = current_body(context)
         return body is not None and patches_of(body) is not None
 
     def draw_step(self, context: Context, layout: Layout) -> None:
-        """Draw how many, and how they look."""
         body = current_body(context)
         study = body.w2w
         placed = patches_of(body)
@@ -230,11 +217,9 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
     titles = ("Bake Signals",)
 
     def missing(self, context: Context) -> str:
-        """Body, motions and patches come first."""
         return missing_for_bake(current_body(context))
 
     def is_done(self, context: Context) -> bool:
-        """Whether every clip is baked."""
         body = current_body(context)
         if body is None or self.missing(context):
             return False
@@ -242,7 +227,6 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         return all(state_of(clip, settings) == BAKED for clip in usable(body.w2w))
 
     def draw_step(self, context: Context, layout: Layout) -> None:
-        """Draw the sensor and the bake buttons."""
         study = current_body(context).w2w
         row = layout.row(align=True)
         row.prop(study, "sensor")
@@ -272,14 +256,12 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
     titles = ("Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results")
 
     def missing(self, context: Context) -> str:
-        """Signals come first, unless there is a ranking already."""
         body = current_body(context)
         if body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None:
             return ""
         return missing_for_any_rank(body)
 
     def is_done(self, context: Context) -> bool:
-        """Whether there is a ranking that fits the settings."""
         body = current_body(context)
         return (
             body is not None
@@ -289,7 +271,6 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         )
 
     def draw_step(self, context: Context, layout: Layout) -> None:
-        """Draw the ranking's settings, and the results."""
         study = current_body(context).w2w
         layout.prop(study, "window_s")
         layout.prop(study, "classifier")

@@ -27,7 +27,6 @@ class W2W_OT_pick_patch(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body in a 3D view."""
         cls.poll_message_set("Add a body first")
         return (
             context.mode == "OBJECT"
@@ -37,7 +36,6 @@ class W2W_OT_pick_patch(bpy.types.Operator):
         )
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Find what is under the mouse."""
         mouse = (event.mouse_region_x, event.mouse_region_y)
         origin = region_2d_to_origin_3d(context.region, context.region_data, mouse)
         direction = region_2d_to_vector_3d(context.region, context.region_data, mouse)

@@ -7,24 +7,85 @@ from collections.abc import Sequence
 from typing import Any
 
 import bpy
+from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from ..core.wording import capital
-from . import jobs
+from . import jobs, results
 from .advice import advice_of
 from .choosing import TITLE, missing_for_choice
 from .counting import left_out
-from .overlay import picks
+from .operators import OnPatches
+from .overlay import NO_PICK, picks
 from .own_placements import spot_name
+from .placement_properties import KINDS
 from .result_panels import ResultPanel, can_change_now, draw_rows
-from .state import COST, current_body, patches_of
+from .state import COST, FORBID, current_body, patches_of
 from .text import draw_outcome, draw_text
-from .wishes import is_understood
+from .wishes import add_wish, is_understood
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
 
 NAMED = 3
 """Alternatives named in a line."""
+
+
+class W2W_OT_add_wish(OnPatches, bpy.types.Operator):
+    """Add a wish for where sensors go; type or choose where in its row"""
+
+    bl_idname = "w2w.add_wish"
+    bl_label = "Add Wish"
+
+    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
+    place: StringProperty(
+        name="Place", description="Where: 'left wrist', 'head', 'waist'", options={"SKIP_SAVE"}
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        add_wish(body.w2w, self.kind, self.place)
+        results.choose(body)
+        return {"FINISHED"}
+
+
+class W2W_OT_wish_picked(OnPatches, bpy.types.Operator):
+    """Add a wish for the region, or your placement, that you look at; for both where you compare two"""
+
+    bl_idname = "w2w.wish_picked"
+    bl_label = "Add Wish for Picked Patch"
+
+    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        study = body.w2w
+        there = {(wish.kind, wish.place) for wish in study.wishes}
+        for where in dict.fromkeys(spot_name(body, patch) for patch in picks(context, body)):
+            if (self.kind, where) not in there or self.kind == COST:
+                add_wish(study, self.kind, where)
+        results.choose(body)
+        return {"FINISHED"}
+
+
+class W2W_OT_remove_wish(OnPatches, bpy.types.Operator):
+    """Take this wish away"""
+
+    bl_idname = "w2w.remove_wish"
+    bl_label = "Remove Wish"
+
+    index: IntProperty(name="Wish", description="Its place in the list", min=0)
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        if self.index >= len(body.w2w.wishes):
+            return {"CANCELLED"}
+        body.w2w.wishes.remove(self.index)
+        results.choose(body)
+        return {"FINISHED"}
 
 
 class W2W_PT_placement(ResultPanel, bpy.types.Panel):
@@ -35,7 +96,6 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     bl_order = 3
 
     def draw(self, context: Context) -> None:
-        """Draw the wishes, the button and the set."""
         body = current_body(context)
         study, content = body.w2w, self.layout.column()
         content.enabled = can_change_now(context)
@@ -143,4 +203,4 @@ def _sentence(text: str) -> str:
     return capital(text) if text.endswith(".") else f"{capital(text)}."
 
 
-CLASSES = (W2W_PT_placement,)
+CLASSES = (W2W_OT_add_wish, W2W_OT_wish_picked, W2W_OT_remove_wish, W2W_PT_placement)

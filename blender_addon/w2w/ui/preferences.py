@@ -129,7 +129,6 @@ class W2W_AddonPreferences(bpy.types.AddonPreferences):
     )
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the preferences."""
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "cache_folder")
@@ -156,11 +155,9 @@ class W2W_OT_clear_cache(bpy.types.Operator):
     bl_label = "Clear Signal Cache"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Ask first."""
         return context.window_manager.invoke_confirm(self, event)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Delete the files."""
         folders = (cache_folder() / "signals", cache_folder() / WORK / "features")
         files = [file for folder in folders for file in folder.glob(f"*{SIGNALS_SUFFIX}.npz")]
         size = sum(file.stat().st_size for file in files)

@@ -33,7 +33,6 @@ class ResultPanel(W2WPanel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """There must be a ranking."""
         body = current_body(context)
         return body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None
 
@@ -51,7 +50,6 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     bl_order = 1
 
     def draw(self, context: Context) -> None:
-        """Draw the headline, its cautions first."""
         body = current_body(context)
         caution, sentences = findings(body.w2w, utility_of(body.w2w), patches_of(body))
         for warning in filter(None, (caution, body.w2w.source_caution)):
@@ -70,7 +68,6 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     bl_order = 2
 
     def draw(self, context: Context) -> None:
-        """Draw the choice of the heatmap and its colours."""
         layout, study = self.layout, current_body(context).w2w
         layout.enabled = can_change_now(context)
         layout.use_property_decorate = False
@@ -101,7 +98,6 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     bl_order = 5
 
     def draw(self, context: Context) -> None:
-        """Draw the table of regions, each by its best patch."""
         layout, study = self.layout, current_body(context).w2w
         layout.enabled = can_change_now(context)
         draw_rows(layout, study, study.regions, numbered=False)

@@ -14,6 +14,7 @@ from .choosing import choose_steps, missing_for_choice
 from .counting import is_reweighed
 from .jobs import Steps, part
 from .on_body import is_there, on_body
+from .operators import can_change
 from .own_placements import is_pending
 from .state import (
     BAKED,
@@ -27,7 +28,6 @@ from .state import (
     usable,
     utility_of,
 )
-from .step2_motions import can_change
 from .step3_patches import place_steps
 from .text import draw_text
 

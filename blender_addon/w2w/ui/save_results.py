@@ -19,8 +19,8 @@ from .baking import body_as_run, ranked_clips
 from .garment_properties import covers_steps
 from .jobs import Step, Steps, in_thread, start
 from .on_body import on_body
+from .operators import can_change
 from .state import config_of, current_body, patches_of, rank_settings, sampled_patches, utility_of
-from .step2_motions import can_change
 
 TITLE = "Save Results"
 

@@ -13,8 +13,8 @@ from ..scene.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
 from . import jobs
 from .label_options import WIDTH, draw_preview
 from .motion_import import Wanted, import_steps
+from .operators import OnBody
 from .state import bodies, current_body
-from .step2_motions import can_change
 
 ALL = "*"
 """Stands for every armature."""
@@ -44,7 +44,7 @@ def _armatures(_self: W2W_OT_use_scene_animation, context: bpy.types.Context) ->
     return _items
 
 
-class W2W_OT_use_scene_animation(bpy.types.Operator):
+class W2W_OT_use_scene_animation(OnBody, bpy.types.Operator):
     """Take all actions and NLA strips of an armature in the scene as clips; the armature is only read"""
 
     bl_idname = "w2w.use_scene_animation"
@@ -63,16 +63,12 @@ class W2W_OT_use_scene_animation(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body, and an armature that is not a body's."""
-        if not can_change(cls, context):
-            return False
-        cls.poll_message_set("There is no armature in the scene but W2W's own")
-        return bool(source_armatures(context.scene))
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        found = source_armatures(context.scene)
+        return "" if found else "There is no armature in the scene but W2W's own"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Show what there is, of the active armature where that has any."""
         found = [item for item in source_armatures(context.scene) if self.takes(item)[0]]
         if not found:
             return jobs.show_error(self, "No armature of the scene has an action or strip that moves bones")
@@ -80,7 +76,6 @@ class W2W_OT_use_scene_animation(bpy.types.Operator):
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the choice, and what it comes to."""
         layout = self.layout
         layout.prop(self, "armature")
         layout.row().prop(self, "labelled_by", expand=True)
@@ -95,7 +90,6 @@ class W2W_OT_use_scene_animation(bpy.types.Operator):
         draw_preview(layout, activities, [*known, *left_out])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Start taking them."""
         wanted, known, left_out = self.found(context)
         if not wanted:
             text = "All of these are in the list already" if known else "There is no action that moves bones"

@@ -9,6 +9,7 @@ from bpy.props import EnumProperty, PointerProperty
 from ..scene.second_body import add_beside
 from ..scene.source_beside import remove_source
 from . import jobs, results, second_map, updates
+from .operators import OnRanking
 from .scores import MEAN_VIEW, NOTHING, beside_of, view_index, view_items
 from .state import bodies, current_body, without_updates
 
@@ -43,24 +44,13 @@ class SecondMap:
     )
 
 
-class W2W_OT_side_by_side(bpy.types.Operator):
+class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
     """Show a second map on a copy of the body beside it, both on one scale; press again to take it away"""
 
     bl_idname = "w2w.side_by_side"
     bl_label = "Side by Side"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a ranking."""
-        cls.poll_message_set("Rank the patches first (step 5)")
-        body = current_body(context)
-        if body is None or context.mode != "OBJECT" or jobs.running is not None:
-            return False
-        return second_map.is_ranked(body)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Put it there, or take it away."""
         body = current_body(context)
         if beside_of(body.w2w) is None:
             show_beside(body)

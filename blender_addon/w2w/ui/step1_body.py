@@ -15,6 +15,7 @@ from ..scene.body import add_body, armature_of, body_of
 from ..scene.study_record import has_record
 from . import jobs
 from .jobs import Step, Steps, dismiss, in_thread, show_error
+from .operators import AsksForFile, OnBody
 from .restore import restore
 from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
 from .state import body_of_object, current_body, without_updates
@@ -31,16 +32,13 @@ class W2W_OT_add_body(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Bones can be made only from object mode."""
         cls.poll_message_set("Go back to object mode first")
         return context.mode == "OBJECT"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the shape's sliders in the panel of the last operation."""
         draw_sliders(self.layout, self)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Add it at the 3D cursor, in a collection of its own."""
         try:
             body = shaped_body(self)
         except ValueError as error:
@@ -51,22 +49,17 @@ class W2W_OT_add_body(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_reset_shape(bpy.types.Operator):
+class W2W_OT_reset_shape(OnBody, bpy.types.Operator):
     """Give the body its average shape again"""
 
     bl_idname = "w2w.reset_shape"
     bl_label = "Reset Shape"
-    bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body with sliders."""
-        body = current_body(context)
-        idle = jobs.running is None and context.mode == "OBJECT"
-        return idle and body is not None and body.w2w.has_shape
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return "" if body.w2w.has_shape else "Only W2W's own body has a shape to reset"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Put all sliders back."""
         body = current_body(context)
         with without_updates():
             for name in NAMES:
@@ -75,7 +68,7 @@ class W2W_OT_reset_shape(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_load_body(bpy.types.Operator):
+class W2W_OT_load_body(AsksForFile, bpy.types.Operator):
     """Adopt an SMPL body of yours: an official model (npz, pkl), a mesh with SMPL's faces (obj, ply)"""
 
     bl_idname = "w2w.load_body"
@@ -87,17 +80,10 @@ class W2W_OT_load_body(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Bones can be made only from object mode, and one job runs at a time."""
         return jobs.can_start(cls, context)
 
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Ask for the file."""
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Start the work."""
-        return jobs.start(self, context, self.bl_label, load_steps(Path(bpy.path.abspath(self.filepath))))
+        return jobs.start(self, context, self.bl_label, load_steps(self.path()))
 
 
 class W2W_OT_use_mesh(bpy.types.Operator):
@@ -109,7 +95,6 @@ class W2W_OT_use_mesh(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be an object that is not the body already."""
         if context.mode != "OBJECT":
             cls.poll_message_set("Go back to object mode first")
             return False
@@ -120,7 +105,6 @@ class W2W_OT_use_mesh(bpy.types.Operator):
         return found.type == "MESH" or body_of_object(found) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Switch to the body it belongs to, or adopt the mesh as a body."""
         mesh = body_of_object(context.object) or context.object
         try:
             body_of(mesh)
@@ -155,11 +139,9 @@ class W2W_OT_select_body(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body."""
         return current_body(context) is not None and context.mode == "OBJECT"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Select it."""
         select_only(context, current_body(context))
         return {"FINISHED"}
 

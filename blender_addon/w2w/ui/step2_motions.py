@@ -20,20 +20,13 @@ from ..scene.takes import best_take
 from . import jobs
 from .listed_activities import list_labels
 from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted
+from .operators import AsksForFile, OnBody, OnClips
 from .state import current_body, selected, without_updates
 
 Context = bpy.types.Context
 
 
-def can_change(cls: type, context: Context) -> bool:
-    """Whether there is a body that nothing is working on."""
-    if current_body(context) is None:
-        cls.poll_message_set("Add a body first (step 1)")
-        return False
-    return jobs.can_start(cls, context)
-
-
-class W2W_OT_import_motions(bpy.types.Operator):
+class W2W_OT_import_motions(AsksForFile, OnBody, bpy.types.Operator):
     """Import motion files (FBX, BVH, AMASS npz, smpl) onto the body; the files' own armatures are left out"""
 
     bl_idname = "w2w.import_motions"
@@ -48,21 +41,13 @@ class W2W_OT_import_motions(bpy.types.Operator):
     asked = False
     """Whether the files were chosen in Blender's file browser."""
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be a body."""
-        return can_change(cls, context)
-
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        """Take dropped files at once; ask for files otherwise."""
         if any(file.name for file in self.files):
             return self.execute(context)
         self.asked = True
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
+        return super().invoke(context, event)
 
     def execute(self, context: Context) -> set[str]:
-        """Show how files chosen in the browser would be labelled; import others at once."""
         names = [file.name for file in self.files if file.name]
         if self.asked:
             files = [{"name": name} for name in names]
@@ -76,7 +61,7 @@ class W2W_OT_import_motions(bpy.types.Operator):
         return jobs.start(self, context, "Import Motions", steps)
 
 
-class W2W_OT_import_folder(bpy.types.Operator):
+class W2W_OT_import_folder(AsksForFile, OnBody, bpy.types.Operator):
     """Import all motion files of a folder; a labels.csv, the folders in it or file names label them"""
 
     bl_idname = "w2w.import_folder"
@@ -88,19 +73,11 @@ class W2W_OT_import_folder(bpy.types.Operator):
     asked = False
     """Whether the folder was chosen in Blender's file browser."""
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be a body."""
-        return can_change(cls, context)
-
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        """Ask for the folder."""
         self.asked = True
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
+        return super().invoke(context, event)
 
     def execute(self, context: Context) -> set[str]:
-        """Show how the files of a folder chosen in the browser would be labelled; import another at once."""
         if self.asked:
             bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory)
             return {"FINISHED"}
@@ -112,24 +89,20 @@ class W2W_OT_import_folder(bpy.types.Operator):
         return jobs.start(self, context, "Import Motions", steps)
 
 
-class W2W_OT_add_armature_motion(bpy.types.Operator):
+class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
     """Take the motion of the active armature of the scene; the armature itself is left as it is"""
 
     bl_idname = "w2w.add_armature_motion"
     bl_label = "Add Motion of Active Armature"
-    bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """An animated armature other than the body's must be active."""
-        if not can_change(cls, context):
-            return False
-        cls.poll_message_set("Select an animated armature that is not the body's own")
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
         item = context.object
-        return item is not None and item.type == "ARMATURE" and item != armature_of(current_body(context))
+        if item is not None and item.type == "ARMATURE" and item != armature_of(body):
+            return ""
+        return "Select an animated armature that is not the body's own"
 
     def execute(self, context: Context) -> set[str]:
-        """Read it and list it."""
         mesh, source = current_body(context), context.object
         playing = active_action(source)
         try:
@@ -153,7 +126,6 @@ class W2W_OT_preview_clip(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """There must be clips."""
         cls.poll_message_set("Import motions first")
         return current_body(context) is not None and len(current_body(context).w2w.clips) > 0
 
@@ -175,28 +147,20 @@ class W2W_OT_preview_clip(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_relabel_clips(bpy.types.Operator):
+class W2W_OT_relabel_clips(OnClips, bpy.types.Operator):
     """Give all ticked clips the same activity"""
 
     bl_idname = "w2w.relabel_clips"
     bl_label = "Relabel Ticked"
-    bl_options = {"REGISTER", "UNDO"}
 
     activity: StringProperty(name="Activity", description="Label for all ticked clips")
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be clips."""
-        return can_change(cls, context) and len(current_body(context).w2w.clips) > 0
-
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        """Ask for the label."""
         clips = selected(current_body(context).w2w)
         self.activity = clips[0].activity if clips else ""
         return context.window_manager.invoke_props_dialog(self)
 
     def execute(self, context: Context) -> set[str]:
-        """Relabel."""
         label = self.activity.strip()
         if not label:
             return jobs.show_error(self, "Type an activity: clips without one cannot be ranked")
@@ -209,20 +173,13 @@ class W2W_OT_relabel_clips(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_remove_clips(bpy.types.Operator):
+class W2W_OT_remove_clips(OnClips, bpy.types.Operator):
     """Remove the ticked clips, or the active one where none is ticked, with their actions"""
 
     bl_idname = "w2w.remove_clips"
     bl_label = "Remove Clips"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be clips."""
-        return can_change(cls, context) and len(current_body(context).w2w.clips) > 0
 
     def execute(self, context: Context) -> set[str]:
-        """Remove."""
         mesh = current_body(context)
         clips = mesh.w2w.clips
         ticked = [index for index, clip in enumerate(clips) if clip.selected] or [mesh.w2w.clip_index]
@@ -232,12 +189,11 @@ class W2W_OT_remove_clips(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_tick_clips(bpy.types.Operator):
+class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
     """Tick clips for Relabel, Remove and Bake"""
 
     bl_idname = "w2w.tick_clips"
     bl_label = "Tick Clips"
-    bl_options = {"REGISTER", "UNDO"}
 
     which: EnumProperty(
         name="Which",
@@ -250,13 +206,7 @@ class W2W_OT_tick_clips(bpy.types.Operator):
         ),
     )
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        """There must be clips."""
-        return can_change(cls, context) and len(current_body(context).w2w.clips) > 0
-
     def execute(self, context: Context) -> set[str]:
-        """Tick."""
         study = current_body(context).w2w
         active = study.clips[study.clip_index].activity
         for clip in study.clips:

@@ -13,45 +13,31 @@ from ..scene.patches import place_patches, remove_patches
 from . import jobs, own_placements, results
 from .baking import body_as_run
 from .on_body import on_body
+from .operators import IsJob, OnBody
 from .state import config_of, current_body, keep_own_placed
-from .step2_motions import can_change
 
 
-class W2W_OT_place_patches(bpy.types.Operator):
+class W2W_OT_place_patches(IsJob, bpy.types.Operator):
     """Spread patches evenly over the body, an empty on each; replaces those that are there"""
 
     bl_idname = "w2w.place_patches"
     bl_label = "Place Patches"
-    bl_options = {"REGISTER"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body."""
-        return can_change(cls, context)
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Start the work in the background."""
-        return jobs.start(self, context, "Place Patches", place_steps(current_body(context)))
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Do the work at once."""
-        return jobs.run_now(self, "Place Patches", place_steps(current_body(context)))
+    def steps(self, body: bpy.types.Object) -> jobs.Steps:
+        return place_steps(body)
 
 
-class W2W_OT_remove_patches(bpy.types.Operator):
+class W2W_OT_remove_patches(OnBody, bpy.types.Operator):
     """Remove the patches, and the ranking that was made with them"""
 
     bl_idname = "w2w.remove_patches"
     bl_label = "Remove Patches"
-    bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be patches."""
-        return can_change(cls, context) and current_body(context).w2w.patch_collection is not None
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return "" if body.w2w.patch_collection is not None else "There are no patches"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Remove."""
         remove_all(current_body(context))
         return {"FINISHED"}
 

@@ -8,8 +8,8 @@ from bpy.props import EnumProperty
 
 from . import jobs
 from .baking import bake_steps, to_bake
+from .operators import can_change
 from .state import current_body, missing_for_bake, selected
-from .step2_motions import can_change
 
 
 class W2W_OT_bake_signals(bpy.types.Operator):

@@ -9,9 +9,9 @@ from bpy.props import BoolProperty, IntProperty
 from ..scene.patches import empties_by_patch
 from . import jobs, results
 from .baking import rank_steps
+from .operators import can_change
 from .state import current_body, missing_for_rank, patches_of
 from .step1_body import select_only
-from .step2_motions import can_change
 
 
 class W2W_OT_rank_patches(bpy.types.Operator):

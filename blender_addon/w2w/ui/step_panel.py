@@ -22,12 +22,10 @@ class StepPanel(W2WPanel):
     """Jobs that the step's buttons start: what comes out of them is shown beside these."""
 
     def draw_header_preset(self, context: Context) -> None:
-        """Put a tick behind the titles of finished steps."""
         if self.is_done(context):
             self.layout.label(text="", icon="CHECKMARK")
 
     def draw(self, context: Context) -> None:
-        """Draw the step, or what it needs."""
         missing = self.missing(context)
         content = self.layout.column()
         content.use_property_split = True
