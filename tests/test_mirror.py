@@ -47,11 +47,10 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/studies/sweep": "figure maps",
     "tests/studies/validation": "correlation dsads mhad",
     "tests/ui": (
-        "activity_panel activity_properties advice drawing garment_properties headless_door label_options "
-        "lists on_character operators overlay own_placement_panel own_sensor_panel panels placement_panels "
-        "placement_properties properties result_panels results scores second_map signal_cache source_view "
-        "state step1_body step2_motions step3_patches step4_signals step5_ranking "
-        "step_panel surface text updates wishes"
+        "activity_properties advice drawing garment_properties headless_door on_character operators overlay "
+        "own_placement_panel own_sensor_panel panels placement_panels placement_properties properties "
+        "result_panels results scores sensor_properties signal_cache source_view state step1_body "
+        "step2_motions step3_patches step4_signals step5_ranking step_panel text updates"
     ),
 }
 

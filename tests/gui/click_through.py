@@ -266,7 +266,7 @@ def in_sight(driver: Driver) -> dict[str, list[bool]]:
     body = bpy.context.scene.w2w.body
     patches = module("state").patches_of(body)
     with driver.in_view():
-        surface = module("surface").Surface(bpy.context, body, patches)
+        surface = module("drawing").Surface(bpy.context, body, patches)
         return {
             part: [surface.in_sight(patch) for patch, region in enumerate(patches.regions) if part in region]
             for part in ("sternum", "abdomen", "lower back", "scapula")

@@ -18,8 +18,8 @@ from w2w.scene.patches import empties_by_patch
 from w2w.ui import jobs, signal_cache
 from w2w.ui.advice import advice_of, leading
 from w2w.ui.choosing import choose_steps
+from w2w.ui.listed import is_understood, suggestions
 from w2w.ui.state import FORBID, config_of, constraints_of, patches_of
-from w2w.ui.wishes import is_understood, suggestions
 
 from .made_study import make_study
 from .test_restore import open_file

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel's properties have the label, default and limits that a study's parameters declare."""
 
+import numpy as np
 import pytest
 
 from w2w.core.parameters import parameters_of
 from w2w.core.study import StudyConfig
-from w2w.ui.declared import declared
+from w2w.ui.declared import as_given, declared
 from w2w.ui.properties import W2W_PG_study
 
 PROPERTIES = {"patches": "patch_count", "window": "window_s"}
@@ -34,3 +35,14 @@ def test_a_unit_stands_in_the_label_where_blender_does_not_show_it():
 def test_none_is_0_and_what_differs_is_said():
     band = declared("root_band", min=0, precision=1)
     assert (band["default"], band["min"], band["precision"]) == (0, 0, 1)
+
+
+@pytest.mark.parametrize("given", [1 / 3, 0.85, 1e-5, 60.0])
+def test_a_number_that_was_not_touched_is_the_one_that_was_given(given: float) -> None:
+    assert as_given(float(np.float32(given)), given) == given
+
+
+def test_a_number_that_was_typed_is_the_one_that_was_typed() -> None:
+    assert as_given(float(np.float32(0.7)), 1 / 3) == 0.7
+    assert as_given(float(np.float32(2.125)), float("nan")) == 2.125
+    assert as_given(float(np.float32(-64.3)), 66.8) == -64.3

@@ -10,7 +10,7 @@ import bpy
 import pytest
 
 from w2w.ui import jobs
-from w2w.ui.label_options import LONGEST, draw_preview
+from w2w.ui.import_dialog import LONGEST, draw_preview
 
 from .made_study import make_study
 

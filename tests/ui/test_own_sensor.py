@@ -19,7 +19,7 @@ from w2w.headless.study_options import StudyOptions
 from w2w.scene.actions import read_action
 from w2w.scene.body import armature_of, body_of
 from w2w.ui import restore, signal_cache
-from w2w.ui.own_sensor import OWN, own_sensor
+from w2w.ui.sensor_properties import OWN, own_sensor
 from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
 from .made_study import N_PATCHES, make_study

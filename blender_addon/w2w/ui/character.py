@@ -13,11 +13,11 @@ from ..scene.adopt import moving_armature
 from ..scene.body import armature_of, body_of
 from ..scene.character import character_meshes, read_character, tie, untie
 from . import jobs, on_character, results
+from .import_dialog import source_armatures
 from .on_body import is_there
-from .result_panels import W2WPanel
-from .scene_animation import source_armatures
 from .state import body_of_object, current_body, without_updates
 from .step1_body import add_study
+from .step_panel import W2WPanel
 from .text import draw_text
 
 BESIDE = 1.3

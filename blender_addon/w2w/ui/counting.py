@@ -12,7 +12,7 @@ from ..core.motion.labels import same_label
 from ..core.ranking.utility import UtilityMap
 from ..core.ranking.weights import counting
 from ..core.study import StudyConfig
-from .precision import as_given
+from .declared import as_given
 
 COUNTED, BACKGROUND, LEFT_OUT = "COUNTED", "BACKGROUND", "LEFT_OUT"
 """Parts that an activity takes."""

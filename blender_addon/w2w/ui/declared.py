@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties made of the parameters that a study's records declare: their label, default and limits."""
+"""Properties made of the parameters that a study's records declare, and numbers as they were given to one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from typing import Any
 
 from ..core.parameters import parameters_of
 from ..core.study import StudyConfig
+
+SINGLE, DIGITS = 1e-6, 7
+"""How far a property, in single precision, may be from the value it was given, and the digits it keeps."""
 
 
 def declared(name: str, **other: Any) -> dict[str, Any]:
@@ -33,3 +36,8 @@ def declared(name: str, **other: Any) -> dict[str, Any]:
         "soft_max": parameter.usual[1],
     }
     return {key: value for key, value in about.items() if value is not None} | other
+
+
+def as_given(shown: float, given: float) -> float:
+    """A property's value: the one given where it is that in single precision, else in few digits."""
+    return given if abs(shown - given) <= SINGLE * abs(given) else float(f"{shown:.{DIGITS}g}")

@@ -11,8 +11,8 @@ from ..scene.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
 from ..scene.garments import check_garment
 from . import jobs
 from .garment_properties import worn_by
-from .result_panels import W2WPanel
 from .state import current_body
+from .step_panel import W2WPanel
 from .text import draw_text
 
 ITEMS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") for kind in KINDS)

@@ -20,7 +20,7 @@ from ..scene.load import Carried, Source, carry, read_motion
 from ..scene.scene_motion import read_scene_take
 from ..scene.scene_takes import SceneTake
 from .jobs import Step, Steps
-from .listed_activities import list_labels
+from .listed import list_labels
 from .on_body import on_body
 from .state import without_updates
 

@@ -21,13 +21,12 @@ from ..scene.study_record import has_record, keys_of
 from ..scene.takes import existing_data, new_data
 from . import jobs, own_placements, signal_cache
 from .jobs import EXPECTED, Step, Steps, in_thread
-from .listed_activities import list_labels
+from .listed import list_labels, take_over
 from .restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
 from .results import hide_patches
 from .state import bodies, current_body
 from .step1_body import add_study, make_study
 from .text import draw_text
-from .wishes import take_over
 
 TITLE = "Open Results"
 

@@ -16,13 +16,12 @@ from ..scene.actions import FIRST_FRAME, key_rate
 from ..scene.patches import PATCH
 from . import signal_cache
 from .advice import leading
-from .drawing import Colour, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
+from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .legend import left_of_legend, legend
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
 from .results import patch_lines
 from .scores import activity_scores, colour_range
 from .state import current_body, patches_of, playing_clip, utility_of
-from .surface import Surface
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)

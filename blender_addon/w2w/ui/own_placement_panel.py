@@ -15,8 +15,8 @@ from . import jobs, own_placements
 from .operators import AsksForFile, OnBody, OnPatches
 from .overlay import NO_PICK, picks
 from .own_placements import is_pending, patch_of_own, scores_of_own
-from .result_panels import W2WPanel
 from .state import current_body, patches_of, utility_of, without_updates
+from .step_panel import W2WPanel
 from .text import draw_text
 
 Context = bpy.types.Context

@@ -9,14 +9,16 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
+from ..core.imu.channels import FURTHER
 from ..core.imu.presets import PRESETS, preset
 from ..core.imu.sensor_file import read_sensor, write_sensor
+from ..core.ranking.utility import inputs_of
 from . import jobs
-from .further_sensors import draw_further
+from .garment_properties import worn_by
 from .operators import AsksForFile, OnBody
-from .own_sensor import OWN, keep_own_sensor, own_sensor
-from .result_panels import W2WPanel
+from .sensor_properties import ITEMS, OWN, TICKS, keep_own_sensor, own_sensor
 from .state import current_body
+from .step_panel import W2WPanel
 from .text import draw_text
 
 Context = bpy.types.Context
@@ -111,6 +113,33 @@ class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
         row = column.row(align=True)
         row.operator("w2w.load_sensor", text="Load", icon="FILE_FOLDER")
         row.operator("w2w.save_sensor", text="Save", icon="EXPORT")
+
+
+def draw_further(study: bpy.types.PropertyGroup, context: Context, layout: bpy.types.UILayout) -> None:
+    """Draw the choice, and where it comes to nothing."""
+    _draw_ticks(study, layout, "record", set(FURTHER))
+    if not study.record:
+        return
+    if worn_by(study):
+        draw_text(layout, context, "Sensors on garments record accelerometer and gyroscope alone")
+        return
+    if "magnetometer" in study.record:
+        layout.prop(study, "magnetic_dip")
+    if inputs_of(study.classifier) != "features":
+        draw_text(layout, context, f"{study.classifier} learns from accelerometer and gyroscope alone")
+        return
+    _draw_ticks(study, layout, "recognise_by", study.record)
+
+
+def _draw_ticks(
+    study: bpy.types.PropertyGroup, layout: bpy.types.UILayout, name: str, offered: set[str]
+) -> None:
+    """Draw a tick for each of the sensors that are offered."""
+    ticks = TICKS[name]
+    column = layout.column(heading=study.bl_rna.properties[ticks].name)
+    for index, (sensor, text, *_) in enumerate(ITEMS):
+        if sensor in offered:
+            column.prop(study, ticks, index=index, text=text)
 
 
 def _draw_part(study: bpy.types.PropertyGroup, layout: bpy.types.UILayout) -> None:

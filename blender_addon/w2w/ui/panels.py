@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 
 from ..core.wording import capital
@@ -11,13 +13,14 @@ from . import jobs
 from .baking import UNBAKED
 from .counting import is_reweighed
 from .open_results import draw_locate
-from .result_panels import W2WPanel
 from .run_all import TITLE as RUN_ALL
 from .run_all import draw_run_all
 from .shape import draw_sliders
 from .source_view import has_source
 from .state import (
     BAKED,
+    FAILED,
+    STALE,
     bake_settings,
     bodies,
     body_of_object,
@@ -27,6 +30,7 @@ from .state import (
     missing_for_patches,
     missing_for_rank,
     patches_of,
+    playing_clip,
     rank_settings,
     selected,
     state_of,
@@ -34,11 +38,14 @@ from .state import (
     usable,
     utility_of,
 )
-from .step_panel import StepPanel, beside_their_buttons
+from .step_panel import StepPanel, W2WPanel, beside_their_buttons
 from .text import draw_message, draw_progress, draw_text
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
+
+ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
+"""Of the states of a clip."""
 
 
 class W2W_PT_main(W2WPanel, bpy.types.Panel):
@@ -115,6 +122,34 @@ class W2W_PT_shape(W2WPanel, bpy.types.Panel):
     def draw(self, context: Context) -> None:
         self.layout.enabled = jobs.running is None and context.mode == "OBJECT"
         draw_sliders(self.layout, current_body(context).w2w.shape)
+
+
+class W2W_UL_clips(bpy.types.UIList):
+    """Clips, two lines each: tick, name and state; activity, to be edited in place, and frames."""
+
+    def draw_item(
+        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
+    ) -> None:  # fmt: skip
+        state = state_of(item, bake_settings(data))
+        column = layout.column(align=True)
+        row = column.row(align=True)
+        row.alert = state == FAILED
+        tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"
+        row.prop(item, "selected", text="", emboss=False, icon=tick)
+        row.label(text=Path(item.file).stem or item.name, translate=False)
+        playing = playing_clip(data.id_data) == item
+        mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(state, "BLANK1")
+        row.label(text="", icon="PLAY" if playing else mark)
+        if state == FAILED:
+            return
+        row = column.row(align=True)
+        row.scale_y = 0.8
+        row.label(text="", icon="BLANK1")
+        row.prop(item, "activity", text="", emboss=False, placeholder="activity")
+        count = row.row()
+        count.alignment = "RIGHT"
+        count.active = False
+        count.label(text=f"{item.n_frames} frames")
 
 
 class W2W_PT_motions(StepPanel, bpy.types.Panel):
@@ -293,6 +328,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
 
 
 CLASSES = (
+    W2W_UL_clips,
     W2W_PT_main,
     W2W_PT_body,
     W2W_PT_shape,

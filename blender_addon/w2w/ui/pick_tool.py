@@ -9,7 +9,7 @@ from bpy.props import BoolProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
 from ..scene.evaluated import EvaluatedVertices
-from .second_map import owner_of
+from .legend import owner_of
 from .state import current_body, patches_of
 from .step5_ranking import pick
 

@@ -14,14 +14,15 @@ from . import jobs, results
 from .advice import advice_of
 from .choosing import TITLE, missing_for_choice
 from .counting import left_out
+from .listed import add_wish, is_understood
 from .operators import OnPatches
 from .overlay import NO_PICK, picks
 from .own_placements import spot_name
 from .placement_properties import KINDS
-from .result_panels import ResultPanel, can_change_now, draw_rows
+from .result_panels import can_change_now, draw_rows
 from .state import COST, FORBID, current_body, patches_of
+from .step_panel import ResultPanel
 from .text import draw_outcome, draw_text
-from .wishes import add_wish, is_understood
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
@@ -94,6 +95,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     bl_label = "Sensor Placement"
     bl_idname = "W2W_PT_placement"
     bl_order = 3
+    titles = (TITLE,)
 
     def draw(self, context: Context) -> None:
         body = current_body(context)
@@ -108,7 +110,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
         row = content.row()
         row.scale_y = 1.2
         row.operator("w2w.choose_sensors", icon="VIEWZOOM")
-        draw_outcome(self.layout, context, (TITLE,))
+        draw_outcome(self.layout, context, self.titles)
         if jobs.running is None or jobs.running.title != TITLE:
             worn = self.layout.column()
             worn.enabled = can_change_now(context)

@@ -15,8 +15,8 @@ from bpy.props import (
 
 from . import updates
 from .declared import declared
+from .listed import suggestions
 from .state import COST, FORBID, MUST, ONLY, patches_of
-from .wishes import suggestions
 
 KINDS = (
     (ONLY, "Only", "Sensors go here, or into the other regions marked Only, and nowhere else"),

@@ -20,13 +20,13 @@ from ..scene.patches import EMPTY_SIZE
 from . import activity_properties, on_character, placement_properties, shape, updates
 from .activity_properties import W2W_PG_activity
 from .declared import declared
-from .further_sensors import FurtherProperties
 from .garment_properties import Wardrobe
+from .on_body import is_there
 from .on_character import OwnCharacter
-from .own_sensor import OWN, OwnSensor
+from .operators import is_ranked
 from .placement_properties import Placement
-from .scores import EXPECTED, NOTHING, ON_THESE, view_items
-from .side_by_side import SecondMap
+from .scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
+from .sensor_properties import OWN, FurtherProperties, OwnSensor
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
@@ -53,6 +53,7 @@ CLASSIFIER_NAMES = {
 
 _view_items: list[tuple[str, str, str, int]] = []
 _minus_items: list[tuple[str, str, str, int]] = []
+_beside_items: list[tuple[str, str, str, int]] = []
 """Blender keeps no reference to the strings of a dynamic enum: these do."""
 
 
@@ -82,8 +83,17 @@ def _minuses(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str,
     return _minus_items
 
 
-def _is_body(_self: W2W_PG_scene, item: bpy.types.Object) -> bool:
+def _views_beside(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    _beside_items[:] = view_items(beside_of(self) or self)
+    return _beside_items
+
+
+def _is_body(_self: bpy.types.PropertyGroup, item: bpy.types.Object) -> bool:
     return item.type == "MESH" and item.w2w.is_body
+
+
+def _is_other(self: W2W_PG_study, item: bpy.types.Object) -> bool:
+    return _is_body(self, item) and item != self.id_data and is_there(item) and is_ranked(item)
 
 
 class W2W_PG_clip(bpy.types.PropertyGroup):
@@ -119,9 +129,7 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
     )
 
 
-class W2W_PG_study(
-    FurtherProperties, Placement, OwnCharacter, OwnSensor, SecondMap, Wardrobe, bpy.types.PropertyGroup
-):
+class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardrobe, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -227,6 +235,19 @@ class W2W_PG_study(
         name="Colours",
         description="Colour map of the heatmaps",
         items=COLOUR_MAPS,
+        update=updates.repaint,
+    )
+    beside: PointerProperty(
+        type=bpy.types.Object, name="Second Body", description="The copy that shows the second map"
+    )
+    beside_view: EnumProperty(
+        name="Beside", description="The map beside", items=_views_beside, update=updates.repaint
+    )
+    beside_body: PointerProperty(
+        type=bpy.types.Object,
+        name="Of Body",
+        description="Body whose map stands beside, such as that of another run; this one where none is given",
+        poll=_is_other,
         update=updates.repaint,
     )
     fix_range: BoolProperty(

@@ -22,10 +22,9 @@ from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from ..scene.study_record import read_record, remove_record
 from . import advice, own_placements, results, signal_cache
-from .further_sensors import keep_further
-from .own_sensor import OWN, keep_own_sensor
+from .listed import take_over
+from .sensor_properties import OWN, keep_further, keep_own_sensor
 from .state import bake_settings, patches_of, rank_settings, without_updates
-from .wishes import take_over
 
 SUMMARY = "summary.json"
 """File that a results folder is known by."""

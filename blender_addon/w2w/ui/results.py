@@ -27,9 +27,9 @@ from ..core.wording import capital
 from ..scene import heatmap
 from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
-from . import advice, on_character, second_map
+from . import advice, legend, on_character
 from .counting import is_as_ranked, list_activities
-from .listed_activities import list_labels
+from .listed import list_labels
 from .scores import (
     EXPECTED,
     MEAN_VIEW,
@@ -85,7 +85,7 @@ def clear(body: bpy.types.Object) -> None:
     advice.forget(study)
     study.picked = study.compared = -1
     on_character.clear(body)
-    second_map.remove(body)
+    legend.remove(body)
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
         bpy.data.collections.remove(study.chosen_collection)
@@ -173,9 +173,9 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
     if minus_index(study) >= 0:
         heatmap.add_difference(body, patches, shown_scores(study, utility))
     on_character.paint(body)
-    second_map.paint(body)
+    legend.paint(body)
     show(body)
-    for other in second_map.bodies_beside(body) if follow else ():
+    for other in legend.bodies_beside(body) if follow else ():
         paint(other, follow=False)
 
 

@@ -24,10 +24,9 @@ from ..core.wording import capital
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
 from .counting import counted_in
-from .further_sensors import further_of, further_text
+from .declared import as_given
 from .garment_properties import wardrobe_text, worn_by
-from .own_sensor import OWN, own_sensor
-from .precision import as_given
+from .sensor_properties import OWN, further_of, further_text, own_sensor
 
 _depth = 0
 

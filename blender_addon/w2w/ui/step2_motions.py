@@ -18,7 +18,7 @@ from ..scene.playback import active_action
 from ..scene.source_beside import keep_pace_beside, remove_source
 from ..scene.takes import best_take
 from . import jobs
-from .listed_activities import list_labels
+from .listed import list_labels
 from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted
 from .operators import AsksForFile, OnBody, OnClips
 from .state import current_body, selected, without_updates

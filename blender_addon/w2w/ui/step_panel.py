@@ -1,25 +1,44 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the panels of the five steps share: what they wait for, and what came out of their buttons."""
+"""What panels share: those of the five steps say what they wait for and what their buttons did."""
 
 from __future__ import annotations
 
 import bpy
 
 from . import jobs
-from .choosing import TITLE as CHOOSING
-from .result_panels import W2WPanel
+from .operators import is_ranked
+from .state import current_body
 from .text import draw_outcome, draw_text
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
 
 
+class W2WPanel:
+    """Where all W2W panels are."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "W2W"
+    titles: tuple[str, ...] = ()
+    """Jobs that the panel's buttons start: their outcome is shown beside these."""
+
+
+class ResultPanel(W2WPanel):
+    """A part of the results."""
+
+    bl_parent_id = "W2W_PT_utility"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        body = current_body(context)
+        return body is not None and is_ranked(body)
+
+
 class StepPanel(W2WPanel):
     """A step: its header tells whether it is done, its body what it needs."""
 
     bl_parent_id = "W2W_PT_main"
-    titles: tuple[str, ...] = ()
-    """Jobs that the step's buttons start: what comes out of them is shown beside these."""
 
     def draw_header_preset(self, context: Context) -> None:
         if self.is_done(context):
@@ -50,5 +69,6 @@ class StepPanel(W2WPanel):
 
 
 def beside_their_buttons() -> set[str]:
-    """Titles of the jobs whose outcome is shown in a step's panel; that of others stands at the top."""
-    return {CHOOSING}.union(*(panel.titles for panel in StepPanel.__subclasses__()))
+    """Titles of the jobs whose outcome is shown in a panel of their own; that of others stands at the top."""
+    panels = (*StepPanel.__subclasses__(), *ResultPanel.__subclasses__())
+    return {title for panel in panels for title in panel.titles}

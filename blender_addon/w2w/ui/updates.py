@@ -11,7 +11,7 @@ from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
 from . import jobs, own_placements, results, scores
 from .jobs import redraw
-from .listed_activities import list_labels
+from .listed import list_labels
 from .state import is_silent, without_updates
 from .step5_ranking import pick
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a designer wishes for, in the words that people and the command line use."""
+"""The lists of a study: its activities before there is a ranking, and a designer's wishes."""
 
 from __future__ import annotations
 
@@ -10,25 +10,30 @@ import bpy
 from ..core.patches.body_parts import MIDDLE, PARTS, SIDES, find_patches
 from ..core.patches.patches import PatchSet
 from ..core.patches.products import PLACEMENTS, PRODUCTS
-from ..core.selection.constraints import Constraints
 from ..core.study import StudyConfig
-from .state import COST, FORBID, MUST, ONLY, without_updates
+from .counting import list_activities
+from .state import COST, FORBID, MUST, ONLY, run_of, usable, without_updates
 
-CONSTRAINTS = "constraints"
-"""Where a run's parameters hold its wishes."""
+
+def list_labels(study: bpy.types.PropertyGroup) -> None:
+    """List the activities of a study's clips, unless a ranking lists its own; what they count stays."""
+    if study.utility_key:
+        return
+    labels = sorted({clip.activity for clip in usable(study) if clip.activity.strip()})
+    if labels == [activity.name for activity in study.activities]:
+        return
+    with without_updates():
+        list_activities(study, labels, run_of(study))
 
 
 def take_over(study: bpy.types.PropertyGroup) -> None:
     """List the wishes of the run that a study was opened from, where its parameters still hold them."""
     parameters = json.loads(study.parameters) if study.parameters else {}
-    if CONSTRAINTS in parameters:
-        list_wishes(study, StudyConfig.from_dict(parameters).constraints)
-        del parameters[CONSTRAINTS]
-        study.parameters = json.dumps(parameters)
-
-
-def list_wishes(study: bpy.types.PropertyGroup, constraints: Constraints) -> None:
-    """Fill the list of wishes."""
+    if "constraints" not in parameters:
+        return
+    constraints = StudyConfig.from_dict(parameters).constraints
+    del parameters["constraints"]
+    study.parameters = json.dumps(parameters)
     with without_updates():
         study.wishes.clear()
         for kind, words in ((ONLY, constraints.only), (FORBID, constraints.forbid), (MUST, constraints.must)):
