@@ -121,7 +121,8 @@ class StudyConfig:
     )  # fmt: skip
     every_activity: float = parameter(
         0.0,
-        "Expected F1 that sensors worn together should reach for every activity, beside the mean.",
+        "Expected F1 that sensors worn together should reach for every activity, beside the mean; 0 asks "
+        "for none.",
         title="Every Activity", least=0, most=1, group=WISHES,
     )  # fmt: skip
     max_places: int | None = parameter(None, "Maximum number of sensors.", title="At Most", least=1)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 from ..core.parameters import parameters_of
 from ..core.study import StudyConfig
@@ -27,10 +27,12 @@ def declared(name: str, **other: Any) -> dict[str, Any]:
     label = (
         parameter.title if "unit" in other or not parameter.unit else f"{parameter.title} ({parameter.unit})"
     )
+    or_none = type(None) in get_args(parameter.kind)
     about = {
         "name": label,
+        "description": parameter.help.removesuffix(".") + "; 0 for none" * (parameter.default is None),
         "default": 0 if parameter.default is None else parameter.default,
-        "min": parameter.least,
+        "min": 0 if or_none else parameter.least,
         "max": parameter.most,
         "soft_min": parameter.usual[0],
         "soft_max": parameter.usual[1],

@@ -99,27 +99,11 @@ class W2W_PG_own(bpy.types.PropertyGroup):
 class Placement:
     """The part of a study's properties that chooses sensors."""
 
-    target: FloatProperty(
-        **declared("target"),
-        description="F1 that the sensors worn together shall reach, expected on other clips",
-        precision=2,
-        subtype="FACTOR",
-        update=updates.choose_patches,
-    )
+    target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=updates.choose_patches)
     every_activity: FloatProperty(
-        **declared("every_activity"),
-        description="Expected F1 that sensors worn together shall reach for every activity, beside the "
-        "target for their mean; 0 asks for none",
-        precision=2,
-        subtype="FACTOR",
-        update=updates.choose_patches,
+        **declared("every_activity"), precision=2, subtype="FACTOR", update=updates.choose_patches
     )
-    max_places: IntProperty(
-        **declared("max_places", min=0),
-        description="Most sensors in the set; 0 sets no limit",
-        soft_max=12,
-        update=updates.choose_patches,
-    )
+    max_places: IntProperty(**declared("max_places"), soft_max=12, update=updates.choose_patches)
     limit_places: BoolProperty(
         name="Limit",
         description="Limit the number of sensors",

@@ -156,7 +156,7 @@ class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardro
 
     patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
     chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
-    patch_count: IntProperty(**declared("patches", description="How many patches on the body are compared"))
+    patch_count: IntProperty(**declared("patches"))
     patch_seed: IntProperty(name="Seed", description="Chooses the patch that spreading starts from", min=0)
     patch_size: FloatProperty(
         name="Size",
@@ -177,29 +177,13 @@ class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardro
         **declared("sensor", description="The part whose noise, bias and range the signals get"),
         items=sensor_items(),
     )
-    rate: FloatProperty(**declared("rate", description="Samples a second", precision=0, step=1000))
-    seed: IntProperty(**declared("seed", description="Decides every random draw of the sensor model"))
+    rate: FloatProperty(**declared("rate"), precision=0, step=1000)
+    seed: IntProperty(**declared("seed"))
 
-    window_s: FloatProperty(
-        **declared(
-            "window",
-            description="Seconds of signal that an activity is recognised from",
-            precision=1,
-            unit="TIME_ABSOLUTE",
-        )
-    )
-    folds: IntProperty(**declared("folds", description="Parts of the cross-validation; no clip is in two"))
-    classifier: EnumProperty(
-        **declared("classifier", description="What is trained and tested at every patch"),
-        items=classifier_items(),
-    )
-    by_subject: BoolProperty(
-        **declared(
-            "by_subject",
-            description="Leave one subject out at a time: test on people that were not trained on. "
-            "Every clip needs its subject's name",
-        )
-    )
+    window_s: FloatProperty(**declared("window", unit="TIME_ABSOLUTE"), precision=1)
+    folds: IntProperty(**declared("folds"))
+    classifier: EnumProperty(**declared("classifier"), items=classifier_items())
+    by_subject: BoolProperty(**declared("by_subject"))
     utility_text: StringProperty(options={"HIDDEN"})
     utility_key: StringProperty(options={"HIDDEN"})
     source_caution: StringProperty(

@@ -96,21 +96,9 @@ class OwnSensor:
     gyr_bias: _figure("gyr_bias")
     gyr_drift: _figure("gyr_drift")
     misalignment: _figure("misalignment")
-    band: FloatProperty(
-        **declared("band"),
-        description="Band limit of the paths; 0 for none. Raise it for clean motion capture",
-        precision=1,
-    )
-    root_band: FloatProperty(
-        **declared("root_band", min=0),
-        description="Band limit of the root's path: about 3 for inertial suits; 0 for none",
-        precision=1,
-    )
-    convention: EnumProperty(
-        name="Convention",
-        description="How specific force and angular velocity are defined",
-        items=CONVENTION_ITEMS,
-    )
+    band: FloatProperty(**declared("band"), precision=1)
+    root_band: FloatProperty(**declared("root_band"), precision=1)
+    convention: EnumProperty(**declared("convention"), items=CONVENTION_ITEMS)
 
 
 TEXTS = {
@@ -138,18 +126,8 @@ def _tick(name: str) -> Callable[[bpy.types.PropertyGroup, Sequence[bool]], None
 class FurtherProperties:
     """The part of a study's properties that says what is recorded beside acc and gyr."""
 
-    record: EnumProperty(
-        **declared("record", default=set()),
-        description="Recorded beside accelerometer and gyroscope",
-        items=ITEMS,
-        options={"ENUM_FLAG"},
-    )
-    recognise_by: EnumProperty(
-        **declared("recognise_by", default=set()),
-        description="Activities are recognised by these, too, of those that are recorded",
-        items=ITEMS,
-        options={"ENUM_FLAG"},
-    )
+    record: EnumProperty(**declared("record", default=set()), items=ITEMS, options={"ENUM_FLAG"})
+    recognise_by: EnumProperty(**declared("recognise_by", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recorded: BoolVectorProperty(
         name="Record",
         description="Recorded beside accelerometer and gyroscope: orientation as quaternions, as a part with "
@@ -165,11 +143,7 @@ class FurtherProperties:
         get=_ticked("recognise_by"),
         set=_tick("recognise_by"),
     )
-    magnetic_dip: FloatProperty(
-        **declared("magnetic_dip"),
-        description="Angle of the earth's magnetic field below the horizontal, for the magnetometer",
-        precision=1,
-    )
+    magnetic_dip: FloatProperty(**declared("magnetic_dip"), precision=1)
 
 
 def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:

@@ -124,9 +124,10 @@ class Synthesis:
     method: Literal["spline", "finite-difference"] = "spline"
     convention: Literal["physical", "paper"] = parameter(
         "physical",
-        "physical, or paper: the equations as the paper prints them, for comparison only.",
-        group="Signals",
-    )
+        "How specific force and angular velocity are defined: physical, or paper (the equations as the "
+        "paper prints them, for comparison only).",
+        title="Convention", group="Signals",
+    )  # fmt: skip
     cutoff_hz: float | None = parameter(
         10.0,
         "Band limit of the paths, Hz; 0 for none. Raise it for clean motion capture.",

@@ -69,7 +69,7 @@ class WindowSpec:
 
     length_s: float = parameter(
         2.0,
-        "Window length, seconds.",
+        "Window length: seconds of signal that an activity is recognised from.",
         "window",
         title="Window", unit="s", least=0.1, most=600, usual=(0.2, 30),
     )  # fmt: skip
