@@ -19,14 +19,14 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.garments.cover import Cover, cover
+from w2w.core.garments.cut import cut
+from w2w.core.garments.on_cloth import Worn
+from w2w.core.garments.run_up import with_run_up
 from w2w.core.imu.synthesis import synthesize
-from w2w.core.imu.worn import Worn
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.run_up import with_run_up
-from w2w.core.patches.garment_cover import Cover, cover
-from w2w.core.patches.garments import cut
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.scene.wear import worn_through
+from w2w.scene.garments.wear import worn_through
 
 FRAMES, RATE, ARM_DOWN = 20, 60.0, 70
 

@@ -23,20 +23,20 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
 from w2w.core.body.body import Body
+from w2w.core.garments.caught import CAUGHT, RestLengths
+from w2w.core.garments.cover import cover
+from w2w.core.garments.cut import cut
+from w2w.core.garments.run_up import with_run_up
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.run_up import with_run_up
-from w2w.core.patches.caught import CAUGHT, RestLengths
-from w2w.core.patches.garment_cover import cover
-from w2w.core.patches.garments import cut
 from w2w.core.patches.patches import sample_patches
 from w2w.scene.body import add_body
-from w2w.scene.clear_arms import SIDES, outward
-from w2w.scene.cloth import dress
 from w2w.scene.evaluated import EvaluatedVertices
-from w2w.scene.garments import follow
+from w2w.scene.garments.bake import follow
+from w2w.scene.garments.clear_arms import SIDES, outward
+from w2w.scene.garments.cloth import dress
+from w2w.scene.garments.overlap import times_inside
 from w2w.scene.load import carry, read_motion
 from w2w.scene.output import quiet_output
-from w2w.scene.overlap import times_inside
 
 EVERY = 10
 """Frames from one in which depth is measured to the next."""
@@ -123,7 +123,9 @@ def main() -> None:
     print(f"{'':44}   arms   caught in   edges most  >5 mm  >10 mm    mm  overlap (% of vertices)")
     with ExitStack() as stack:
         if before:
-            stack.enter_context(mock.patch("w2w.scene.garments.with_clear_arms", lambda _, motion: motion))
+            stack.enter_context(
+                mock.patch("w2w.scene.garments.bake.with_clear_arms", lambda _, motion: motion)
+            )
         for clip in clips:
             found.append(through(kind, body, Path(clip)))
             show(Path(clip).stem, found[-1:])

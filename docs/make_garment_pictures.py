@@ -14,15 +14,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.motion.run_up import with_run_up
-from w2w.core.patches.garment_cover import cover, without_overlap
-from w2w.core.patches.garments import KINDS, cut
+from w2w.core.garments.cover import cover, without_overlap
+from w2w.core.garments.cut import KINDS, cut
+from w2w.core.garments.run_up import with_run_up
 from w2w.core.patches.patches import sample_patches
 from w2w.drawing.body import BodyPictures
 from w2w.scene.body import add_body
-from w2w.scene.cloth import dress
 from w2w.scene.evaluated import EvaluatedVertices
-from w2w.scene.garments import follow
+from w2w.scene.garments.bake import follow
+from w2w.scene.garments.cloth import dress
 from w2w.scene.load import carry, read_motion
 from w2w.scene.output import quiet_output
 

@@ -29,8 +29,9 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     ),
     "tests/scene": (
         "evaluated fast_path fcurves gltf load output packing patches playback reshape scene_motion "
-        "study_file study_record takes wear"
+        "study_file study_record takes"
     ),
+    "tests/scene/garments": "wear",
     "tests/studies/commands": (
         "consoles demo_library study_mixamo study_paper study_rehab study_truth sweep tables"
     ),

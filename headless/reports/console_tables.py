@@ -13,11 +13,11 @@ from rich.table import Table
 from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
-from w2w.core.findings.garments import caught_sentences, garment_content, garment_sentence
 from w2w.core.findings.label_notes import copies_sentence, label_notes
 from w2w.core.findings.own_placements import own_content
 from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import study_counts, window_content
+from w2w.core.garments.findings import caught_sentences, garment_content, garment_sentence
 from w2w.core.motion.library import Library
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.results_folder import StudyResults

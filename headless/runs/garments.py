@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import FITTED
 from w2w.core.files import file_sha256
-from w2w.core.patches.garment_cover import Cover, cover, save_covers, without_overlap
-from w2w.core.patches.garments import KINDS, cut, split_name
+from w2w.core.garments.cover import FITTED, Cover, cover, save_covers, without_overlap
+from w2w.core.garments.cut import KINDS, cut, split_name
 from w2w.core.patches.patches import PatchSet
 from w2w.core.study import StudyConfig
 from w2w.scene.output import quiet_output
@@ -88,7 +87,7 @@ def _cover_in_blender(garment: str, body: Body, patches: PatchSet) -> Cover | st
     with guarded():
         try:
             with needs_blender(), quiet_output():
-                from w2w.scene.wear import fitted
+                from w2w.scene.garments.wear import fitted
 
                 return fitted(garment, body, patches)
         except NoBlenderError:

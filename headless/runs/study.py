@@ -12,12 +12,13 @@ from pathlib import Path
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
-from w2w.core.clip_files import FITTED, WORK, ClipWindows, ranking_inputs
+from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
 from w2w.core.clip_ranking import LabelledClip, copies_among, rank_clips, same_motions
 from w2w.core.files import write_json
 from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.label_notes import copies_sentence
 from w2w.core.findings.summary import config_content
+from w2w.core.garments.cover import FITTED
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling

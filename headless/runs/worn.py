@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import FITTED
-from w2w.core.findings.garments import caught_content
-from w2w.core.imu.worn import Worn
+from w2w.core.garments.cover import FITTED, Cover, load_covers
+from w2w.core.garments.findings import caught_content
+from w2w.core.garments.on_cloth import Worn
 from w2w.core.motion.motion import Motion
-from w2w.core.patches.garment_cover import Cover, load_covers
 from w2w.core.patches.patches import PatchSet
 from w2w.core.study import measured
 from w2w.scene.output import quiet_output
@@ -38,7 +37,7 @@ def worn_in(task: ClipTask, body: Body, patches: PatchSet, motion: Motion) -> Wo
     covers = _covers(task.out, task.inputs)
     forget_scripts_path()
     with needs_blender(), quiet_output():
-        from w2w.scene.wear import worn_through
+        from w2w.scene.garments.wear import worn_through
 
         return worn_through(body, patches, covers, measured(motion, task.config))
 

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import FITTED, WORK
+from w2w.core.clip_files import WORK
+from w2w.core.garments.cover import FITTED, load_covers
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.patches.garment_cover import load_covers
 from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.agreement import spearman_rows

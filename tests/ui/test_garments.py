@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.patches.garments import cut
+from w2w.core.garments.cut import cut
 from w2w.scene.body import add_skinned, armature_of, body_of, rest_vertices
 from w2w.ui import jobs
 from w2w.ui.baking import _baked_text

@@ -20,9 +20,6 @@ from .ranking.windows import WindowSpec
 WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""
 
-FITTED = f"{WORK}/garments.npz"
-"""Which patches are on which garment of the study, and how."""
-
 
 def motion_file(out: Path, clip: str) -> Path:
     """The motion of a clip on the study's body."""

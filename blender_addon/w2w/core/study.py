@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .body.body import Body
+from .garments.on_cloth import Worn
 from .imu.augmentation import Augmentation
 from .imu.copies import record_copies
 from .imu.further import NOTHING, FurtherSensors, further_signals
@@ -20,7 +21,6 @@ from .imu.sensor import SensorModel
 from .imu.sensor_file import sensor_of_plain
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
-from .imu.worn import Worn
 from .motion.duplicates import POSES, mirrored_signatures, move_alike
 from .motion.motion import Motion
 from .motion.variants import low_passed, smoothed_root

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.imu.worn import Worn
+from ..core.garments.on_cloth import Worn
 from ..core.motion.motion import Motion
 from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet

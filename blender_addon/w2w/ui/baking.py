@@ -15,10 +15,10 @@ from ..core.body.body import Body
 from ..core.clip_files import WORK, ClipWindows, ranking_inputs
 from ..core.clip_ranking import LabelledClip, copies_among, rank_clips
 from ..core.findings.label_notes import copies_sentence
+from ..core.garments.caught import HAS_CAUGHT
 from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import motion_signature
 from ..core.motion.source import reason_of
-from ..core.patches.caught import HAS_CAUGHT
 from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap
@@ -26,7 +26,7 @@ from ..core.study import StudyConfig, describe, record_baked
 from ..core.wording import capital
 from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
-from ..scene.garments import GarmentBaker
+from ..scene.garments.bake import GarmentBaker
 from . import results, signal_cache
 from .garment_properties import baker_steps
 from .jobs import Step, Steps, in_thread

@@ -13,14 +13,13 @@ from typing import TypeVar
 import bpy
 from bpy.props import CollectionProperty, PointerProperty
 
-from ..core.clip_files import FITTED
-from ..core.patches.garment_cover import Cover, cover, load_covers
-from ..core.patches.garments import cut
+from ..core.garments.cover import FITTED, Cover, cover, load_covers
+from ..core.garments.cut import cut
 from ..core.patches.patches import PatchSet
 from ..scene.bake import PatchBaker
 from ..scene.body import body_of
-from ..scene.cloth import KIND, refit
-from ..scene.garments import GarmentBaker, around_body, check_garment, refuse_bare
+from ..scene.garments.bake import GarmentBaker, around_body, check_garment, refuse_bare
+from ..scene.garments.cloth import KIND, refit
 from .jobs import Step, in_thread
 from .on_body import is_there
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
-from ..core.patches.garments import KINDS
-from ..scene.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
-from ..scene.garments import check_garment
+from ..core.garments.cut import KINDS
+from ..scene.garments.bake import check_garment
+from ..scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
 from . import jobs
 from .garment_properties import worn_by
 from .state import current_body

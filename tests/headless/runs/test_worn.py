@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import w2w
 from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.garments.cut import cut
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.patches.garments import cut
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.scene.body import add_body, add_skinned

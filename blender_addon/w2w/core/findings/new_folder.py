@@ -12,7 +12,6 @@ from typing import Any
 
 from ..body.body import Body
 from ..clip_files import (
-    FITTED,
     WORK,
     ClipWindows,
     copy_file,
@@ -24,10 +23,10 @@ from ..clip_files import (
 )
 from ..clip_ranking import LabelledClip, rank_clips, same_motions
 from ..files import UNFINISHED, write_json
+from ..garments.cover import FITTED, Cover, save_covers
 from ..imu.recording import ImuRecording
 from ..motion.library import Clip, Library
 from ..motion.motion import Motion
-from ..patches.garment_cover import Cover, save_covers
 from ..patches.patches import PatchSet
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap

@@ -14,6 +14,7 @@ import numpy as np
 from ..clip_files import WORK
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
+from ..garments.findings import garment_content
 from ..motion.library import Library
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
@@ -23,7 +24,6 @@ from .advice_content import advice_content
 from .best_regions import best_regions
 from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study
-from .garments import garment_content
 from .label_notes import label_content
 from .own_placements import own_scores
 from .sources import shown_in, source_caution

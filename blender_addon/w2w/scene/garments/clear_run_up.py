@@ -7,9 +7,9 @@ each other may be through each other there, and arms in the trunk.
 
 from __future__ import annotations
 
-from ..core.body.body import Body
-from ..core.motion.motion import Motion
-from ..core.motion.run_up import reached_back
+from ...core.body.body import Body
+from ...core.garments.run_up import reached_back
+from ...core.motion.motion import Motion
 from .overlap import ARM, LEG, closed, inside, limb, moved_by, pushed_out, trunk
 
 REACHES = (1.0, 0.5, 0.25, 0.125)

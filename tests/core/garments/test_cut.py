@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from w2w.core.body.shapes import shaped
-from w2w.core.patches.garments import EASE, KINDS, cut, split_name
+from w2w.core.garments.cut import EASE, KINDS, cut, split_name
 
 
 @pytest.fixture(scope="module", params=KINDS)

@@ -8,9 +8,9 @@ from scipy.spatial import KDTree
 
 from w2w.core.body.body import vertex_normals
 from w2w.scene.actions import write_action
-from w2w.scene.cloth import COLLIDER, lie_on
-from w2w.scene.collider import FACES, coarse_collider
 from w2w.scene.evaluated import EvaluatedVertices
+from w2w.scene.garments.cloth import COLLIDER, lie_on
+from w2w.scene.garments.collider import FACES, coarse_collider
 from w2w.scene.playback import playing
 
 

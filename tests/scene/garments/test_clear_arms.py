@@ -7,15 +7,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.garments.cut import cut
+from w2w.core.garments.run_up import with_run_up
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.run_up import with_run_up
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
-from w2w.core.patches.garments import cut
-from w2w.scene import clear_arms, garments
 from w2w.scene.body import add_skinned
-from w2w.scene.clear_arms import ANGLES, outward, with_clear_arms
-from w2w.scene.cloth import dress
-from w2w.scene.garments import cover_of, follow
+from w2w.scene.garments import bake, clear_arms
+from w2w.scene.garments.bake import cover_of, follow
+from w2w.scene.garments.clear_arms import ANGLES, outward, with_clear_arms
+from w2w.scene.garments.cloth import dress
 from w2w.scene.pauses import without_pauses
 
 
@@ -74,7 +74,7 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
     body_in_scene.armature.location = (0.3, -0.2, 0.1)
     cloth = cut("tshirt", bundled_body).cloth
     item = add_skinned(cloth, body_in_scene.armature, bpy.context.scene.collection, "Shirt")
-    item[garments.KIND] = "tshirt"
+    item[bake.KIND] = "tshirt"
     bpy.context.view_layer.update()
     own = cover_of(item, body_in_scene.mesh, patches)
     motion = standing(bundled_body, left=88.0, right=88.0)
@@ -94,9 +94,9 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
 def test_arms_are_cleared_for_our_garments_alone(body_in_scene, bundled_body, patches, monkeypatch, ours):
     item = dress(body_in_scene.mesh, "tshirt")
     if not ours:
-        del item[garments.KIND]
+        del item[bake.KIND]
     asked = []
-    monkeypatch.setattr(garments, "with_clear_arms", lambda _, motion: asked.append(motion) or motion)
+    monkeypatch.setattr(bake, "with_clear_arms", lambda _, motion: asked.append(motion) or motion)
     own = cover_of(item, body_in_scene.mesh, patches)
     frames = follow(body_in_scene.mesh, [item], [own], standing(bundled_body), patches)
     next(frames)

@@ -9,10 +9,10 @@ import numpy as np
 from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
-from ..core.body.body import Body
-from ..core.body.skeleton import JOINT_INDEX
-from ..core.motion.motion import Motion
-from ..core.motion.skinning import skin, skinning_transforms
+from ...core.body.body import Body
+from ...core.body.skeleton import JOINT_INDEX
+from ...core.motion.motion import Motion
+from ...core.motion.skinning import skin, skinning_transforms
 
 ARM, LEG = ("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot")
 """Joints of a limb, from the trunk on."""

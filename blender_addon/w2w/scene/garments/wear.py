@@ -8,18 +8,18 @@ from contextlib import contextmanager
 
 import bpy
 
-from ..core.body.body import Body
-from ..core.imu.worn import Worn
-from ..core.motion.motion import Motion
-from ..core.patches.garment_cover import Cover
-from ..core.patches.garments import KINDS, split_name
-from ..core.patches.patches import PatchSet
-from .body import BodyObjects, add_body
+from ...core.body.body import Body
+from ...core.garments.cover import Cover
+from ...core.garments.cut import KINDS, split_name
+from ...core.garments.on_cloth import Worn
+from ...core.motion.motion import Motion
+from ...core.patches.patches import PatchSet
+from ..body import BodyObjects, add_body
+from ..pauses import without_pauses
+from ..takes import existing_data, new_data
+from .bake import check_garment, cover_of, follow
 from .cloth import dress
-from .garment_files import put_on
-from .garments import check_garment, cover_of, follow
-from .pauses import without_pauses
-from .takes import existing_data, new_data
+from .files import put_on
 
 
 def fitted(garment: str, body: Body, patches: PatchSet) -> Cover:

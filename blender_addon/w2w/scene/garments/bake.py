@@ -10,25 +10,25 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ..core.imu.worn import Worn
-from ..core.motion.motion import Motion
-from ..core.motion.run_up import POSE_S, SETTLE_S, with_run_up
-from ..core.motion.skinning import patch_matrices
-from ..core.patches.caught import caught_sentence
-from ..core.patches.garment_cover import Cover, cover, without_overlap
-from ..core.patches.patches import PatchSet
-from . import actions
-from .actions import key_rate, scene_rate, write_action
-from .bake import Bake, PatchBaker, placed
-from .body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
+from ...core.garments.caught import caught_sentence
+from ...core.garments.cover import Cover, cover, without_overlap
+from ...core.garments.on_cloth import Worn
+from ...core.garments.run_up import POSE_S, SETTLE_S, with_run_up
+from ...core.motion.motion import Motion
+from ...core.motion.skinning import patch_matrices
+from ...core.patches.patches import PatchSet
+from .. import actions
+from ..actions import key_rate, scene_rate, write_action
+from ..bake import Bake, PatchBaker, placed
+from ..body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
+from ..fast_path import moved_besides_bones
+from ..playback import active_action, at_rate, each_frame, playing, without_empties
 from .clear_arms import with_clear_arms
 from .clear_run_up import clear_reach
 from .cloth import KIND
 from .cloth_time import real_time_speed
 from .collider import coarse_collider
-from .fast_path import moved_besides_bones
 from .followed import Followed, simulated
-from .playback import active_action, at_rate, each_frame, playing, without_empties
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
         "HOOK", "CAST", "MESH_CACHE", "MESH_SEQUENCE_CACHE")  # fmt: skip

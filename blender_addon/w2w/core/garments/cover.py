@@ -12,10 +12,14 @@ from scipy.spatial import KDTree
 
 from ..body.body import Body, vertex_normals
 from ..files import load_arrays, write_npz
+from ..motion.library import WORK_FOLDER
 from ..motion.skinning import triangle_frames
-from .carriers import carrier_triangles
-from .patches import PatchSet
-from .strip_graph import StripGraph
+from ..patches.carriers import carrier_triangles
+from ..patches.patches import PatchSet
+from ..patches.strip_graph import StripGraph
+
+FITTED = f"{WORK_FOLDER}/garments.npz"
+"""File of a study that says which patches are on which garment, and how."""
 
 REACH = 0.12
 """A garment this far from the skin still covers it, metres."""

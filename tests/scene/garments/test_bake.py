@@ -4,17 +4,17 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.garments.cut import cut
+from w2w.core.garments.run_up import with_run_up
 from w2w.core.imu.synthesis import Synthesis, synthesize
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.run_up import with_run_up
 from w2w.core.motion.skinning import patch_matrices, skinning_transforms
-from w2w.core.patches.garments import cut
 from w2w.scene.actions import show_action, write_action
 from w2w.scene.body import add_skinned, body_of
-from w2w.scene.garments import GarmentBaker, check_garment, cover_of, follow
+from w2w.scene.garments.bake import GarmentBaker, check_garment, cover_of, follow
 from w2w.scene.pauses import without_pauses
 
-from .conftest import bake, difference
+from ..conftest import bake, difference
 
 
 @pytest.fixture

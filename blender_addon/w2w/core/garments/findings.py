@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..clip_files import FITTED
-from ..patches.caught import caught_sentence
-from ..patches.garment_cover import load_covers
 from ..patches.patches import PatchSet
+from .caught import caught_sentence
+from .cover import FITTED, load_covers
 
 CLIPS_NAMED = 3
 """Clips with cloth that caught that are named."""

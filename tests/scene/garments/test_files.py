@@ -4,10 +4,10 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.garments.cut import cut
 from w2w.core.motion.motion import Motion
-from w2w.core.patches.garments import cut
 from w2w.scene.body import add_body, add_skinned
-from w2w.scene.wear import fitted, worn_through
+from w2w.scene.garments.wear import fitted, worn_through
 
 
 @pytest.fixture

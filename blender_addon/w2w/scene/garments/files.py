@@ -7,10 +7,10 @@ from pathlib import Path
 
 import bpy
 
-from ..core.body.skeleton import JOINT_NAMES
-from .body import BodyObjects
+from ...core.body.skeleton import JOINT_NAMES
+from ..body import BodyObjects
+from ..takes import existing_data, new_data
 from .cloth import lie_on
-from .takes import existing_data, new_data
 
 
 def put_on(path: str | Path, name: str, objects: BodyObjects) -> bpy.types.Object:

@@ -6,10 +6,10 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..core.patches.caught import RestLengths
-from ..core.patches.garment_cover import Cover
-from .body import matrix, rest_vertices
-from .evaluated import EvaluatedVertices
+from ...core.garments.caught import RestLengths
+from ...core.garments.cover import Cover
+from ..body import matrix, rest_vertices
+from ..evaluated import EvaluatedVertices
 
 FARTHEST = 3.0
 """Metres between a sensor and the middle of all beyond which cloth has flown apart."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .recording import ImuRecording
-from .synthesis import Synthesis, synthesize
+from ..imu.recording import ImuRecording
+from ..imu.synthesis import Synthesis, synthesize
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.patches.caught import CAUGHT
-from w2w.core.patches.garment_cover import Cover
-from w2w.scene.followed import Followed
+from w2w.core.garments.caught import CAUGHT
+from w2w.core.garments.cover import Cover
+from w2w.scene.garments.followed import Followed
 
 SIDE, FRAMES = 0.1, 6
 

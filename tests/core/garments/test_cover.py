@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from w2w.core.garments.cover import cover, load_covers, save_covers, skinned_as, without_overlap
+from w2w.core.garments.cut import cut
 from w2w.core.motion.skinning import patch_matrices
-from w2w.core.patches.garment_cover import cover, load_covers, save_covers, skinned_as, without_overlap
-from w2w.core.patches.garments import cut
 from w2w.core.patches.patches import sample_patches
 
 

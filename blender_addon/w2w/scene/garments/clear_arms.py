@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.body.body import Body
-from ..core.body.skeleton import JOINT_INDEX
-from ..core.motion.motion import Motion
+from ...core.body.body import Body
+from ...core.body.skeleton import JOINT_INDEX
+from ...core.motion.motion import Motion
 from .overlap import ARM, closed, inside, limb, pushed_out, trunk
 
 ANGLES = np.arange(0.0, 16.0, 3.0)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from w2w.core.clip_files import FITTED, WORK
-from w2w.core.findings.garments import caught_content, caught_sentences, garment_content, garment_sentence
-from w2w.core.patches.garment_cover import Cover, save_covers
+from w2w.core.clip_files import WORK
+from w2w.core.garments.cover import FITTED, Cover, save_covers
+from w2w.core.garments.findings import caught_content, caught_sentences, garment_content, garment_sentence
 from w2w.core.patches.patches import sample_patches
 
 

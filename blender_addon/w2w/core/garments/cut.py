@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from ..body.body import Body
 from ..body.regions import regions_of
 from ..body.skeleton import JOINT_INDEX
-from .body_parts import PARTS, SIDES
+from ..patches.body_parts import PARTS, SIDES
 
 KINDS = ("tshirt", "trousers")
 """The garments that there are."""
