@@ -22,6 +22,7 @@ from ..scene.packing import pack
 from ..scene.patches import empties_by_patch
 from ..scene.study_record import read_record, remove_record
 from . import advice, own_placements, results, signal_cache
+from .declared import show_config
 from .listed import take_over
 from .sensor_properties import OWN, keep_further, keep_own_sensor
 from .state import bake_settings, patches_of, rank_settings, without_updates
@@ -176,20 +177,14 @@ def opened_text(mesh: bpy.types.Object) -> str:
 
 def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
     with without_updates():
-        study.patch_count, study.patch_seed = config.patches, config.seed
+        show_config(study, config)
+        study.patch_seed, study.window_s = config.seed, config.windows.length_s
         if config.own_sensor is not None and config.own_sensor.name == config.sensor:
             keep_own_sensor(study, config.own_sensor)
             study.sensor = OWN
         else:
             study.sensor = config.sensor
-        study.rate, study.seed = config.synthesis.rate_hz, config.seed
-        study.band, study.root_band = config.synthesis.cutoff_hz or 0, config.root_band_hz or 0
-        study.convention = config.synthesis.convention
         keep_further(study, config.further)
-        study.window_s, study.classifier = config.windows.length_s, config.classifier
-        study.folds, study.by_subject = config.folds, config.by_subject
-        study.target, study.every_activity = config.target, config.every_activity
-        study.max_places = config.max_places or 0
 
 
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:

@@ -14,7 +14,6 @@ import bpy
 
 from ..core.body.shapes import RANGES
 from ..core.imu.sensor import SensorModel
-from ..core.imu.synthesis import Synthesis
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import CLASSIFIERS, UtilityMap
 from ..core.ranking.windows import WindowSpec
@@ -24,7 +23,7 @@ from ..core.wording import capital
 from ..scene.packing import unpack
 from ..scene.patches import PATCH
 from .counting import counted_in
-from .declared import as_given
+from .declared import as_given, config_values
 from .garment_properties import wardrobe_text, worn_by
 from .sensor_properties import OWN, further_of, further_text, own_sensor
 
@@ -91,46 +90,21 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
     garments = tuple(item.name for item in worn_by(study)) or run.garments
     return replace(
         run,
-        patches=study.patch_count,
-        synthesis=_synthesis(study, run.synthesis),
-        root_band_hz=_band(study, "root_band", run.root_band_hz),
+        **config_values(study, run),
         **_sensor(study),
         further=further_of(study, run.further, bool(garments)),
         windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
-        classifier=study.classifier,
-        folds=study.folds,
-        by_subject=study.by_subject,
         background=background,
         weights=weights,
-        target=as_given(study.target, run.target),
-        every_activity=as_given(study.every_activity, run.every_activity),
-        max_places=study.max_places or None,
         placements=own_placed(study),
         garments=garments,
         constraints=constraints_of(study),
-        seed=study.seed,
     )
 
 
 def run_of(study: bpy.types.PropertyGroup) -> StudyConfig:
     """The parameters of the run that a study was opened from; the usual ones where it was not."""
     return StudyConfig.from_dict(json.loads(study.parameters)) if study.parameters else StudyConfig()
-
-
-def _synthesis(study: bpy.types.PropertyGroup, run: Synthesis) -> Synthesis:
-    return replace(
-        run,
-        rate_hz=as_given(study.rate, run.rate_hz),
-        cutoff_hz=_band(study, "band", run.cutoff_hz),
-        convention=study.convention if study.is_property_set("convention") else run.convention,
-    )
-
-
-def _band(study: bpy.types.PropertyGroup, name: str, given: float | None) -> float | None:
-    """A band limit, None for none; the run's where the panel has not set it."""
-    if not study.is_property_set(name):
-        return given
-    return as_given(getattr(study, name), given or 0.0) or None
 
 
 def _sensor(study: bpy.types.PropertyGroup) -> dict[str, str | SensorModel]:
