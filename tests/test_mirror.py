@@ -48,9 +48,9 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/studies/sweep": "figure maps",
     "tests/studies/validation": "correlation dsads mhad",
     "tests/ui": (
-        "activity_properties advice drawing garment_properties headless_door on_character operators overlay "
-        "own_placement_panel own_sensor_panel panels placement_panels placement_properties properties "
-        "result_panels results scores sensor_properties signal_cache source_view state step1_body "
+        "advice drawing garment_properties headless_door on_character operators overlay "
+        "own_placement_panel own_sensor_panel panels placement_panels properties "
+        "result_panels results rows scores sensor_properties signal_cache source_view state step1_body "
         "step2_motions step3_patches step4_signals step5_ranking step_panel text updates"
     ),
 }

@@ -9,11 +9,7 @@ import blf
 import bpy
 import gpu
 import numpy as np
-from bpy_extras.view3d_utils import (
-    location_3d_to_region_2d,
-    region_2d_to_origin_3d,
-    region_2d_to_vector_3d,
-)
+from bpy_extras.view3d_utils import location_3d_to_region_2d, region_2d_to_origin_3d, region_2d_to_vector_3d
 from gpu_extras.batch import batch_for_shader
 from mathutils import Vector
 

@@ -142,11 +142,7 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, heads: list[Vector], sc
     left_edge = left_of_legend(box, free.left + margin, free.right - margin, [head.x for head in heads])
     left, bottom = left_edge + margin, free.bottom + 30 * scale + foot
     rectangle(
-        left_edge,
-        bottom - 16 * scale - foot,
-        box,
-        height + (46 + 16 * len(names)) * scale + foot,
-        BACKGROUND,
+        left_edge, bottom - 16 * scale - foot, box, height + (46 + 16 * len(names)) * scale + foot, BACKGROUND
     )
     bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
     for tick in np.linspace(0, 1, BAR_TICKS):

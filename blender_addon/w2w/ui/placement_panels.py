@@ -18,8 +18,8 @@ from .listed import add_wish, is_understood
 from .operators import OnPatches
 from .overlay import NO_PICK, picks
 from .own_placements import spot_name
-from .placement_properties import KINDS
 from .result_panels import can_change_now, draw_rows
+from .rows import KINDS
 from .state import COST, FORBID, current_body, patches_of
 from .step_panel import ResultPanel
 from .text import draw_outcome, draw_text

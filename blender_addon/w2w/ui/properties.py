@@ -17,14 +17,12 @@ from bpy.props import (
 from ..core.imu.presets import PRESETS
 from ..core.ranking.utility import CLASSIFIERS
 from ..scene.patches import EMPTY_SIZE
-from . import activity_properties, on_character, placement_properties, shape, updates
-from .activity_properties import W2W_PG_activity
+from . import on_character, rows, shape, updates
 from .declared import declared
 from .garment_properties import Wardrobe
 from .on_body import is_there
 from .on_character import OwnCharacter
 from .operators import is_ranked
-from .placement_properties import Placement
 from .scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
 from .sensor_properties import OWN, FurtherProperties, OwnSensor
 
@@ -50,6 +48,10 @@ CLASSIFIER_NAMES = {
         "A small neural network a patch, all trained together: an hour; needs PyTorch",
     ),
 }
+
+FIRST_LIMIT = 3
+"""Most sensors, when a limit is switched on."""
+
 
 _view_items: list[tuple[str, str, str, int]] = []
 _minus_items: list[tuple[str, str, str, int]] = []
@@ -88,6 +90,14 @@ def _views_beside(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple
     return _beside_items
 
 
+def _is_limited(study: W2W_PG_study) -> bool:
+    return study.max_places > 0
+
+
+def _limit(study: W2W_PG_study, limited: bool) -> None:
+    study.max_places = FIRST_LIMIT if limited else 0
+
+
 def _is_body(_self: bpy.types.PropertyGroup, item: bpy.types.Object) -> bool:
     return item.type == "MESH" and item.w2w.is_body
 
@@ -96,40 +106,7 @@ def _is_other(self: W2W_PG_study, item: bpy.types.Object) -> bool:
     return _is_body(self, item) and item != self.id_data and is_there(item) and is_ranked(item)
 
 
-class W2W_PG_clip(bpy.types.PropertyGroup):
-    """A motion in a study's list."""
-
-    name: StringProperty(name="Clip", description="Name of the clip")
-    file: StringProperty(name="File", description="File the motion was read from", subtype="FILE_PATH")
-    activity: StringProperty(
-        name="Activity",
-        description="What the motion shows; clips with the same label are one activity",
-        update=updates.relabel,
-    )
-    subject: StringProperty(name="Subject", description="Who moves, where that is known")
-    action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
-    n_frames: IntProperty(name="Frames", description="Frames of the motion")
-    rate: FloatProperty(name="Frame Rate", description="Frames per second of the motion")
-    skeleton: StringProperty(name="Skeleton", description="Naming that the file's bones follow")
-    scale: FloatProperty(name="Scale", description="Body metres in one unit of the file", default=1.0)
-    selected: BoolProperty(name="Select", description="Take part in Relabel, Remove and Bake Selected")
-    signals: StringProperty(name="Signals", description="Key of the baked signals")
-    baked_as: StringProperty(name="Baked As", description="Settings that the signals were baked with")
-    bake_path: StringProperty(name="Bake Path", description="How the surface was read, and why")
-    problem: StringProperty(name="Problem", description="Why this file cannot be used")
-    taken_from: StringProperty(
-        name="Taken From", description="Armature and action of the scene that the motion was taken from"
-    )
-    motion_key: StringProperty(
-        name="Motion", description="Clips of an equal key show the same motion; empty where nothing is known"
-    )
-    source_sha256: StringProperty(options={"HIDDEN"})
-    stored_as: StringProperty(
-        name="Stored As", description="Name of its files in the results folder that it was opened from"
-    )
-
-
-class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardrobe, bpy.types.PropertyGroup):
+class W2W_PG_study(FurtherProperties, OwnCharacter, OwnSensor, Wardrobe, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -138,10 +115,7 @@ class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardro
     )
     shape: PointerProperty(type=shape.W2W_PG_shape, name="Shape")
     show_armature: BoolProperty(
-        name="Show Armature",
-        description="Show the body's bones",
-        default=False,
-        update=updates.show_armature,
+        name="Show Armature", description="Show the body's bones", default=False, update=updates.show_armature
     )
 
     results_folder: StringProperty(
@@ -151,7 +125,7 @@ class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardro
     results_near: StringProperty(options={"HIDDEN"})
     parameters: StringProperty(options={"HIDDEN"})
 
-    clips: CollectionProperty(type=W2W_PG_clip)
+    clips: CollectionProperty(type=rows.W2W_PG_clip)
     clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
 
     patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
@@ -190,7 +164,7 @@ class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardro
         name="Sources", description="Whether the ranking may tell the clips' sources apart, not activities"
     )
     ranked_as: StringProperty(options={"HIDDEN"})
-    activities: CollectionProperty(type=W2W_PG_activity)
+    activities: CollectionProperty(type=rows.W2W_PG_activity)
     activity_index: IntProperty(
         name="Active Activity",
         description="The activity whose heatmap is shown",
@@ -210,16 +184,10 @@ class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardro
         update=updates.repaint,
     )
     scores: EnumProperty(
-        name="Scores",
-        description="Which scores the heatmaps show",
-        items=SCORES,
-        update=updates.repaint,
+        name="Scores", description="Which scores the heatmaps show", items=SCORES, update=updates.repaint
     )
     colour_map: EnumProperty(
-        name="Colours",
-        description="Colour map of the heatmaps",
-        items=COLOUR_MAPS,
-        update=updates.repaint,
+        name="Colours", description="Colour map of the heatmaps", items=COLOUR_MAPS, update=updates.repaint
     )
     beside: PointerProperty(
         type=bpy.types.Object, name="Second Body", description="The copy that shows the second map"
@@ -256,6 +224,31 @@ class W2W_PG_study(FurtherProperties, Placement, OwnCharacter, OwnSensor, Wardro
         update=updates.repaint,
     )
 
+    target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=updates.choose_patches)
+    every_activity: FloatProperty(
+        **declared("every_activity"), precision=2, subtype="FACTOR", update=updates.choose_patches
+    )
+    max_places: IntProperty(**declared("max_places"), soft_max=12, update=updates.choose_patches)
+    limit_places: BoolProperty(
+        name="Limit", description="Limit the number of sensors", get=_is_limited, set=_limit
+    )
+    own: CollectionProperty(type=rows.W2W_PG_own)
+    own_index: IntProperty(
+        name="Active Placement",
+        description="The placement of yours that is looked at",
+        update=updates.look_at_own,
+    )
+    own_placed: StringProperty(options={"HIDDEN"})
+    wishes: CollectionProperty(type=rows.W2W_PG_wish)
+    verdict: StringProperty(
+        name="Verdict", description="The best spot that wishes leave, or why there is none"
+    )
+    chosen: CollectionProperty(type=rows.W2W_PG_place)
+    worn: CollectionProperty(type=rows.W2W_PG_place)
+    advice_text: StringProperty(options={"HIDDEN"})
+    advised_as: StringProperty(options={"HIDDEN"})
+    regions: CollectionProperty(type=rows.W2W_PG_place)
+
     picked: IntProperty(name="Picked Patch", description="Patch looked at; -1 is none", default=-1)
     compared: IntProperty(name="Compared Patch", description="Patch compared with it; -1 is none", default=-1)
     picked_vertex: IntProperty(options={"HIDDEN"}, default=-1)
@@ -269,25 +262,17 @@ class W2W_PG_scene(bpy.types.PropertyGroup):
         name="Body",
         description="The body that the panel works on",
         poll=_is_body,
-        update=updates.change_body,
+        update=updates.redraw,
     )
     show_overlay: BoolProperty(
         name="Show Overlay",
         description="Draw the picked patch and the colour bar in the 3D viewport",
         default=True,
-        update=updates.redraw_views,
+        update=updates.redraw,
     )
 
 
-CLASSES = (
-    *shape.CLASSES,
-    *placement_properties.CLASSES,
-    *on_character.CLASSES,
-    *activity_properties.CLASSES,
-    W2W_PG_clip,
-    W2W_PG_study,
-    W2W_PG_scene,
-)
+CLASSES = (*shape.CLASSES, *rows.CLASSES, *on_character.CLASSES, W2W_PG_study, W2W_PG_scene)
 
 
 def register() -> None:

@@ -181,10 +181,4 @@ def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
     context.view_layer.objects.active = item
 
 
-CLASSES = (
-    W2W_OT_add_body,
-    W2W_OT_reset_shape,
-    W2W_OT_load_body,
-    W2W_OT_use_mesh,
-    W2W_OT_select_body,
-)
+CLASSES = (W2W_OT_add_body, W2W_OT_reset_shape, W2W_OT_load_body, W2W_OT_use_mesh, W2W_OT_select_body)

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What happens at once when a property of a study is changed."""
+"""What happens at once when a property of a study is changed; nothing inside `without_updates`."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import bpy
 
@@ -10,13 +12,23 @@ from ..scene.body import armature_of
 from ..scene.patches import patch_empties
 from ..scene.patches import resize_patches as resize_empties
 from . import jobs, own_placements, results, scores
-from .jobs import redraw
 from .listed import list_labels
 from .state import is_silent, without_updates
 from .step5_ranking import pick
 
 Context = bpy.types.Context
 Group = bpy.types.PropertyGroup
+
+
+def _then_redraw(change: Callable[[bpy.types.Object], None]) -> Callable[[Group, Context], None]:
+    """An update that changes the body whose study the property is of, and redraws."""
+
+    def update(group: Group, context: Context) -> None:
+        if not is_silent():
+            change(group.id_data)
+            jobs.redraw(context)
+
+    return update
 
 
 def relabel(clip: Group, _context: Context) -> None:
@@ -44,73 +56,49 @@ def show_patches(study: Group, _context: Context) -> None:
     results.hide_patches(study)
 
 
-def reweigh(activity: Group, context: Context) -> None:
+choose_patches = _then_redraw(results.choose)
+repaint = _then_redraw(results.paint)
+
+
+@_then_redraw
+def reweigh(body: bpy.types.Object) -> None:
     """Count other activities in the mean and the choice."""
-    if is_silent():
-        return
-    body = activity.id_data
     results.paint(body)
     results.list_regions(body)
     results.choose(body)
-    redraw(context)
 
 
-def choose_patches(study: Group, context: Context) -> None:
-    """Choose the best spot under the new wishes."""
-    if is_silent():
-        return
-    results.choose(study.id_data)
-    redraw(context)
-
-
-def repaint(study: Group, context: Context) -> None:
-    """Colour the heatmaps anew."""
-    if is_silent():
-        return
-    results.paint(study.id_data)
-    redraw(context)
-
-
-def fix_range(study: Group, context: Context) -> None:
+@_then_redraw
+def fix_range(body: bpy.types.Object) -> None:
     """One range for all heatmaps: the first time, the range of their scores."""
-    if is_silent():
-        return
+    study = body.w2w
     if study.fix_range and not any(study.is_property_set(name) for name in ("range_low", "range_high")):
-        results.fit_range(study.id_data)
+        results.fit_range(body)
     else:
-        results.paint(study.id_data)
-    redraw(context)
+        results.paint(body)
 
 
-def show_view(study: Group, context: Context) -> None:
+@_then_redraw
+def show_view(body: bpy.types.Object) -> None:
     """Show another heatmap."""
-    if is_silent():
-        return
+    study = body.w2w
     with without_updates():
         study.activity_index = scores.view_index(study) - 1
     if scores.minus_index(study) >= 0 or scores.beside_of(study) is not None:
-        results.paint(study.id_data)
+        results.paint(body)
     else:
-        results.show(study.id_data)
-    redraw(context)
+        results.show(body)
 
 
 def view_activity(study: Group, _context: Context) -> None:
     """A click on an activity in the list shows its heatmap."""
-    if is_silent() or not study.utility_key:
-        return
-    if 0 <= study.activity_index < len(study.activities):
+    if not is_silent() and study.utility_key and 0 <= study.activity_index < len(study.activities):
         study.view = f"A{study.activity_index + 1}"
 
 
-def change_body(_settings: Group, context: Context) -> None:
-    """Show the new body's study."""
-    redraw(context)
-
-
-def redraw_views(_settings: Group, context: Context) -> None:
-    """Draw the overlay, or no longer."""
-    redraw(context)
+def redraw(_group: Group, context: Context) -> None:
+    """Redraw every 3D view."""
+    jobs.redraw(context)
 
 
 def rename_placement(own: Group, context: Context) -> None:
