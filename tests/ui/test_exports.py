@@ -115,10 +115,10 @@ def test_signals_that_are_gone_are_said(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_the_report_and_the_rest_are_those_of_the_saved_folder(library: Path, tmp_path: Path) -> None:
     make_study(library)
+    assert bpy.ops.w2w.export_report(filepath=str(tmp_path / "page.html")) == {"FINISHED"}
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
     assert bpy.ops.w2w.export_table(filepath=str(tmp_path / "utility.csv")) == {"FINISHED"}
     assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "all"), which="ALL") == {"FINISHED"}
-    assert bpy.ops.w2w.export_report(filepath=str(tmp_path / "page.html")) == {"FINISHED"}
     assert CliRunner().invoke(APP, ["report", str(tmp_path / "saved")]).exit_code == 0
     assert (tmp_path / "page.html").read_bytes() == (tmp_path / "saved" / "report.html").read_bytes()
     assert (tmp_path / "utility.csv").read_bytes() == (tmp_path / "saved" / "utility.csv").read_bytes()

@@ -19,10 +19,9 @@ from ..core.garments.caught import HAS_CAUGHT
 from ..core.imu.recording import ImuRecording
 from ..core.motion.duplicates import motion_signature
 from ..core.motion.source import reason_of
-from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap
-from ..core.study import StudyConfig, describe, record_baked
+from ..core.study import describe, record_baked
 from ..core.wording import capital
 from ..scene.bake import Bake, PatchBaker
 from ..scene.body import body_of
@@ -32,7 +31,7 @@ from .garment_properties import baker_steps
 from .jobs import Step, Steps, in_thread
 from .on_body import is_there, on_body
 from .preferences import cache_folder
-from .state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, usable
+from .state import BAKED, FAILED, bake_settings, config_of, patches_of, rank_settings, state_of
 
 SHOWN_REASONS = 2
 
@@ -55,21 +54,15 @@ def bake_steps(
 ) -> Steps:
     """Bake clips of a body: the surface through Blender, the signals in a thread.
 
-    A clip that cannot be baked is left without signals and says why.
-
-    Parameters
-    ----------
-    mesh : Object
-    indices : sequence of int
-        Numbers of the clips in the study's list.
-    low, high : float
-        The job's fraction at the beginning and the end.
-    keep : bool
-        Whether clips that are baked stay so where the job is ended before the last.
+    A clip that cannot be baked is left without signals and says why. With `keep`, baked clips stay so where
+    the job is ended before the last.
     """
     study, patches = mesh.w2w, patches_of(mesh)
-    before = {index: _signals_of(study.clips[index]) for index in indices}
-    baker, failed = (yield from baker_steps(mesh, patches, low)), {}
+    before = {
+        index: (clip.signals, clip.baked_as, clip.bake_path)
+        for index, clip in ((index, study.clips[index]) for index in indices)
+    }
+    baker, failed = (yield from baker_steps(mesh, patches, low)), []
     finished = False
     try:
         for number, index in enumerate(indices):
@@ -80,10 +73,11 @@ def bake_steps(
             try:
                 yield from _bake_clip(mesh, baker, index, fraction, fraction + share)
             except Exception as error:  # even a fault of ours costs this clip alone
-                failed[name] = reason_of(error)
-                _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {failed[name]}")
+                reason = reason_of(error)
+                failed.append(f"{name} ({reason})")
+                _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {reason}")
         if len(failed) == len(indices) and not keep:
-            raise ValueError(f"No clip could be baked: {_some(_reasons(failed))}")
+            raise ValueError(f"No clip could be baked: {_some(failed)}")
         finished = True
     finally:
         if not (finished or keep) and is_there(mesh):
@@ -95,18 +89,31 @@ def bake_steps(
 def _bake_clip(
     mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, index: int, low: float, high: float
 ) -> Steps:
-    """Bake one clip."""
-    study, settings = mesh.w2w, bake_settings(mesh.w2w)
+    """Bake one clip: its signals and features into the cache."""
+    study, folder = mesh.w2w, cache_folder()
+    settings, config = bake_settings(study), config_of(study)
     clip, between = study.clips[index], low + 0.8 * (high - low)
     name, labels = clip.name, (clip.activity, clip.subject, clip.name)
     bake = yield from _told(baker.by_frame(clip.action), name, low, between)
-    work = _signals(bake, baker.patches, labels, config_of(study), settings, cache_folder())
+
+    def work(told: Callable[[float], None]) -> str:
+        recording = record_baked(
+            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.worn
+        )
+        told(0.5)
+        windows = describe(recording, config)
+        key = _key(recording, windows[0], settings)
+        # an action that no motion tells has no signature: it is like no other
+        signature = np.empty(0) if bake.motion is None else motion_signature(bake.motion)
+        signal_cache.save(key, recording, windows, signature, folder)
+        return key
+
     key = yield from in_thread(work, name, between, high)
     _set_signals(mesh.w2w.clips[index], key, settings, f"{bake.path} path: {bake.reason}")
     return name
 
 
-def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: dict[str, str]) -> str:
+def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: list[str]) -> str:
     """What was baked, how, and what could not be."""
     done = len(clips) - len(failed)
     text = f"Baked {done} clip{'s' * (done != 1)} on {patches} patches"
@@ -115,11 +122,7 @@ def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: 
         text += f", {general} by Blender's evaluated mesh"
     if caught := [clip.name for clip in clips if HAS_CAUGHT in clip.bake_path]:
         text += f". {capital(HAS_CAUGHT)} in {_some(caught)}: do not trust its signals there"
-    return f"{text}. Not baked: {_some(_reasons(failed))}" if failed else text
-
-
-def _reasons(failed: dict[str, str]) -> list[str]:
-    return [f"{name} ({reason})" for name, reason in failed.items()]
+    return f"{text}. Not baked: {_some(failed)}" if failed else text
 
 
 @on_body
@@ -136,12 +139,14 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     used = [as_labelled(clip) for clip in ranked_clips(study)]
     places = signal_cache.places_of(ranked_clips(study))
     body, patches = body_as_run(mesh), patches_of(mesh)
-    utility, ranked = yield from in_thread(
-        lambda told: _rank(used, places, Pooling.on(body, patches), config, told),
-        "training at every patch",
-        0.4 if lost else 0.0,
-        0.95,
-    )
+
+    def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+        windows = [ClipWindows.read(*place) for place in places]
+        inputs = ranking_inputs(places, windows, config.classifier, config.windows)
+        return rank_clips(used, windows, inputs, config, told, pooling=Pooling.on(body, patches))
+
+    low = 0.4 if lost else 0.0
+    utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, utility, ranked_as)
     results.show_colours(bpy.context)
@@ -179,13 +184,11 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
 def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
     """Numbers of the clips whose signals are missing or out of date."""
     settings = bake_settings(study)
-    wanted = {clip.name for clip in usable(study)}
+    states = [state_of(clip, settings) for clip in study.clips]
     return [
         index
-        for index, clip in enumerate(study.clips)
-        if clip.name in wanted
-        and not (state_of(clip, settings) == BAKED and signal_cache.has(clip))
-        and clip.action is not None
+        for index, (clip, state) in enumerate(zip(study.clips, states, strict=True))
+        if state != FAILED and not (state == BAKED and signal_cache.has(clip))
     ]
 
 
@@ -200,50 +203,11 @@ def _told(frames: Generator[float, None, Bake], name: str, low: float, high: flo
             yield Step(low + (high - low) * done, f"{name}, evaluated by Blender")
 
 
-def _signals(
-    bake: Bake,
-    patches: PatchSet,
-    labels: tuple[str, str, str],
-    config: StudyConfig,
-    settings: str,
-    folder: Path,
-) -> Callable[[Callable[[float], None]], str]:
-    """Work for a thread: a clip's signals and features into the cache; gives their key."""
-
-    def work(told: Callable[[float], None]) -> str:
-        recording = record_baked(bake.matrices, bake.rate, patches, labels, config, bake.root, bake.worn)
-        told(0.5)
-        windows = describe(recording, config)
-        key = _key(recording, windows[0], settings)
-        signal_cache.save(key, recording, windows, _signature(bake), folder)
-        return key
-
-    return work
-
-
 def _some(reasons: list[str]) -> str:
     """The first reasons, and how many more there are: a panel is no report."""
     more = len(reasons) - SHOWN_REASONS
     text = "; ".join(reasons[:SHOWN_REASONS])
     return f"{text}; and {more} more likewise" if more > 0 else text
-
-
-def _rank(
-    clips: list[LabelledClip],
-    places: list[tuple[Path, str]],
-    pooling: Pooling,
-    config: StudyConfig,
-    told: Callable[[float], None],
-) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
-    """Rank clips by what is stored of them; see `rank_clips`."""
-    windows = [ClipWindows.read(*place) for place in places]
-    inputs = ranking_inputs(places, windows, config.classifier, config.windows)
-    return rank_clips(clips, windows, inputs, config, told, pooling=pooling)
-
-
-def _signature(bake: Bake) -> np.ndarray:
-    """By which equal motions are known; empty for an action that no `Motion` tells."""
-    return np.empty(0) if bake.motion is None else motion_signature(bake.motion)
 
 
 def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
@@ -252,10 +216,6 @@ def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
     for array in (recording.acc, recording.gyr, *recording.further.values(), features):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]
-
-
-def _signals_of(clip: bpy.types.PropertyGroup) -> tuple[str, str, str]:
-    return clip.signals, clip.baked_as, clip.bake_path
 
 
 def _set_signals(clip: bpy.types.PropertyGroup, key: str, settings: str, path: str) -> None:

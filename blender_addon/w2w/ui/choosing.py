@@ -17,6 +17,7 @@ from ..core.clip_ranking import rank_windows, same_motions
 from ..core.findings.advice_content import advice_content
 from ..core.ranking.pooling import Pooling
 from ..core.results_folder import StudyResults, choose_to_wear, prepared_tests
+from ..core.selection.advice import Advice
 from ..core.study import StudyConfig
 from ..core.wording import capital
 from . import counting, jobs, results, signal_cache
@@ -47,6 +48,13 @@ class SceneResults(StudyResults):
         """The body of the study."""
         return self.shown
 
+    def renamed(self, names: Sequence[str]) -> SceneResults:
+        """The same with other names of the clips."""
+        name_of = dict(zip((clip.name for clip in self.clips), names, strict=True))
+        pairs = zip(self.clips, names, strict=True)
+        clips = (replace(clip, name=name, motion_key=name_of[clip.motion_key]) for clip, name in pairs)
+        return replace(self, clips=tuple(clips))
+
 
 class W2W_OT_choose_sensors(bpy.types.Operator):
     """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
@@ -57,7 +65,6 @@ class W2W_OT_choose_sensors(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a ranking."""
         if not can_change(cls, context):
             return False
         missing = missing_for_choice(current_body(context))
@@ -65,11 +72,9 @@ class W2W_OT_choose_sensors(bpy.types.Operator):
         return not missing
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Start the work in the background."""
         return jobs.start(self, context, TITLE, choose_steps(current_body(context)))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Do the work at once."""
         return jobs.run_now(self, TITLE, choose_steps(current_body(context)))
 
 
@@ -87,53 +92,60 @@ def missing_for_choice(body: bpy.types.Object) -> str:
 def choose_steps(mesh: bpy.types.Object) -> Steps:
     """Choose in a thread, then keep and mark what was chosen.
 
-    Clips of activities that are left out are not looked at, and the others ranked without them, as by
-    Save Results. Where activities count otherwise than in the ranking, it is made anew, as by `w2w place`.
+    Where activities count otherwise than in the ranking, it is made anew, as by `w2w place`.
     """
     missing = missing_for_choice(mesh)
     if missing:
         raise ValueError(missing)
-    patches, utility, config = patches_of(mesh), utility_of(mesh.w2w), config_of(mesh.w2w)
-    left_out, reweighed = counting.left_out(mesh.w2w), counting.is_reweighed(mesh.w2w, utility)
-    finished, pooling = yield from _gather_steps(mesh, config, left_out, reweighed)
-    utility = finished.utility
-    advice = yield from in_thread(
-        lambda _told: choose_to_wear(utility, patches, config, prepared_tests(finished, config, pooling)),
-        "choosing what to wear",
-        0.3,
-        1.0,
-    )
+    study, left_out = mesh.w2w, counting.left_out(mesh.w2w)
+    reweighed = counting.is_reweighed(study, utility_of(study))
+    found, advice = yield from advised_steps(mesh, config_of(study))
     if reweighed and not left_out:
-        results.store(mesh, utility, mesh.w2w.ranked_as)
-    content = advice_content(advice, utility, patches)
+        results.store(mesh, found.utility, study.ranked_as)
+    content = advice_content(advice, found.utility, found.patches)
     results.advise(mesh, content)
     sentence = (content["worn_together"] or content["best_single_patch"])["sentence"]
     text = capital(sentence)
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
 
-def _gather_steps(
-    mesh: bpy.types.Object, config: StudyConfig, left_out: Sequence[str], reweighed: bool
-) -> Generator[Step, None, tuple[SceneResults, Pooling]]:
-    """The study in the scene without some activities, ranked anew where there are such or weights changed."""
-    gather = _gathering(mesh, config, left_out)
-    finished = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
-    pooling = yield from in_thread(lambda _told: _pooling(finished), "measuring the skin", 0.05, 0.2)
+def counted_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """The ranked clips of activities that are not left out."""
+    left_out = counting.left_out(study)
+    return [clip for clip in ranked_clips(study) if clip.activity not in left_out]
+
+
+def advised_steps(
+    mesh: bpy.types.Object, config: StudyConfig
+) -> Generator[Step, None, tuple[SceneResults, Advice]]:
+    """The ranked study in the scene as a results folder holds one, and the sensors chosen in it.
+
+    Clips of activities that are left out are not looked at. The others are ranked anew without them, and
+    where activities count otherwise than in the ranking.
+    """
+    study, utility = mesh.w2w, utility_of(mesh.w2w)
+    left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
+    found = yield from in_thread(_gathering(mesh, config), "gathering windows", 0.0, 0.05)
+    pooling = yield from in_thread(lambda _told: _pooling(found), "measuring the skin", 0.05, 0.2)
     if left_out or reweighed:
-        inputs, labels = finished.inputs(config.classifier), finished.labels()
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
+        inputs, labels = found.inputs(config.classifier), found.labels()
         utility = yield from in_thread(
             lambda told: rank_windows(inputs, labels, config, told, pooling=pooling), text, 0.2, 0.3
         )
-        finished = replace(finished, utility=utility)
-    return finished, pooling
+        found = replace(found, utility=utility)
+    advice = yield from in_thread(
+        lambda _: choose_to_wear(utility, found.patches, config, prepared_tests(found, config, pooling)),
+        "choosing what to wear",
+        0.3,
+        1.0,
+    )
+    return found, advice
 
 
-def _gathering(
-    mesh: bpy.types.Object, config: StudyConfig, left_out: Sequence[str]
-) -> Callable[[object], SceneResults]:
+def _gathering(mesh: bpy.types.Object, config: StudyConfig) -> Callable[[object], SceneResults]:
     """Work for a thread: the study in the scene, as what is read of a results folder."""
-    clips = [clip for clip in ranked_clips(mesh.w2w) if clip.activity not in left_out]
+    clips = counted_clips(mesh.w2w)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
     utility, patches, body = utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
 

@@ -128,7 +128,7 @@ def draw_locate(
     """Say that the results folder is gone, and ask where it is."""
     if misses_folder(study):
         where = study.results_folder or "the results folder beside this file"
-        draw_text(layout, context, f"The signals were in {where}", icon="ERROR")
+        draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
         layout.operator("w2w.locate_results", icon="FILE_FOLDER")
 
 

@@ -46,7 +46,6 @@ class W2W_OT_run_all(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be motions that can be ranked."""
         if not can_change(cls, context):
             return False
         missing = missing_for_all(current_body(context))
@@ -54,12 +53,10 @@ class W2W_OT_run_all(bpy.types.Operator):
         return not missing
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Start the work in the background."""
         body = current_body(context)
         return jobs.start(self, context, TITLE, run_all_steps(body), kept_of(body))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Do the work at once."""
         return jobs.run_now(self, TITLE, run_all_steps(current_body(context)))
 
 

@@ -3,24 +3,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import bpy
 from bpy.props import StringProperty
 
-from ..core.findings.new_folder import SavedClip, StudyParts, write_folder
+from ..core.clip_files import signals_key
+from ..core.findings.finished_study import ClipResult, Study
+from ..core.findings.new_folder import check_new, write_folder
 from ..core.motion.library import Clip, Library, unique_names
 from ..core.motion.motion import Motion
 from ..core.study import StudyConfig
 from ..scene.actions import read_action
 from ..scene.body import armature_of
-from . import counting, signal_cache
-from .baking import body_as_run, ranked_clips
+from . import counting
+from .choosing import advised_steps, counted_clips
 from .garment_properties import covers_steps
-from .jobs import Step, Steps, in_thread, start
+from .jobs import Step, Steps, in_thread, part, start
 from .on_body import on_body
 from .operators import can_change
-from .state import config_of, current_body, patches_of, rank_settings, sampled_patches, utility_of
+from .state import (
+    advice_settings,
+    config_of,
+    current_body,
+    patches_of,
+    rank_settings,
+    sampled_patches,
+    utility_of,
+)
 
 TITLE = "Save Results"
 
@@ -39,7 +50,6 @@ class W2W_OT_save_results(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a ranking."""
         if not can_change(cls, context):
             return False
         cls.poll_message_set("Rank the patches first (step 5)")
@@ -47,47 +57,61 @@ class W2W_OT_save_results(bpy.types.Operator):
         return utility_of(body.w2w) is not None and patches_of(body) is not None
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Ask for the folder."""
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Start the work."""
         folder = Path(bpy.path.abspath(self.directory))
-        return start(self, context, TITLE, save_steps(current_body(context), folder))
+        return start(self, context, TITLE, save_steps(current_body(context), folder, stay=True))
 
 
 @on_body
-def save_steps(mesh: bpy.types.Object, folder: Path) -> Steps:
-    """Read the study from the scene, clip by clip, then write the folder in a thread."""
+def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Steps:
+    """Read the study from the scene, clip by clip, then write a folder; `stay`: the study goes on in it."""
     study = mesh.w2w
     if study.ranked_as != rank_settings(study):
         raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
+    check_new(folder)
     left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, utility_of(study))
-    ranked = ranked_clips(study)
-    signal_cache.places_of(ranked)
-    clips = [clip for clip in ranked if clip.activity not in left_out]
+    config = _config(study, sampled_patches(study, len(patches_of(mesh))))
+    found, advice = yield from part(advised_steps(mesh, config), 0.0, 0.6)
+    clips, armature = counted_clips(study), armature_of(mesh)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
-    armature, saved = armature_of(mesh), []
+    motions = []
     for number, (clip, name) in enumerate(zip(clips, names, strict=True)):
-        yield Step(0.3 * number / len(clips), clip.name)
-        saved.append(_saved(armature, clip, name))
-    patches, body = patches_of(mesh), body_as_run(mesh)
-    covers = yield from covers_steps(mesh, patches, 0.3)
-    parts = StudyParts(
-        _config(study, sampled_patches(study, len(patches))),
-        body,
-        patches,
-        tuple(saved),
-        utility_of(study) if len(clips) == len(ranked) and not reweighed else None,
-        _library(study, saved, left_out),
-        covers,
-    )
-    yield from in_thread(lambda told: write_folder(folder, parts, told), f"writing {folder.name}", 0.3, 1.0)
+        yield Step(0.6 + 0.2 * number / len(clips), clip.name)
+        motions.append(_motion(armature, clip, name))
+    covers = yield from covers_steps(mesh, found.patches, 0.8)
+    saved = tuple(map(_saved, clips, names))
+    library = _library(study, saved, left_out)
+    finished = Study(library, config, found.body(), saved, found.renamed(names), advice)
+
+    def write(told: Callable[[float], None]) -> list[str]:
+        write_folder(folder, finished, motions, covers, told)
+        return [signals_key(folder, name) for name in names]
+
+    keys = yield from in_thread(write, f"writing {folder.name}", 0.8, 1.0)
+    if stay and len(clips) == sum(bool(clip.signals) for clip in study.clips):
+        _move_in(study, folder, zip(clips, keys, names, strict=True))
     text = f"Saved {len(clips)} clips and their ranking in {folder}"
     if left_out:
         return f"{text}, ranked anew without {', '.join(sorted(left_out))}"
     return f"{text}, ranked anew by the new weights" if reweighed else text
+
+
+def _move_in(
+    study: bpy.types.PropertyGroup,
+    folder: Path,
+    clips: Iterable[tuple[bpy.types.PropertyGroup, str, str]],
+) -> None:
+    """Let a study work in the folder that it was saved in; ranking and choice are as fresh as before."""
+    advised = study.advised_as == advice_settings(study)
+    study.results_folder = str(folder.resolve())
+    for clip, key, name in clips:
+        clip.signals, clip.stored_as = key, name
+    study.ranked_as = rank_settings(study)
+    if advised:
+        study.advised_as = advice_settings(study)
 
 
 def _config(study: bpy.types.PropertyGroup, n_patches: int) -> StudyConfig:
@@ -95,13 +119,12 @@ def _config(study: bpy.types.PropertyGroup, n_patches: int) -> StudyConfig:
     return StudyConfig.from_dict(given | {"patches": n_patches})
 
 
-def _saved(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str) -> SavedClip:
+def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
     """A clip as it is in the scene, under a name for its files."""
     file = clip.file if clip.file and not Path(clip.file).is_absolute() else name
-    return SavedClip(
+    return ClipResult(
         Clip(Path(file), file, name, clip.activity, clip.subject, clip.motion_key),
-        _motion(armature, clip, name),
-        signal_cache.place_of(clip),
+        "",
         {
             "take": "",
             "skeleton": clip.skeleton,
@@ -122,7 +145,7 @@ def _motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str
         return None
 
 
-def _library(study: bpy.types.PropertyGroup, saved: list[SavedClip], left_out: set[str]) -> Library:
+def _library(study: bpy.types.PropertyGroup, saved: Iterable[ClipResult], left_out: set[str]) -> Library:
     skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
     skipped += [
         (clip.name, f"{clip.activity} is left out") for clip in study.clips if clip.activity in left_out

@@ -22,7 +22,6 @@ class W2W_OT_show_source(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """The active clip must come from a file with an armature."""
         mesh = current_body(context)
         cls.poll_message_set("The active clip has no armature of its own")
         if mesh is None or context.mode != "OBJECT" or jobs.running is not None or not len(mesh.w2w.clips):
@@ -30,7 +29,6 @@ class W2W_OT_show_source(bpy.types.Operator):
         return has_source(mesh.w2w.clips[mesh.w2w.clip_index])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Import it afresh, into a collection of its own."""
         mesh = current_body(context)
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         if source_collections(clip.name):

@@ -29,7 +29,6 @@ class W2W_OT_bake_signals(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Body, motions and patches must be there."""
         if not can_change(cls, context):
             return False
         missing = missing_for_bake(current_body(context))
@@ -37,14 +36,12 @@ class W2W_OT_bake_signals(bpy.types.Operator):
         return not missing
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Start the work in the background."""
         indices = self.indices(context)
         if not indices:
             return self.nothing_to_do()
         return jobs.start(self, context, "Bake Signals", bake_steps(current_body(context), indices))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Do the work at once."""
         indices = self.indices(context)
         if not indices:
             return self.nothing_to_do()

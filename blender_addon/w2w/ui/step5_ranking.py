@@ -23,7 +23,6 @@ class W2W_OT_rank_patches(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Signals of at least two activities must be baked."""
         if not can_change(cls, context):
             return False
         missing = missing_for_rank(current_body(context))
@@ -31,11 +30,9 @@ class W2W_OT_rank_patches(bpy.types.Operator):
         return not missing
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Start the work in the background."""
         return jobs.start(self, context, "Rank Patches", rank_steps(current_body(context)))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Do the work at once."""
         return jobs.run_now(self, "Rank Patches", rank_steps(current_body(context)))
 
 
@@ -53,18 +50,15 @@ class W2W_OT_select_patch(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be patches."""
         cls.poll_message_set("Place patches first (step 3)")
         body = current_body(context)
         return body is not None and context.mode == "OBJECT" and patches_of(body) is not None
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Shift compares."""
         self.compare = event.shift
         return self.execute(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Pick it."""
         body = current_body(context)
         if self.patch >= len(patches_of(body)):
             return jobs.show_error(
@@ -83,12 +77,10 @@ class W2W_OT_clear_pick(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """A patch must be picked."""
         body = current_body(context)
         return body is not None and context.mode == "OBJECT" and body.w2w.picked >= 0
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Forget the picks and select the body."""
         body = current_body(context)
         body.w2w.picked = body.w2w.compared = -1
         select_only(context, body)
@@ -104,12 +96,10 @@ class W2W_OT_fit_range(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a ranking."""
         body = current_body(context)
         return body is not None and bool(body.w2w.utility_key)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Fit."""
         results.fit_range(current_body(context))
         return {"FINISHED"}
 

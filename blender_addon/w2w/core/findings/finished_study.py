@@ -16,18 +16,7 @@ from ..study import StudyConfig
 
 @dataclass(frozen=True)
 class ClipResult:
-    """What became of a clip.
-
-    Parameters
-    ----------
-    clip : Clip
-    reason : str
-        Why it was skipped; empty where it is used.
-    details : dict
-        What the summary says of a used clip: take, frames, rate, duration, windows, skeleton.
-    source_sha256 : str
-        Hash of the clip's file.
-    """
+    """What became of a clip: why it was skipped, or details for the summary; and the hash of its file."""
 
     clip: Clip
     reason: str
@@ -42,20 +31,7 @@ class ClipResult:
 
 @dataclass(frozen=True)
 class Study:
-    """A finished study, ready to be written down.
-
-    Parameters
-    ----------
-    library : Library
-    config : StudyConfig
-    body : Body
-    clips : tuple of ClipResult
-        What became of each clip, in the library's order.
-    results : StudyResults
-        The ranking, as it is read again from its folder.
-    advice : Advice
-        The choice under the config's constraints.
-    """
+    """A finished study, ready to be written down; its clips are in the library's order."""
 
     library: Library
     config: StudyConfig
