@@ -56,7 +56,7 @@ extension-all: setup
 
 # In a real Blender 4.3, its window and its command line; fails where the window test cannot run at all. All of it,
 # Run All, Rigify and garments too, by `make test-window WINDOW=tests/gui`, by night. Pictures in .cache/blender-4.3.
-WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py window.py zips.py)
+WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py study_folder.py window.py zips.py)
 WINDOW_REPORT = .cache/$(notdir $(W2W_BLENDER_SANDBOX))/window/report.json
 test-window: export W2W_BLENDER_SANDBOX ?= $(CURDIR)/.sandbox/blender-4.3
 test-window: extension
