@@ -81,7 +81,7 @@ def test_damaged_results_are_refused(library: Path) -> None:
     text = make_study(library).w2w.utility_text
     for damaged in (text[:-400], "eJ" + text[6:], "nothing of the kind", ""):
         with pytest.raises(ValueError, match="packed results are damaged"):
-            packing.read_packed(damaged, UtilityMap.load)
+            packing.unpack(damaged, damaged.__str__, UtilityMap.load)
 
 
 def pixels(attribute: bpy.types.Attribute) -> np.ndarray:

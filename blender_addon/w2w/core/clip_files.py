@@ -44,17 +44,9 @@ def copy_file(out: Path, clip: str, copy: int) -> Path:
 def write_features(
     path: Path, features: Sequence[np.ndarray], is_test: np.ndarray, signature: np.ndarray
 ) -> None:
-    """Write the features of a clip and of its copies.
+    """Write features of windows, shape (W, N, D): a clip's own, then each copy's, which are never tested.
 
-    Parameters
-    ----------
-    path : Path
-    features : sequence of ndarray, shape (windows, N, D)
-        The clip's own, then each copy's.
-    is_test : ndarray of bool
-        Of the clip's own windows; copies are never tested.
-    signature : ndarray
-        By which equal motions are known.
+    Equal motions are known by their `signature` (`motion_signature`).
     """
     counts = np.array([len(part) for part in features])
     whole = np.zeros(counts.sum(), dtype=bool)
@@ -72,16 +64,9 @@ def write_features(
 
 @dataclass(frozen=True, eq=False)
 class ClipWindows:
-    """What the ranking must know of a clip's windows beside their signals.
+    """Which windows of a clip may be tested on, shape (W,), its motion's signature, and windows by copy.
 
-    Parameters
-    ----------
-    is_test : ndarray of bool, shape (W,)
-        Windows that may be tested on.
-    signature : ndarray, shape (K,)
-        By which equal motions are known (`motion_signature`).
-    counts : tuple of int
-        Windows of the clip, then of each copy.
+    `counts` has the windows of the clip itself first.
     """
 
     is_test: np.ndarray

@@ -24,16 +24,10 @@ from .study import StudyConfig, same_clips
 
 @dataclass(frozen=True)
 class LabelledClip:
-    """A clip by its labels, wherever its signals are.
+    """A clip by its labels, wherever its signals are; its name is also its files'.
 
-    Parameters
-    ----------
-    name : str
-        Its own, and its files'.
-    activity, subject : str
-    motion_key : str
-        Clips with an equal key show the same motion; empty where unknown. The ranking gives each
-        the name of the first clip that shows its motion: its own where there is no other.
+    Clips with an equal `motion_key` show the same motion; it is empty where unknown. The ranking gives each
+    the name of the first clip that shows its motion: its own where there is no other.
     """
 
     name: str
@@ -44,14 +38,9 @@ class LabelledClip:
 
 @dataclass(frozen=True, eq=False)
 class WindowLabels:
-    """What is known of each window beside its signals.
+    """Labels of each window, shape (W,), and whether it may be tested on.
 
-    Parameters
-    ----------
-    activity, motion, subject : ndarray of str, shape (W,)
-        `motion` is the first clip that shows the same motion: windows of one motion are never split.
-    is_test : ndarray of bool, shape (W,)
-        Windows that may be tested on.
+    `motion` is the first clip that shows the same motion: windows of one motion are never split.
     """
 
     activity: np.ndarray
@@ -75,7 +64,7 @@ class WindowLabels:
         return WindowLabels(self.activity[rows], self.motion[rows], self.subject[rows], self.is_test[rows])
 
     def protocol(self, config: StudyConfig, classifier: Any = None) -> dict[str, Any]:
-        """How `utility_map` is to train and test: the arguments after the activity."""
+        """The arguments of `utility_map` after the activity."""
         activities = sorted(set(self.activity.tolist()))
         return {
             "clip": self.motion,
@@ -104,28 +93,18 @@ def rank_clips(
 
     Parameters
     ----------
-    clips : sequence of Clip or LabelledClip
-    windows : sequence of ClipWindows
-        One a clip.
+    clips, windows
+        One `ClipWindows` a clip.
     inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier takes (`utility.inputs_of`), the clips' windows one after another.
-    config : StudyConfig
-    progress : callable, optional
-        Given the fraction done.
-    work : Path, optional
-        Folder for what a later call can take up, as for `utility_map`.
-    classifier : object, optional
-        In place of the config's, as for `utility_map`.
-    pooling : Pooling, optional
-        Over the skin that the patches are on, as for `utility_map`.
-    spread : callable, optional
-        Has patches tried elsewhere, as for `utility_map`.
+    progress, work, classifier, pooling, spread
+        As for `utility_map`; the classifier in place of the config's.
 
     Returns
     -------
     utility : UtilityMap
     clips : tuple of LabelledClip
-        The clips, each with the first clip that shows the same motion.
+        Each with the first clip that shows the same motion.
 
     Raises
     ------
@@ -185,19 +164,9 @@ def set_tests(
     classifier: Any = None,
     utility: UtilityMap | None = None,
 ) -> SetTests | None:
-    """All that sets of patches are chosen and judged by, dealt as the config says.
+    """Tests that sets of patches are chosen and judged by; None for all but the ridge, which alone is fast.
 
-    Parameters
-    ----------
-    inputs, labels, config, pooling, classifier
-        As for `rank_windows`.
-    utility : UtilityMap, optional
-        What that gave for the same: spares ranking halves of the clips again.
-
-    Returns
-    -------
-    SetTests or None
-        None for other classifiers than the ridge, which would take too long.
+    `utility`, by `rank_windows` for the same arguments, spares ranking halves of the clips again.
     """
     protocol = labels.protocol(config, classifier)
     if protocol.pop("classifier") != Ridge.name:

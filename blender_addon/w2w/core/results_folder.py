@@ -30,18 +30,7 @@ UTILITY = "utility.npz"
 
 @dataclass(frozen=True, eq=False)
 class StudyResults:
-    """What a run left in its folder.
-
-    Parameters
-    ----------
-    out : Path
-    utility : UtilityMap
-    patches : PatchSet
-    clips : tuple of LabelledClip
-        The clips used, in the order of their windows.
-    parameters : dict
-        The run's `StudyConfig` as plain values.
-    """
+    """What a run left in its folder: `clips` in the order of their windows, the config as plain values."""
 
     out: Path
     utility: UtilityMap
@@ -51,13 +40,7 @@ class StudyResults:
 
     @classmethod
     def load(cls, out: Path) -> StudyResults:
-        """Read a results folder.
-
-        Raises
-        ------
-        ValueError
-            If it is none, or the run in it has not come to its end.
-        """
+        """Read a results folder; ValueError if `out` is not that of a finished run."""
         try:
             summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
             config = json.loads((out / "config.json").read_text(encoding="utf-8"))
@@ -75,26 +58,14 @@ class StudyResults:
         return cls(out, utility, patches, clips, config["parameters"])
 
     def config(self) -> StudyConfig:
-        """The parameters of the run.
-
-        Raises
-        ------
-        ValueError
-            If config.json holds what cannot be; the message says which parameter, and what is allowed.
-        """
+        """The parameters of the run; ValueError says which is wrong in config.json, and what is allowed."""
         try:
             return StudyConfig.from_dict(self.parameters)
         except ValueError as error:
             raise ValueError(f"{self.out / 'config.json'}: {error}") from error
 
     def body(self) -> Body:
-        """The body of the study.
-
-        Raises
-        ------
-        ValueError
-            If it is not there or no body.
-        """
+        """The body of the study; ValueError if it is not there or no body."""
         try:
             return Body.load(self.out / WORK / "body.npz")
         except OSError as error:
@@ -151,19 +122,9 @@ def _clips(used: list[dict[str, Any]]) -> tuple[LabelledClip, ...]:
 def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     """The study with a mean over other activities or by other weights, as a run would rank it.
 
-    Where nothing of that changes it is the same study. Signals stay as they are; with the ridge it takes
-    seconds.
-
-    Parameters
-    ----------
-    study : StudyResults
-    config : StudyConfig
-        Its background and weights are wanted.
-
-    Raises
-    ------
-    ValueError
-        If no activity that can be tested counts.
+    It takes `background` and `weights` of the config; where they change nothing, it is the same study.
+    Signals stay as they are; with the ridge it takes seconds. ValueError if no activity counts that can be
+    tested.
     """
     wanted = weights_of(
         study.utility.activities, counting(study.utility.activities, config.background, config.weights)
@@ -181,20 +142,9 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
 def prepared_tests(
     study: StudyResults, config: StudyConfig, pooling: Pooling | None = None
 ) -> SetTests | None:
-    """What sets of a study's patches are chosen and judged by.
+    """Tests that sets of a study's patches are chosen and judged by; None for classifiers that are too slow.
 
-    Parameters
-    ----------
-    study : StudyResults
-    config : StudyConfig
-        As for `choose_to_wear`.
-    pooling : Pooling, optional
-        Over the skin of the study's body, which takes seconds to make.
-
-    Returns
-    -------
-    SetTests or None
-        None for other classifiers than the ridge, which would take too long.
+    `pooling` is over the skin of the study's body, which takes seconds to make.
     """
     pooling = pooling or Pooling.on(study.body(), study.patches)
     return set_tests(study.inputs(config.classifier), study.labels(), config, pooling, utility=study.utility)
@@ -203,21 +153,10 @@ def prepared_tests(
 def choose_to_wear(
     utility: UtilityMap, patches: PatchSet, config: StudyConfig, tests: SetTests | None
 ) -> Advice:
-    """Choose the best spot and the patches to wear together.
+    """Choose the best spot and the patches to wear together, with `tests` from `prepared_tests`.
 
-    Parameters
-    ----------
-    utility : UtilityMap
-    patches : PatchSet
-    config : StudyConfig
-        The run's own, or with another target and other constraints.
-    tests : SetTests or None
-        From `prepared_tests`.
-
-    Raises
-    ------
-    ValueError
-        If the constraints cannot be met.
+    The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
     """
-    wishes = (config.target, config.every_activity, config.max_places, config.constraints)
-    return advise(utility, patches, tests, *wishes)
+    return advise(
+        utility, patches, tests, config.target, config.every_activity, config.max_places, config.constraints
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results packed into the .blend as text, so that a saved file reopens complete on any machine."""
+"""Patches and ranking packed into the .blend as text: a saved file reopens complete on any machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import zlib
 from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 from weakref import WeakKeyDictionary
 
 from ..core.patches.patches import PatchSet
@@ -23,79 +23,45 @@ KEPT = 8
 MOST_PACKED = 2**30
 """No patches or ranking of ours are npz files of more bytes."""
 
-T = TypeVar("T")
-
-
-class Savable(Protocol):
-    """What has a `save` that writes one file."""
-
-    def save(self, path: str | Path) -> None:
-        """Write to a file."""
-
+T = TypeVar("T", PatchSet, UtilityMap)
 
 _unpacked: OrderedDict[str, PatchSet | UtilityMap] = OrderedDict()
-_packed: WeakKeyDictionary[Savable, tuple[str, str]] = WeakKeyDictionary()
-"""Text and key of values that were packed, or read from a text."""
+_packed: WeakKeyDictionary[PatchSet | UtilityMap, tuple[str, str]] = WeakKeyDictionary()
+"""Text and key of values that were packed."""
 
 
-def pack(value: Savable) -> tuple[str, str]:
-    """A value as text, and the key of its content.
-
-    Returns
-    -------
-    text : str
-        ASCII, compressed.
-    key : str
-        Equal for equal content.
-    """
+def pack(value: PatchSet | UtilityMap) -> tuple[str, str]:
+    """Its file as text, ASCII and compressed, and a key that is equal for equal content."""
     if value not in _packed:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "value.npz"
             value.save(path)
             content = path.read_bytes()
-        text = base64.b64encode(zlib.compress(content, 6)).decode("ascii")
-        _packed[value] = (text, _key(content))
-        _keep(_key(content), value)
+        text, key = base64.b64encode(zlib.compress(content)).decode("ascii"), hashlib.sha256(content)
+        _packed[value] = text, key.hexdigest()[:24]
+        _keep(_packed[value][1], value)
     return _packed[value]
 
 
 def unpack(key: str, text: Callable[[], str], load: Callable[[io.BytesIO], T]) -> T:
-    """The value of a key; its text is asked for only when it is not in memory."""
-    if key not in _unpacked:
-        _keep(key, load(io.BytesIO(_content(text()))))
-    _unpacked.move_to_end(key)
-    return _unpacked[key]
-
-
-def read_packed(text: str, load: Callable[[io.BytesIO], T]) -> T:
-    """The value of a text whose key is not known; to `pack` it again is free.
+    """The value of a key; its text is asked for only when it is not in memory.
 
     Raises
     ------
     ValueError
-        If the text is damaged.
+        If the text is damaged, or claims to unpack to far more than anything of ours.
     """
-    content = _content(text)
-    key = _key(content)
-    value = unpack(key, lambda: text, load)
-    _packed[value] = (text, key)
-    return value
-
-
-def _key(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:24]
-
-
-def _content(text: str) -> bytes:
-    """What was packed; a small text may claim to unpack to far more than anything of ours."""
-    stream = zlib.decompressobj()
-    try:
-        content = stream.decompress(base64.b64decode(text), MOST_PACKED)
-    except (zlib.error, ValueError) as error:
-        raise ValueError("packed results are damaged") from error
-    if not stream.eof:
-        raise ValueError("packed results are damaged")
-    return content
+    if key not in _unpacked:
+        stream = zlib.decompressobj()
+        try:
+            content = stream.decompress(base64.b64decode(text()), MOST_PACKED)
+        except (zlib.error, ValueError) as error:
+            raise ValueError("packed results are damaged") from error
+        if not stream.eof:
+            raise ValueError("packed results are damaged")
+        _keep(key, load(io.BytesIO(content)))
+    _unpacked.move_to_end(key)
+    return _unpacked[key]
 
 
 def _keep(key: str, value: PatchSet | UtilityMap) -> None:

@@ -35,8 +35,6 @@ def write_study(
     activities: Sequence[str],
     mean: np.ndarray,
     chosen: Sequence[int],
-    low: float | None = None,
-    high: float | None = None,
     results: StudyResults | None = None,
     span: float = LEAST_SPAN,
 ) -> None:
@@ -61,12 +59,10 @@ def write_study(
         Expected mean F1 of each patch.
     chosen : sequence of int
         Chosen patches in order of choice.
-    low, high : float, optional
-        F1 at the ends of the colour map; each heatmap's own range by default.
     results : StudyResults, optional
         The finished run that W2W's panel shows when it opens the file.
     span : float
-        F1 that each heatmap's own range spans at least.
+        F1 that each heatmap's colours span at least.
 
     Raises
     ------
@@ -78,23 +74,18 @@ def write_study(
             "a study file is built in a fresh session: in a Blender window, save the open file instead"
         )
     bpy.ops.wm.read_homefile(use_factory_startup=True)
-    _clear()
+    bpy.data.batch_remove([*bpy.data.objects, *bpy.data.collections, *bpy.data.materials])  # not its window
+    bpy.data.orphans_purge(do_recursive=True)
+    bpy.context.scene.name = "W2W Study"
     objects = add_body(body, name="Body")
     objects.mesh.data.materials.append(heatmap.heatmap_material())
-    heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, low, high, span=span)
+    heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, span=span)
     collections = _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
     actions = _add_actions(objects, motions)
     if results is not None:
         write_record(objects.mesh, results, collections, actions)
     _set_up_view(objects.mesh, body.height)
     _save(Path(path))
-
-
-def _clear() -> None:
-    """Empty Blender's own start-up file, but keep its window."""
-    bpy.data.batch_remove([*bpy.data.objects, *bpy.data.collections, *bpy.data.materials])
-    bpy.data.orphans_purge(do_recursive=True)
-    bpy.context.scene.name = "W2W Study"
 
 
 def _add_empties(
@@ -111,7 +102,8 @@ def _add_empties(
     for number, empty in enumerate(empties):
         empty[heatmap.MEAN] = float(mean[number])
         for activity, score in zip(activities, utility_f1[number], strict=True):
-            empty[_property_name(activity)] = float(score)
+            name = (heatmap.PREFIX + activity).encode()[:63].decode(errors="ignore")
+            empty[name] = float(score)
     collection = bpy.data.collections.new("Chosen patches")
     collection.color_tag = "COLOR_01"
     bpy.context.scene.collection.children.link(collection)
@@ -126,10 +118,6 @@ def _add_empties(
     return placed.name, collection.name
 
 
-def _property_name(activity: str) -> str:
-    return (heatmap.PREFIX + activity).encode()[:63].decode(errors="ignore")
-
-
 def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, bpy.types.Action]:
     """Write the motions at the first one's rate and show that one; gives the actions by clip."""
     scene = bpy.context.scene
@@ -137,7 +125,8 @@ def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, b
     for motion in motions:
         if first is None:
             set_scene_rate(motion.rate, scene)
-        action = actions[motion.clip] = write_action(objects.armature, motion, _action_name(motion))
+        labels = dict.fromkeys(part for part in (motion.activity, motion.subject, motion.clip) if part)
+        action = actions[motion.clip] = write_action(objects.armature, motion, " ".join(labels))
         if first is None:
             first = action
             scene.frame_start, scene.frame_end = 1, motion.n_frames
@@ -145,10 +134,6 @@ def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, b
         show_action(objects.armature, first)
     scene.frame_set(1)
     return actions
-
-
-def _action_name(motion: Motion) -> str:
-    return " ".join(dict.fromkeys(part for part in (motion.activity, motion.subject, motion.clip) if part))
 
 
 def _set_up_view(mesh: bpy.types.Object, height: float) -> None:

@@ -36,10 +36,7 @@ GONE = "its motion is no longer where the run left it"
 def restore(mesh: bpy.types.Object) -> str:
     """Make a study of the record that lies beside a mesh; says what was found.
 
-    Raises
-    ------
-    ValueError
-        If the record is damaged or not of this mesh; nothing has been changed then.
+    ValueError if the record is damaged or not of this mesh; nothing has been changed then.
     """
     run, names = read_record(mesh)
     placed, chosen = (bpy.data.collections.get(name) for name in names.collections)
@@ -63,12 +60,7 @@ def restore(mesh: bpy.types.Object) -> str:
 
 
 def check_fits(mesh: bpy.types.Object, run: StudyResults) -> None:
-    """Refuse a run whose parts do not belong together.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Refuse, by a ValueError, a run whose parts do not belong together."""
     patches, utility = run.patches, run.utility
     if len(patches.labels) != len(mesh.data.vertices) or patches.triangles.max() >= len(patches.labels):
         raise ValueError(f"the patches are of another body than '{mesh.name}'")
@@ -85,10 +77,7 @@ def clips_of(
 ) -> list[dict[str, Any]]:
     """The clips of a run by the panel's properties, those that could not be used last.
 
-    Raises
-    ------
-    ValueError
-        If the run's summary does not say what is needed of a clip.
+    ValueError if the run's summary does not say what is needed of a clip.
     """
     try:
         used = [
