@@ -95,13 +95,13 @@ def _compare(
     found, names, settings = {}, {}, {}
     for name, path in given.items():
         try:
-            data_set = DATA_SETS[name] if name in DATA_SETS else mighar_set(sensors, console.print)
-            names[name] = data_set.protocol.name
+            protocol = DATA_SETS[name] if name in DATA_SETS else mighar_set(sensors, console.print)
+            names[name] = protocol.name
             with RunMonitor(console).step(f"comparing {names[name]}"):
-                found[name], _ = run_data_set(data_set, path, libraries, out / name, seed, console.print)
+                found[name], _ = run_data_set(protocol, path, libraries, out / name, seed, console.print)
             if leave_one_out:
                 with RunMonitor(console).step(f"trying settings on {names[name]}"):
-                    settings[names[name]] = try_settings(data_set, path, libraries, seed)
+                    settings[names[name]] = try_settings(protocol, path, libraries, seed)
         except (ValueError, OSError, UnusableMotion) as error:
             console.print(f"{names.get(name, name)} is left out: {why_not(error)}", style="red", markup=False)
     if not found:

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w validate`: does the simulated map rank sites as the real sensors of a public data set do?"""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -22,15 +21,17 @@ from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 from w2w.headless.signal_options import chosen_sensor
 
+from ..comparisons.by_protocol import run_protocol
 from ..comparisons.dsads import compare_dsads
 from ..comparisons.gait import compare_gait, write_gait
-from ..comparisons.paired import POSE_CUTOFF_HZ, Outcome, Terms, compare_mmfit, compare_vidimu
+from ..comparisons.paired import VIDIMU
+from ..comparisons.paired import mmfit as mmfit_protocol
 from ..comparisons.report import agreement_table, write_validation
 from ..comparisons.truth import DATA_SETS, mighar_set, run_data_set, write_empty_positions
-from ..comparisons.utd import compare_utd, write_utd
-from ..datasets.mmfit import NON_ACTIVITY, read_mmfit
+from ..comparisons.utd import POSE_CUTOFF_HZ, compare_utd, write_utd
+from ..datasets.mmfit import NON_ACTIVITY
 from ..datasets.utd_mhad import read_utd_mhad
-from ..datasets.vidimu import read_vidimu
+from ..validation.protocol import Found, Protocol
 from .consoles import wide_console
 
 VALIDATE = typer.Typer(
@@ -54,7 +55,6 @@ NonActivity = Annotated[
         "(trained against, compared with nothing) or out."
     ),
 ]
-NON_ACTIVITY_IS = ("activity", "background", "out")
 
 
 @VALIDATE.command()
@@ -71,17 +71,7 @@ def mmfit(
 
     Exit codes: 0 written, 2 wrong use (and why).
     """
-    console = wide_console()
-    with _published(console, out) as folder:
-        if non_activity not in NON_ACTIVITY_IS:
-            raise ValueError(f"--non-activity must be {', '.join(NON_ACTIVITY_IS)}, not {non_activity}")
-        terms = _terms(sensor, classifier, folds, seed)
-        with RunMonitor(console).step("reading MM-Fit"):
-            exercises = read_mmfit(path, rests=non_activity != "out")
-        with RunMonitor(console).step("fitting poses, simulating and ranking"):
-            background = (NON_ACTIVITY,) if non_activity == "background" else ()
-            outcome = compare_mmfit(exercises, terms, background)
-        _write(folder, [outcome], "MM-Fit: real and simulated devices", console)
+    _compare_paired(lambda: mmfit_protocol(non_activity), path, out, sensor, classifier, folds, seed)
 
 
 @VALIDATE.command()
@@ -97,14 +87,7 @@ def vidimu(
 
     Exit codes: 0 written, 2 wrong use (and why).
     """
-    console = wide_console()
-    with _published(console, out) as folder:
-        terms = _terms(sensor, classifier, folds, seed)
-        with RunMonitor(console).step("reading VIDIMU"):
-            trials = read_vidimu(path)
-        with RunMonitor(console).step("fitting poses, simulating and ranking"):
-            outcomes = compare_vidimu(trials, terms)
-        _write(folder, outcomes, "VIDIMU: real and simulated sensors, angular velocity only", console)
+    _compare_paired(lambda: VIDIMU, path, out, sensor, classifier, folds, seed)
 
 
 @VALIDATE.command()
@@ -128,11 +111,11 @@ def dsads(
     """
     console = wide_console()
     with _published(console, out, *(labels or [])) as folder:
-        terms = _terms(sensor, classifier, seed=seed)
+        ranked_by, part = _classifier(classifier), chosen_sensor(sensor)
         tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
         with RunMonitor(console).step("reading, simulating and ranking"):
-            found, notes, places = compare_dsads(path, motions, tables, window, terms)
-        _write(folder, [Outcome("", found, notes, places)], "DSADS: worn and simulated sensors", console)
+            found = compare_dsads(path, motions, tables, window, part, ranked_by, seed)
+        _write(folder, [found], "DSADS: worn and simulated sensors", console)
 
 
 @VALIDATE.command(name="utd-mhad")
@@ -151,62 +134,40 @@ def utd_mhad(
     """
     console = wide_console()
     with _published(console, out) as folder:
-        terms = _terms(sensor, seed=seed)
+        part = chosen_sensor(sensor)
         with RunMonitor(console).step("reading UTD-MHAD"):
             trials = read_utd_mhad(path)
         with RunMonitor(console).step("fitting poses, simulating and training"):
-            parts = compare_utd(trials, cutoff, terms)
-        console.print(write_utd(folder, parts, terms.sensor), markup=False)
+            parts = compare_utd(trials, cutoff, part, seed)
+        console.print(write_utd(folder, parts, part), markup=False)
 
 
-@VALIDATE.command()
-def mhad(
-    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of Berkeley MHAD's accelerometers.")],
-    libraries: Libraries,
-    out: Out,
-    seed: Seed = 0,
-) -> None:
-    """Berkeley MHAD: 11 actions, six accelerometers, against clips of libraries. Unpaired.
+def _add(name: str, shows: str) -> None:
+    """Add the command of a data set about which all is fixed."""
+    protocol = DATA_SETS[name]
 
-    Everything else was fixed before anything was computed (docs/validation.md).
+    def command(
+        path: Annotated[Path, typer.Argument(metavar="REAL", help=protocol.file_help)],
+        libraries: Libraries,
+        out: Out,
+        seed: Seed = 0,
+    ) -> None:
+        _compare(lambda _: protocol, path, libraries, out, seed)
 
-    Exit codes: 0 written, 2 wrong use (and why).
-    """
-    _by_protocol("mhad", path, libraries, out, seed)
-
-
-@VALIDATE.command()
-def umafall(
-    path: Annotated[Path, typer.Argument(metavar="REAL", help="npz of UMAFall.")],
-    libraries: Libraries,
-    out: Out,
-    seed: Seed = 0,
-) -> None:
-    """UMAFall: 12 daily activities, four sensors, against clips of libraries. Unpaired.
-
-    Everything else was fixed before anything was computed (docs/validation.md).
-
-    Exit codes: 0 written, 2 wrong use (and why).
-    """
-    _by_protocol("umafall", path, libraries, out, seed)
+    command.__doc__ = (
+        f"{protocol.name}: {shows}, against clips of libraries. Unpaired.\n\n{FIXED}\n\n"
+        "Exit codes: 0 written, 2 wrong use (and why)."
+    )
+    VALIDATE.command(name=name)(command)
 
 
-@VALIDATE.command()
-def upfall(
-    path: Annotated[
-        Path, typer.Argument(metavar="REAL", help="UP-Fall's CompleteDataSet.csv, or its folder.")
-    ],
-    libraries: Libraries,
-    out: Out,
-    seed: Seed = 0,
-) -> None:
-    """UP-Fall: six daily activities, five sensors, against clips of libraries. Unpaired.
-
-    Everything else was fixed before anything was computed (docs/validation.md).
-
-    Exit codes: 0 written, 2 wrong use (and why).
-    """
-    _by_protocol("upfall", path, libraries, out, seed)
+FIXED = "Everything else was fixed before anything was computed (docs/validation.md)."
+for _name, _shows in {
+    "mhad": "11 actions, six accelerometers",
+    "umafall": "12 daily activities, four sensors",
+    "upfall": "six daily activities, five sensors",
+}.items():
+    _add(_name, _shows)
 
 
 @VALIDATE.command(name="mighar")
@@ -242,10 +203,7 @@ def mig_har(
                 "you want a region or a vertex there, and pass it with --sensors"
             )
 
-    def run(*given: Any) -> str:
-        return run_data_set(mighar_set(sensors, given[-1]), *given)[1]
-
-    _compare(run, path, libraries, out, seed, sensors)
+    _compare(lambda told: mighar_set(sensors, told), path, libraries, out, seed, sensors)
 
 
 @VALIDATE.command()
@@ -270,26 +228,49 @@ def gait(
         console.print(write_gait(folder, found, part), markup=False)
 
 
-def _terms(sensor: str, classifier: str = "ridge", folds: int = 5, seed: int = 0) -> Terms:
-    if classifier not in CLASSIFIERS:
-        raise ValueError(f"--classifier must be {', '.join(CLASSIFIERS)}, not {classifier}")
-    if problem := unavailable(classifier):
+def _classifier(name: str) -> str:
+    """The name of a classifier that there is."""
+    if name not in CLASSIFIERS:
+        raise ValueError(f"--classifier must be {', '.join(CLASSIFIERS)}, not {name}")
+    if problem := unavailable(name):
         raise ValueError(problem)
-    return Terms(chosen_sensor(sensor), classifier, folds, seed)
+    return name
 
 
-def _by_protocol(name: str, *given: Any) -> None:
-    _compare(lambda *told: run_data_set(DATA_SETS[name], *told)[1], *given)
+def _compare_paired(
+    protocol_of: Callable[[], Protocol],
+    path: Path,
+    out: Path,
+    sensor: str,
+    classifier: str,
+    folds: int,
+    seed: int,
+) -> None:
+    console = wide_console()
+    with _published(console, out) as folder:
+        part = chosen_sensor(sensor)
+        protocol = replace(protocol_of(), sensor=part, classifier=_classifier(classifier), folds=folds)
+        with RunMonitor(console).step(f"reading {protocol.name}"):
+            trials = protocol.read(path)
+        with RunMonitor(console).step("fitting poses, simulating and ranking"):
+            found = run_protocol(protocol, trials, seed=seed)
+        _write(folder, found, protocol.title, console)
 
 
 def _compare(
-    run: Callable[..., str], path: Path, libraries: list[Path], out: Path, seed: int, *inputs: Path
+    protocol_of: Callable[[Callable[[str], None]], Protocol],
+    path: Path,
+    libraries: list[Path],
+    out: Path,
+    seed: int,
+    *inputs: Path,
 ) -> None:
-    """Run a comparison, which is told how to say what it leaves out, and print its report."""
+    """Compare a data set with libraries; its protocol is given how to say what it leaves out."""
     console = wide_console()
     with _published(console, out, *inputs) as folder:
         with RunMonitor(console).step("reading, simulating and ranking"):
-            report = run(path, libraries, folder, seed, console.print)
+            protocol = protocol_of(console.print)
+            report = run_data_set(protocol, path, libraries, folder, seed, console.print)[1]
         console.print(report, markup=False)
 
 
@@ -305,11 +286,10 @@ def _published(console: Console, out: Path, *inputs: Path) -> Iterator[Path]:
         raise typer.Exit(USAGE) from error
 
 
-def _write(folder: Path, outcomes: list[Outcome], title: str, console: Console) -> None:
-    for name, found, notes, places in outcomes:
-        suffix = f"_{name.replace(' ', '_')}" if name else ""
-        headline = f"{title}, {name}" if name else title
-        write_validation(folder, found, headline, notes, places, suffix)
-        console.print(f"[bold]{headline}[/bold]\n{found.sentence()}\n")
-        console.print("\n".join(agreement_table(found)), markup=False)
-        console.print(f"\nReport: report{suffix}.md")
+def _write(folder: Path, found: Sequence[Found], title: str, console: Console) -> None:
+    for one in found:
+        headline = f"{title}, {one.name}" if one.name else title
+        write_validation(folder, one, headline)
+        console.print(f"[bold]{headline}[/bold]\n{one.validation.sentence()}\n")
+        console.print("\n".join(agreement_table(one.validation)), markup=False)
+        console.print(f"\nReport: report{one.suffix}.md")

@@ -10,22 +10,22 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.wearing import error_sentence
-from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import inputs_of
 from w2w.core.ranking.windows import WindowSpec
-from w2w.core.study import same_clips
 from w2w.headless.runs.load_clip import load_clip
 
 from ..datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
-from ..validation.dsads import DSADS, SITES
+from ..validation.dsads import DSADS
+from ..validation.protocol import Found
 from ..validation.site_windows import site_windows
-from ..validation.sites import SiteValidation, validate_sites
-from .paired import Terms
+from ..validation.sites import validate_sites
 from .posture import posture
-from .unpaired import noise_name
+from .site_simulator import SiteSimulator
+from .unpaired import Moving, distinct, noise_name
 
 MATCHES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "walking": (("walking in parking lot", "walking on flat treadmill"), ("walking", "walk")),
@@ -48,23 +48,18 @@ STILL = (
 """Labels of clips that show people who stay where they are: their thighs say whether they sit or stand."""
 
 
-def simulated_recordings(
-    folders: Sequence[Path], labels: Sequence[Path | None], terms: Terms
-) -> tuple[list[ImuRecording], list[str], tuple[str, ...]]:
-    """Recordings of a library's matching clips at DSADS's sites.
+SITES = DSADS.sites
 
-    Returns
-    -------
-    recordings : list of ImuRecording
-        Clips that show one motion bear one name.
-    unusable : list of str
-        Clips that could not be read, each with the reason.
-    simulated_at : tuple of str
-        Patch of each site.
+
+def simulated_recordings(
+    folders: Sequence[Path], labels: Sequence[Path | None], simulator: SiteSimulator
+) -> tuple[list[ImuRecording], list[str]]:
+    """Recordings of a library's matching clips at DSADS's sites, and the clips that cannot be read.
+
+    Clips that show one motion bear one name.
     """
-    simulator = terms.simulator(SITES, DSADS_RATE)
     wanted = {label: name for name, (_, theirs) in MATCHES.items() for label in theirs}
-    recordings, keys, signatures, unusable = [], [], [], []
+    found, recordings, unusable = [], [], []
     for number, (folder, table) in enumerate(zip(folders, labels, strict=True)):
         for clip in read_library(folder, table).clips:
             if clip.activity not in wanted and clip.activity not in STILL:
@@ -74,20 +69,19 @@ def simulated_recordings(
                 activity = wanted.get(clip.activity) or posture(simulator.body, motion)
                 if not activity:
                     continue
-                motion = motion.labelled(activity, clip.subject, noise_name(clip.name))
-                recordings.append(replace(simulator.record(motion), clip=f"{number} {clip.name}"))
+                recordings.append(
+                    simulator.record(motion.labelled(activity, clip.subject, noise_name(clip.name)))
+                )
             except (UnusableMotion, ValueError) as error:
                 unusable.append(f"{clip.file}: {error}")
                 continue
-            keys.append(clip.motion_key)
-            signatures.append(motion_signature(motion))
+            named = motion.labelled(activity, clip.subject, f"{number} {clip.name}")
+            found.append(Moving(named, "", clip.name, clip.motion_key))
     if not recordings:
         known = ", ".join(sorted(wanted))
         raise ValueError(f"no clip of the library shows what DSADS has: label them as any of {known}")
-    groups = same_clips([r.clip for r in recordings], keys, np.array(signatures))
-    first = [recordings[int(np.flatnonzero(groups == group)[0])].clip for group in groups]
-    named = [replace(r, clip=name) for r, name in zip(recordings, first, strict=True)]
-    return named, unusable, simulator.simulated_at
+    named = distinct(found)
+    return [replace(r, clip=one.motion.clip) for r, one in zip(recordings, named, strict=True)], unusable
 
 
 def real_recordings(path: Path) -> list[ImuRecording]:
@@ -100,33 +94,26 @@ def real_recordings(path: Path) -> list[ImuRecording]:
     ]
 
 
-AS_DEFAULT = Terms(DSADS.sensor)
-
-
 def compare_dsads(
     path: Path,
     folders: Sequence[Path],
     labels: Sequence[Path | None],
     window_s: float = 5.0,
-    terms: Terms = AS_DEFAULT,
-) -> tuple[SiteValidation, list[str], tuple[str, ...]]:
-    """Validate, and say what a reader must know.
-
-    Returns
-    -------
-    found : SiteValidation
-    notes : list of str
-    simulated_at : tuple of str
-    """
+    sensor: SensorModel = DSADS.sensor,
+    classifier: str = "ridge",
+    seed: int = 0,
+) -> Found:
+    """Compare worn sensors with those of a library whose labels, not names, say what its clips show."""
     worn = real_recordings(path)
-    simulated, unusable, simulated_at = simulated_recordings(folders, labels, terms)
+    simulator = SiteSimulator(SITES, DSADS_RATE, sensor, seed)
+    simulated, unusable = simulated_recordings(folders, labels, simulator)
     shared = [name for name in MATCHES if any(r.activity == name for r in simulated)]
     real = [r for r in worn if r.activity in shared]
     spec = WindowSpec(length_s=window_s, stride_s=min(1.0, window_s), short="reflect")
-    inputs = inputs_of(terms.classifier)
+    inputs = inputs_of(classifier)
     found = validate_sites(
         *(site_windows(side, spec, inputs=inputs) for side in (real, simulated)), DSADS_SITES, shared,
-        by_subject=(True, False), seed=terms.seed, classifier=terms.classifier,
+        by_subject=(True, False), seed=seed, classifier=classifier,
     )  # fmt: skip
     clips = {name: len({r.clip for r in simulated if r.activity == name}) for name in shared}
     seconds = float(np.median([r.n_samples / r.rate for r in simulated]))
@@ -135,8 +122,8 @@ def compare_dsads(
         "Distinct simulated motions: " + ", ".join(f"{name} {count}" for name, count in clips.items()) + ".",
         f"Half the simulated clips are shorter than {seconds:.1f} s; short ones are played forwards and "
         f"backwards to fill windows of {window_s:g} s, at {DSADS_RATE:g} Hz.",
-        error_sentence(terms.sensor),
+        error_sentence(sensor),
         "Whether a clip without a step shows sitting or standing was read from its thighs.",
         f"{len(unusable)} clips could not be used." if unusable else "All matching clips were used.",
     ]
-    return found, notes, simulated_at
+    return Found("", "", found, notes, simulator.simulated_at)

@@ -16,7 +16,6 @@ from w2w.core.filtering import butterworth
 from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
@@ -27,6 +26,7 @@ from w2w.headless.runs.load_clip import load_clip
 from ..datasets.gait import GaitTrial, read_gait
 from ..datasets.gait_sites import SITES
 from ..validation.correlation import Correlation, magnitude_correlation
+from ..validation.protocol import Found
 from ..validation.sites import SiteValidation, validate_sites
 from .gait_phases import PHASES, PhasesTaught, phase_windows, phases, taught_phases
 from .report import agreement_table, write_validation
@@ -77,7 +77,7 @@ def compare_gait(folder: Path, trial: str, seed: int, sensor: SensorModel) -> Ga
     if unknown:
         raise ValueError(f"where the sensors {', '.join(unknown)} sat is not known")
     sites = {site: SITES[site].on_body for site in worn.recording.sites}
-    simulator = SiteSimulator(Body.bundled(), sites, Synthesis(rate_hz=worn.recording.rate), sensor, seed)
+    simulator = SiteSimulator(sites, worn.recording.rate, sensor, seed)
     made = simulator.record(_walk(folder / f"xsens_{trial}.bvh", worn, simulator.body))
     real = worn.recording
     n = min(real.n_samples, made.n_samples)
@@ -139,9 +139,8 @@ def write_gait(out: Path, found: GaitValidation, sensor: SensorModel) -> str:
         error_sentence(sensor),
         "Gait phases by the speed of Vicon's ankles; stretches of a second are never split.",
     ]
-    write_validation(
-        out, found.phases, "Gait phases: worn and simulated sensors", notes, found.simulated_at, "_phases"
-    )
+    phases = Found("phases", "", found.phases, notes, found.simulated_at)
+    write_validation(out, phases, "Gait phases: worn and simulated sensors")
     lines = ["# Gait: nine worn sensors and simulated ones", "", *(f"- {note}" for note in notes), ""]
     lines += _signal_table(found)
     lines += ["", *_calibrated_table(found)]

@@ -17,14 +17,13 @@ from ..validation.site_scores import SiteScores, site_scores
 from ..validation.site_windows import SiteWindows
 from ..validation.sites import compare_scores
 from ..validation.tuning import SETTINGS, Chosen, Result, Setting, leave_one_set_out
-from .truth import DataSet
 from .unpaired import RegionSimulator, Side, load_motions, real_side
 
 PAGE, CONTENT = "left_out.md", "left_out.json"
 
 
 def try_settings(
-    data_set: DataSet,
+    protocol: Protocol,
     path: Path,
     libraries: Sequence[Path],
     seed: int = 0,
@@ -37,12 +36,10 @@ def try_settings(
     ValueError
         If it cannot be done; the message says why.
     """
-    protocol, body = data_set.protocol, Body.bundled()
+    body = Body.bundled()
     simulator = RegionSimulator(body, protocol, seed)
     motions, _ = load_motions(protocol, libraries, body)
-    recordings = data_set.read(path)
-    sites = () if data_set.site_of is None else recordings[0].sites
-    real = real_side(protocol, recordings, protocol.analyses[0], sites)
+    real = real_side(protocol, protocol.read(path), protocol.analyses[0])
     sides: dict[tuple, Side] = {}
     scores: dict[tuple[str, ...], SiteScores] = {}
     results = {}
@@ -53,7 +50,7 @@ def try_settings(
         made = simulated_scores(sides[setting.signals], simulator.site_of, protocol, setting, seed)
         names = made.activities
         if names not in scores:
-            scores[names] = scores_of(real.windows, names, data_set.site_of, seed)
+            scores[names] = scores_of(real.windows, names, protocol.worn_site_of, seed)
         results[setting.name] = _result(scores[names], made, tuple(protocol.sites), seed)
     return results
 

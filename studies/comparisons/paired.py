@@ -3,158 +3,124 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
-from w2w.core.keypoints.joint_sets import JOINT_SETS, JointSet
+from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.ranking.utility import inputs_of
 from w2w.core.ranking.windows import WindowSpec
 
-from ..datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exercise
-from ..datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial
-from ..validation.site_windows import Use, site_windows
-from ..validation.sites import SiteValidation, validate_sites
+from ..datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exercise, read_mmfit
+from ..datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial, read_vidimu
+from ..validation.protocol import Analysis, Protocol
+from ..validation.site_windows import site_windows
 from .site_simulator import SiteSimulator
+from .unpaired import Side, Sides
 
-BODY_34 = JOINT_SETS["body-34"]
-MM_FIT_17 = JOINT_SETS["mm-fit-17"]
-
-MMFIT_WINDOW = WindowSpec(length_s=5.0, stride_s=1.0)
-"""The length of the authors' own windows."""
-
-VIDIMU_WINDOW = WindowSpec(length_s=2.0, stride_s=0.5)
-
-POSE_CUTOFF_HZ = 3.0
-"""Band of video pose, chosen on UTD-MHAD (docs/validation.md)."""
+NON_ACTIVITY_IS = ("activity", "background", "out")
 
 
-@dataclass(frozen=True)
-class Terms:
-    """How sensors are simulated and both sides ranked.
+def mmfit(non_activity: str = "activity") -> Protocol:
+    """MM-Fit's protocol, with one of `NON_ACTIVITY_IS` for what is between its sets."""
+    if non_activity not in NON_ACTIVITY_IS:
+        raise ValueError(f"--non-activity must be {', '.join(NON_ACTIVITY_IS)}, not {non_activity}")
+    background = non_activity == "background"
 
-    Parameters
-    ----------
-    sensor : SensorModel
-        Of the simulated sensors.
-    classifier : str
-        Name in `utility.CLASSIFIERS`, for both sides.
-    folds : int
-        By clip, the same on both sides.
-    seed : int
-    """
-
-    sensor: SensorModel = PRESETS[DEFAULT_SENSOR]
-    classifier: str = "ridge"
-    folds: int = 5
-    seed: int = 0
-
-    def simulator(self, sites: Mapping[str, str], rate: float) -> SiteSimulator:
-        """Records motions of W2W's own body at some sites."""
-        return SiteSimulator(Body.bundled(), sites, Synthesis(rate_hz=rate), self.sensor, self.seed)
-
-
-AS_DEFAULT = Terms()
-
-
-class Outcome(NamedTuple):
-    """A comparison and what a reader must know.
-
-    Attributes
-    ----------
-    name : str
-        Which part of the data set; empty for all of it.
-    found : SiteValidation
-    notes : list of str
-    simulated_at : tuple of str
-        Patch of each site.
-    """
-
-    name: str
-    found: SiteValidation
-    notes: list[str]
-    simulated_at: tuple[str, ...]
-
-
-def compare_mmfit(
-    exercises: Sequence[Exercise], terms: Terms = AS_DEFAULT, background: Sequence[str] = ()
-) -> Outcome:
-    """Validate on MM-Fit's exercises.
-
-    Parameters
-    ----------
-    exercises : sequence of Exercise
-    terms : Terms
-    background : sequence of str
-        Activities that the others are told apart from and that are not compared themselves.
-    """
-    sites = {site: site for site in DEVICES.values() if site in exercises[0].recording.sites}
-    simulator = terms.simulator(sites, RATE_HZ)
-    pairs, notes = _pairs(simulator, [(e.recording, e.pose) for e in exercises], MM_FIT_17, CAMERA_RATE)
-    notes.append(error_sentence(terms.sensor))
-    if any(real.activity == NON_ACTIVITY for real, _ in pairs):
+    def remarks(shown: Sequence[str]) -> list[str]:
         as_what = "background: trained against, compared with nothing" if background else "one of the classes"
-        notes.append(f"What is done between the sets is {NON_ACTIVITY}, {as_what}.")
-    notes.append(
-        "Units of the real signals, the poses' upward axis and their sides were inferred from the files."
-    )
-    found = _validated(pairs, tuple(sites), MMFIT_WINDOW, terms, "both", background)
-    return Outcome("", found, notes, simulator.simulated_at)
-
-
-def compare_vidimu(trials: Sequence[Trial], terms: Terms = AS_DEFAULT) -> list[Outcome]:
-    """Validate on VIDIMU: activities of the legs, then of the arms, for their sensors sat elsewhere."""
-    outcomes = []
-    for name, sites in (("lower body", LOWER), ("upper body", UPPER)):
-        chosen = [(trial.recording, trial.pose) for trial in trials if trial.recording.sites == sites]
-        if len({recording.activity for recording, _ in chosen}) < 2:
-            continue
-        simulator = terms.simulator({site: SITES[site] for site in sites}, IMU_RATE)
-        pairs, notes = _pairs(simulator, chosen, BODY_34, VIDEO_RATE)
-        notes.insert(
-            0, "Angular velocity only: the sensors' files hold no accelerations, on neither side used."
+        rests = (
+            [f"What is done between the sets is {NON_ACTIVITY}, {as_what}."] if NON_ACTIVITY in shown else []
         )
-        notes.append(error_sentence(terms.sensor))
-        found = _validated(pairs, sites, VIDIMU_WINDOW, terms, "gyr")
-        outcomes.append(Outcome(name, found, notes, simulator.simulated_at))
-    if not outcomes:
-        raise ValueError("neither the lower nor the upper body has trials of two activities")
-    return outcomes
+        return [
+            *rests,
+            "Units of the real signals, the poses' upward axis and their sides were inferred from the files.",
+        ]
+
+    return Protocol(
+        name="MM-Fit",
+        title="MM-Fit: real and simulated devices",
+        file_help="MM-Fit's folder of w00 to w20.",
+        read=partial(read_mmfit, rests=non_activity != "out"),
+        rate_hz=RATE_HZ,
+        sites={site: site for site in DEVICES.values()},
+        analyses=(Analysis("", "", sites=tuple(DEVICES.values())),),
+        joints=JOINT_SETS["mm-fit-17"],
+        pose_hz=CAMERA_RATE,
+        windows=WindowSpec(length_s=5.0, stride_s=1.0),  # as long as the authors' own
+        background=(NON_ACTIVITY,) if background else (),
+        remarks=remarks,
+    )
+
+
+_RATES_ALONE = "Angular velocity only: the sensors' files hold no accelerations, on neither side used."
+
+VIDIMU = Protocol(
+    name="VIDIMU",
+    title="VIDIMU: real and simulated sensors, angular velocity only",
+    file_help="VIDIMU's folder dataset/videoandimus.",
+    read=read_vidimu,
+    rate_hz=IMU_RATE,
+    sites=SITES,
+    # the sensors sat on the legs for some activities, on the arms for the others
+    analyses=(
+        Analysis("lower body", _RATES_ALONE, sites=LOWER),
+        Analysis("upper body", _RATES_ALONE, sites=UPPER),
+    ),
+    joints=JOINT_SETS["body-34"],
+    pose_hz=VIDEO_RATE,
+    windows=WindowSpec(length_s=2.0, stride_s=0.5),
+    use="gyr",
+)
+
+
+def paired_sides(
+    protocol: Protocol, trials: Sequence[Exercise | Trial], seed: int, analysis: Analysis
+) -> Sides | None:
+    """Both sides of the trials that wore an analysis's sensors; None if they show only one activity."""
+    clips = [trial for trial in trials if set(trial.recording.sites) <= set(analysis.sites)]
+    if len({trial.recording.activity for trial in clips}) < 2:
+        return None
+    worn = clips[0].recording.sites
+    sites = {site: protocol.sites[site] for site in worn}
+    simulator = SiteSimulator(sites, protocol.rate_hz, protocol.sensor, seed)
+    pairs, notes = _pairs(simulator, clips, protocol)
+    inputs = inputs_of(protocol.classifier)
+    sides = [
+        site_windows(recordings, protocol.windows, protocol.use, inputs)
+        for recordings in zip(*pairs, strict=True)
+    ]
+    shared = set(sides[0].clip.tolist()) & set(sides[1].clip.tolist())  # gaps may have cost a side a clip
+    real, made = (side.some(np.isin(side.clip, list(shared))) for side in sides)
+    notes = [*([analysis.why] if analysis.why else []), *notes, error_sentence(protocol.sensor)]
+    notes += protocol.remarks([recording.activity for recording, _ in pairs])
+    activities = tuple(sorted(set(real.activity.tolist())))
+    return Sides(Side([], real, {}), Side([], made, {}), worn, activities, notes, simulator.simulated_at)
 
 
 def _pairs(
-    simulator: SiteSimulator,
-    clips: Sequence[tuple[ImuRecording, np.ndarray]],
-    joint_set: JointSet,
-    rate: float,
+    simulator: SiteSimulator, clips: Sequence[Exercise | Trial], protocol: Protocol
 ) -> tuple[list[tuple[ImuRecording, ImuRecording]], list[str]]:
     """Real and simulated recordings of the same clips, cut to the same length."""
-    up = guess_up(np.concatenate([pose for _, pose in clips]), joint_set)
+    up = guess_up(np.concatenate([clip.pose for clip in clips]), protocol.joints)
     pairs, unusable, exchanged = [], [], 0
     for real, pose in clips:
         try:
-            fit = fit_keypoints(pose, rate, joint_set, simulator.body, up, POSE_CUTOFF_HZ)
+            fit = fit_keypoints(
+                pose, protocol.pose_hz, protocol.joints, simulator.body, up, protocol.kinect_hz
+            )
             made = simulator.record(fit.motion.labelled(real.activity, real.subject, real.clip))
         except ValueError as error:
             unusable.append(f"{real.clip}: {error}")
             continue
         exchanged += fit.paths.exchanged
         n = min(real.n_samples, made.n_samples)
-        pairs.append(
-            (
-                replace(real, acc=real.acc[:n], gyr=real.gyr[:n]),
-                replace(made, acc=made.acc[:n], gyr=made.gyr[:n]),
-            )
-        )
+        pairs.append(tuple(replace(side, acc=side.acc[:n], gyr=side.gyr[:n]) for side in (real, made)))
     if not pairs:
         raise ValueError(f"no clip's pose can be fitted: {unusable[0]}")
     notes = [
@@ -164,22 +130,3 @@ def _pairs(
     if unusable:
         notes.append(f"{len(unusable)} clips could not be fitted, the first: {unusable[0]}.")
     return pairs, notes
-
-
-def _validated(
-    pairs: Sequence[tuple[ImuRecording, ImuRecording]],
-    sites: tuple[str, ...],
-    spec: WindowSpec,
-    terms: Terms,
-    use: Use,
-    background: Sequence[str] = (),
-) -> SiteValidation:
-    inputs = inputs_of(terms.classifier)
-    sides = [site_windows(recordings, spec, use, inputs) for recordings in zip(*pairs, strict=True)]
-    shared = set(sides[0].clip.tolist()) & set(sides[1].clip.tolist())  # gaps may have cost a side a clip
-    kept = [side.some(np.isin(side.clip, list(shared))) for side in sides]
-    activities = sorted(set(kept[0].activity.tolist()))
-    return validate_sites(
-        *kept, sites, activities, terms.folds, seed=terms.seed, classifier=terms.classifier,
-        background=background,
-    )  # fmt: skip

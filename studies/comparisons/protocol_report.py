@@ -10,8 +10,7 @@ from typing import Any
 from w2w.core.files import json_number, write_json, write_text
 
 from ..validation.by_source import replaced_sides
-from ..validation.protocol import Bar, Protocol
-from .by_protocol import Found
+from ..validation.protocol import Bar, Found, Protocol
 from .report import write_validation
 
 
@@ -27,30 +26,24 @@ def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str
 
     lines = [f"# {protocol.name}: worn and simulated sensors", "", *_summary(found), ""]
     for one in found:
-        suffix = suffix_of(one)
-        title = f"{protocol.name}, {one.analysis.name}"
-        write_validation(out, one.validation, title, one.notes, one.simulated_at, suffix)
+        title = f"{protocol.name}, {one.name}"
+        write_validation(out, one, title)
         cells_figure(out / figure_name(one), one.validation, title)
-        lines += [f"## {one.analysis.name}", "", one.analysis.why, "", one.validation.sentence(), ""]
+        lines += [f"## {one.name}", "", one.why, "", one.validation.sentence(), ""]
         lines += [one.validation.regret_sentence(), "", *_bars(one.bars), "", *_sources(one), ""]
         lines += [*_transfer(one), ""]
         lines += [f"![F1 of every site and activity, real against simulated]({figure_name(one)})", ""]
-        lines += [f"Activity by activity: [report{suffix}.md](report{suffix}.md).", ""]
+        lines += [f"Activity by activity: [report{one.suffix}.md](report{one.suffix}.md).", ""]
     lines += _after_the_fact(protocol, found)
-    write_json(out / "summary.json", {one.analysis.name: _content(one) for one in found})
+    write_json(out / "summary.json", {one.name: _content(one) for one in found})
     text = "\n".join(lines)
     write_text(out / "report.md", text)
     return text
 
 
-def suffix_of(found: Found) -> str:
-    """What the names of an analysis's files have before their endings."""
-    return f"_{found.analysis.name.replace(' ', '_').lower()}"
-
-
 def figure_name(found: Found) -> str:
     """File of the picture of an analysis's cells."""
-    return f"cells{suffix_of(found)}.png"
+    return f"cells{found.suffix}.png"
 
 
 def _summary(found: Sequence[Found]) -> list[str]:
@@ -62,7 +55,7 @@ def _summary(found: Sequence[Found]) -> list[str]:
     for one in found:
         v = one.validation
         cells = [
-            one.analysis.name,
+            one.name,
             str(len(v.real.activities)),
             interval(v.overall.spearman, v.overall.low, v.overall.high),
             interval(*v.overall_ceiling),
@@ -79,7 +72,7 @@ def _summary(found: Sequence[Found]) -> list[str]:
 
 def _after_the_fact(protocol: Protocol, found: Sequence[Found]) -> list[str]:
     """The test again with one side at a time scored source by source, where the analyses allow it."""
-    parts = [one.validation for one in found if one.analysis.name in protocol.parts]
+    parts = [one.validation for one in found if one.name in protocol.parts]
     if not parts or len(parts) < len(protocol.parts):
         return []
     lines = [

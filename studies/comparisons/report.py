@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,46 +13,23 @@ from w2w.core.files import DIGITS, json_number, write_json, write_text
 from w2w.core.ranking.agreement import Agreement
 from w2w.core.study import plain
 
+from ..validation.protocol import Found
 from ..validation.regret import Regret
 from ..validation.site_scores import SiteScores
 from ..validation.sites import Estimate, SiteValidation
 
 
-def write_validation(
-    out: Path,
-    found: SiteValidation,
-    title: str,
-    notes: Sequence[str],
-    simulated_at: Sequence[str],
-    suffix: str = "",
-) -> str:
-    """Write ``report.md``, ``f1.csv``, ``validation.json`` and two pictures.
-
-    Parameters
-    ----------
-    out : Path
-    found : SiteValidation
-    title : str
-    notes : sequence of str
-        What a reader must know: population, pairing, what was inferred.
-    simulated_at : sequence of str
-        Patch that stood for each site.
-    suffix : str
-        Between the files' names and their endings, where a data set gives several comparisons.
-
-    Returns
-    -------
-    str
-        The report's text.
-    """
+def write_validation(out: Path, one: Found, title: str) -> str:
+    """Write ``report.md``, ``f1.csv``, ``validation.json`` and two pictures; returns the report."""
     from .figures import score_maps_figure, site_bars_figure  # matplotlib is slow to import
 
     out.mkdir(parents=True, exist_ok=True)
+    found, suffix = one.validation, one.suffix
     score_maps_figure(out / f"f1_maps{suffix}.png", found, title)
     site_bars_figure(out / f"f1_sites{suffix}.png", found, title)
     write_text(out / f"f1{suffix}.csv", _f1_table(found))
-    write_json(out / f"validation{suffix}.json", _content(found, title, notes, simulated_at))
-    text = _report(found, title, notes, simulated_at, suffix)
+    write_json(out / f"validation{suffix}.json", _content(one, title))
+    text = _report(one, title)
     write_text(out / f"report{suffix}.md", text)
     return text
 
@@ -88,9 +64,8 @@ def _numbers(agreement: Agreement) -> str:
     )
 
 
-def _report(
-    found: SiteValidation, title: str, notes: Sequence[str], simulated_at: Sequence[str], suffix: str
-) -> str:
+def _report(one: Found, title: str) -> str:
+    found, suffix = one.validation, one.suffix
     lines = [
         f"# {title}",
         "",
@@ -98,9 +73,9 @@ def _report(
         "",
         found.regret_sentence(),
         "",
-        *(f"- {note}" for note in notes),
+        *(f"- {note}" for note in one.notes),
     ]
-    sites = ", ".join(f"{site} ({patch})" for site, patch in zip(found.sites, simulated_at, strict=True))
+    sites = ", ".join(f"{site} ({patch})" for site, patch in zip(found.sites, one.simulated_at, strict=True))
     lines += [
         f"- Sites: {sites}.",
         f"- Real: {_side(found.real)}. Simulated: {_side(found.simulated)}.",
@@ -129,14 +104,13 @@ def _f1_table(found: SiteValidation) -> str:
     return csv_text(lines)
 
 
-def _content(
-    found: SiteValidation, title: str, notes: Sequence[str], simulated_at: Sequence[str]
-) -> dict[str, Any]:
+def _content(one: Found, title: str) -> dict[str, Any]:
+    found = one.validation
     return {
         "title": title,
         "sentence": found.sentence(),
-        "notes": list(notes),
-        "sites": dict(zip(found.sites, simulated_at, strict=True)),
+        "notes": one.notes,
+        "sites": dict(zip(found.sites, one.simulated_at, strict=True)),
         "rho_mean": json_number(found.mean_rho),
         "rho_mean_interval": [json_number(found.mean_low), json_number(found.mean_high)],
         "rho_mean_p": json_number(found.mean_p),

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
+from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
@@ -16,32 +17,20 @@ from w2w.core.motion.motion import Motion
 
 
 class SiteSimulator:
-    """Records motions at a few sites of a body.
-
-    Parameters
-    ----------
-    body : Body
-    sites : mapping of str to (str or SensorSite)
-        Name of each sensor -> a place by name (`naming.place`) or a point on a segment.
-    settings : Synthesis
-    sensor : SensorModel
-    seed : int
-        Of the sensors' errors.
-    """
+    """Records motions at a few sites of W2W's own body: places by name, or points on a segment."""
 
     def __init__(
         self,
-        body: Body,
         sites: Mapping[str, str | SensorSite],
-        settings: Synthesis,
-        sensor: SensorModel,
+        rate_hz: float,
+        sensor: SensorModel = PRESETS[DEFAULT_SENSOR],
         seed: int = 0,
     ) -> None:
-        self._patches = sensors_at(body, sites)
-        self.body = body
+        self.body = Body.bundled()
+        self._patches = sensors_at(self.body, sites)
         self.names = tuple(sites)
         self.simulated_at = self._patches.regions
-        self._settings, self._sensor, self._seed = settings, sensor, seed
+        self._settings, self._sensor, self._seed = Synthesis(rate_hz=rate_hz), sensor, seed
 
     def record(self, motion: Motion) -> ImuRecording:
         """What the sensors would record, under the sites' names and the motion's labels."""

@@ -5,62 +5,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.imu.recording import ImuRecording
 
-from ..datasets.berkeley_mhad import read_berkeley_mhad
-from ..datasets.dsads import read_dsads
-from ..datasets.mighar import MIGHAR_SENSORS, read_mighar, read_positions
-from ..datasets.umafall import read_umafall
-from ..datasets.upfall import read_upfall
+from ..datasets.mighar import MIGHAR_SENSORS, read_positions
 from ..validation.dsads import DSADS
 from ..validation.mhad import MHAD
 from ..validation.mighar import mighar
-from ..validation.protocol import Protocol
-from ..validation.umafall import UMAFALL, most_moving
+from ..validation.protocol import Found, Protocol
+from ..validation.umafall import UMAFALL
 from ..validation.upfall import UPFALL
-from .by_protocol import Found, run_protocol
+from .by_protocol import run_protocol
 from .protocol_report import figure_name, interval, write_protocol
 from .unpaired import RegionSimulator
 
 PAGE = "truth.md"
 
 
-class DataSet(NamedTuple):
-    """How a data set is read, and by what protocol it is compared.
-
-    Attributes
-    ----------
-    protocol : Protocol
-    read : callable
-    site_of : ndarray of int, optional
-        Site of each worn sensor, where a site has several.
-    """
-
-    protocol: Protocol
-    read: Callable[[Path], Sequence[ImuRecording]]
-    site_of: np.ndarray | None = None
+DATA_SETS: Mapping[str, Protocol] = {"mhad": MHAD, "umafall": UMAFALL, "dsads": DSADS, "upfall": UPFALL}
 
 
-def _umafall(path: Path) -> list[ImuRecording]:
-    return [most_moving(recording) for recording in read_umafall(path)[0]]
-
-
-DATA_SETS: Mapping[str, DataSet] = {
-    "mhad": DataSet(MHAD, read_berkeley_mhad),
-    "umafall": DataSet(UMAFALL, _umafall),
-    "dsads": DataSet(DSADS, read_dsads),
-    "upfall": DataSet(UPFALL, lambda path: read_upfall(path)[0]),
-}
-
-
-def mighar_set(positions: Path, told: Callable[[str], None]) -> DataSet:
+def mighar_set(positions: Path, told: Callable[[str], None]) -> Protocol:
     """The MIG HAR garment at the sites where a user placed its sensors.
 
     Raises
@@ -68,36 +35,22 @@ def mighar_set(positions: Path, told: Callable[[str], None]) -> DataSet:
     ValueError, OSError
         If the csv is wrong, or no region is called so.
     """
-    worn = read_positions(positions)
-    protocol = mighar(worn.sites)
+    protocol = mighar(read_positions(positions), told)
     RegionSimulator(Body.bundled(), protocol)  # a wrong region is said before minutes of reading
-
-    def read(path: Path) -> list[ImuRecording]:
-        recordings, left_out = read_mighar(path, worn.sensors)
-        if left_out:
-            told(f"Files that could not be used: {len(left_out)}; the first: {left_out[0]}.")
-        return recordings
-
-    return DataSet(protocol, read, worn.site_of)
+    return protocol
 
 
 def run_data_set(
-    data_set: DataSet,
+    protocol: Protocol,
     path: Path,
     libraries: Sequence[Path],
     out: Path,
     seed: int,
     told: Callable[[str], None],
 ) -> tuple[list[Found], str]:
-    """Compare one data set and write what was found to a folder.
-
-    Returns
-    -------
-    found : list of Found
-    report : str
-    """
-    found = run_protocol(data_set.protocol, data_set.read(path), libraries, seed, told, data_set.site_of)
-    return found, write_protocol(out, data_set.protocol, found)
+    """Compare one data set and write what was found to a folder; returns that and the report."""
+    found = run_protocol(protocol, protocol.read(path), libraries, seed, told)
+    return found, write_protocol(out, protocol, found)
 
 
 def write_empty_positions(path: Path) -> None:
@@ -132,7 +85,7 @@ def write_page(out: Path, found: Mapping[str, Sequence[Found]], names: Mapping[s
             ]
             verdict = f"Missed: {', '.join(missed)}." if missed else "All that was asked for is reached."
             picture = f"{name}/{figure_name(one)}"
-            lines += [f"### {one.analysis.name}", "", f"{one.analysis.why} {verdict}", ""]
+            lines += [f"### {one.name}", "", f"{one.why} {verdict}", ""]
             lines += [f"![Real against simulated F1]({picture})", ""]
         lines += [f"All of it: [{name}/report.md]({name}/report.md).", ""]
     text = "\n".join(lines)
@@ -152,7 +105,7 @@ def _table(found: Mapping[str, Sequence[Found]], names: Mapping[str, str]) -> li
             best = max(one.ways, key=lambda way: way.simulated.mean())
             cells = [
                 names[name],
-                one.analysis.name,
+                one.name,
                 f"{len(v.real.activities)}, {len(v.sites)}",
                 interval(v.overall.spearman, v.overall.low, v.overall.high),
                 f"{v.overall_ceiling.value:.2f}",

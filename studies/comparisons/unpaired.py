@@ -51,11 +51,14 @@ class Moving(NamedTuple):
     source : str
     own_name : str
         Of the clip itself, by which its sensors' errors are drawn (`noise_name`).
+    key : str
+        Clips of one key show the same motion, too.
     """
 
     motion: Motion
     source: str
     own_name: str
+    key: str = ""
 
 
 def noise_name(clip: str) -> str:
@@ -75,17 +78,24 @@ class Side(NamedTuple):
     source_of: dict[str, str]
 
 
+class Sides(NamedTuple):
+    """Both sides of an analysis: what is compared, and what a reader must know."""
+
+    real: Side
+    simulated: Side
+    sites: tuple[str, ...]
+    activities: tuple[str, ...]
+    notes: list[str]
+    simulated_at: tuple[str, ...]
+    site_of: np.ndarray | None = None
+    """Site of each simulated sensor, and of each real one, where a site has several."""
+    real_site_of: np.ndarray | None = None
+
+
 class RegionSimulator:
     """Records motions with a sensor on every patch of each site.
 
-    Parameters
-    ----------
-    body : Body
-    protocol : Protocol
-    seed : int
-        Of the sensors' errors.
-    every : int
-        Records every so many of the other patches too, after those of the sites; 0 for none.
+    `every` records each so-many-th of the other patches too, after those of the sites; 0 records none.
     """
 
     def __init__(self, body: Body, protocol: Protocol, seed: int = 0, every: int = 0) -> None:
@@ -202,7 +212,7 @@ def load_motions(
             told(f"Nothing of {library} is used: {_unknown(protocol)}.")
     if not found:
         raise ValueError(f"no clip of the libraries can be used: {_unknown(protocol)}")
-    return _distinct(found), unusable
+    return distinct(found), unusable
 
 
 def _unknown(protocol: Protocol) -> str:
@@ -256,10 +266,10 @@ def _kinect(protocol: Protocol, library: Path, body: Body) -> Loaded:
             yield name, str(error)
 
 
-def _distinct(found: Sequence[Moving]) -> list[Moving]:
+def distinct(found: Sequence[Moving]) -> list[Moving]:
     """Clips that show one motion, under the name and the mover of the first of them."""
     signatures = np.array([motion_signature(moving.motion) for moving in found])
-    groups = same_clips([moving.motion.clip for moving in found], [""] * len(found), signatures)
+    groups = same_clips([moving.motion.clip for moving in found], [one.key for one in found], signatures)
     firsts = [found[int(np.flatnonzero(groups == group)[0])].motion for group in groups]
     return [
         moving._replace(motion=moving.motion.labelled(moving.motion.activity, first.subject, first.clip))
@@ -267,12 +277,11 @@ def _distinct(found: Sequence[Moving]) -> list[Moving]:
     ]
 
 
-def real_side(
-    protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis, sites: tuple[str, ...] = ()
-) -> Side:
-    """The worn sensors in an analysis, under the names of the protocol's sites or under other names."""
+def real_side(protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis) -> Side:
+    """The worn sensors in an analysis, each under its site's name, or its own if sites have several."""
+    sites = tuple(protocol.sites) if protocol.worn_site_of is None else recordings[0].sites
     chosen = [
-        replace(r, activity=activity, sites=sites or tuple(protocol.sites))
+        replace(r, activity=activity, sites=sites)
         for r in recordings
         if (activity := protocol.activity_of(r.activity)) in analysis.activities
     ]
@@ -281,7 +290,45 @@ def real_side(
     return Side(chosen, site_windows(chosen, protocol.windows, protocol.use), {})
 
 
-def clips_in_words(motions: Sequence[Moving]) -> str:
+def unpaired_sides(
+    protocol: Protocol,
+    recordings: Sequence[ImuRecording],
+    libraries: Sequence[Path],
+    seed: int,
+    told: Callable[[str], None],
+) -> Callable[[Analysis], Sides]:
+    """Reads the libraries; gives what makes the sides of an analysis."""
+    body = Body.bundled()
+    motions, unusable = load_motions(protocol, libraries, body, told)
+    simulator = RegionSimulator(body, protocol, seed)
+
+    def sides_of(analysis: Analysis) -> Sides:
+        made = simulator.side(motions, analysis)
+        real = real_side(protocol, recordings, analysis)
+        shown = [moving for moving in motions if moving.motion.clip in made.source_of]
+        notes = [
+            analysis.why,
+            "Unpaired: other people, other rooms, other instructions than in the simulated clips.",
+            f"Distinct simulated motions: {_clips_in_words(shown)}.",
+            *(
+                f"{side} clips that could not be used: {len(reasons)}; the first: {reasons[0]}."
+                for side, reasons in (
+                    ("Library", unusable),
+                    ("Simulated", list(made.windows.skipped.values())),
+                    ("Real", list(real.windows.skipped.values())),
+                )
+                if reasons
+            ),
+        ]
+        return Sides(
+            real, made, tuple(protocol.sites), analysis.activities, notes, simulator.simulated_at,
+            simulator.site_of, protocol.worn_site_of,
+        )  # fmt: skip
+
+    return sides_of
+
+
+def _clips_in_words(motions: Sequence[Moving]) -> str:
     """How many clips of each activity are from where."""
     counts: dict[str, dict[str, set[str]]] = {}
     for moving in motions:

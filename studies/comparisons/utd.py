@@ -12,6 +12,7 @@ import numpy as np
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.files import write_json, write_text
 from w2w.core.imu.calibration_gain import Alike, held_out
+from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
@@ -24,7 +25,6 @@ from ..datasets.utd_mhad import UTD_IMU_RATE, UtdTrial
 from ..validation.calibrated_transfer import calibrated_transfer
 from ..validation.correlation import Correlation, magnitude_correlation
 from ..validation.transfer import Transfer, transfer
-from .paired import AS_DEFAULT, POSE_CUTOFF_HZ, Terms
 from .site_simulator import SiteSimulator
 
 KINECT_20 = JOINT_SETS["kinect-20"]
@@ -34,6 +34,9 @@ WINDOW = WindowSpec(length_s=3.0, stride_s=3.0, short="reflect")
 """A window an action: they last 2 to 4 s."""
 
 LOWPASS_HZ, LONGEST_LAG_S = 5.0, 0.5
+
+POSE_CUTOFF_HZ = 3.0
+"""Band of video pose, chosen on this data set (docs/validation.md)."""
 
 
 class PartOfUtd(NamedTuple):
@@ -66,31 +69,26 @@ class PartOfUtd(NamedTuple):
 
 
 def compare_utd(
-    trials: Sequence[UtdTrial], cutoff_hz: float = POSE_CUTOFF_HZ, terms: Terms = AS_DEFAULT
+    trials: Sequence[UtdTrial],
+    cutoff_hz: float = POSE_CUTOFF_HZ,
+    sensor: SensorModel = PRESETS[DEFAULT_SENSOR],
+    seed: int = 0,
 ) -> list[PartOfUtd]:
-    """Compare site by site.
-
-    Parameters
-    ----------
-    trials : sequence of UtdTrial
-    cutoff_hz : float
-        Band of the joints' paths.
-    terms : Terms
-    """
+    """Compare site by site, with the joints' paths below a frequency."""
     parts = []
     for site, placement in SITES.items():
         chosen = [trial for trial in trials if trial.recording.sites == (site,)]
         if not chosen:
             continue
-        simulator = terms.simulator({site: placement}, UTD_IMU_RATE)
+        simulator = SiteSimulator({site: placement}, UTD_IMU_RATE, sensor, seed)
         pairs = [(trial.recording, simulated_trial(trial, simulator, cutoff_hz)) for trial in chosen]
         activities = tuple(dict.fromkeys(real.activity for real, _ in pairs))
         parts.append(
             PartOfUtd(
                 site,
                 activities,
-                transfer(pairs, activities, WINDOW, terms.seed),
-                calibrated_transfer(pairs, activities, WINDOW, cutoff_hz, terms.seed),
+                transfer(pairs, activities, WINDOW, seed),
+                calibrated_transfer(pairs, activities, WINDOW, cutoff_hz, seed),
                 held_out(pairs, LONGEST_LAG_S)[1],
                 [_correlated(real.acc, made.acc) for real, made in pairs],
                 [_correlated(t.recording.acc, second_difference(t, site)[:, None]) for t in chosen],

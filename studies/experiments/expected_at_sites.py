@@ -27,16 +27,16 @@ from w2w.core.patches.skin import SkinDistances
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import HALVINGS
 
-from ..comparisons.truth import DATA_SETS, DataSet
+from ..comparisons.truth import DATA_SETS
 from ..comparisons.unpaired import RegionSimulator, load_motions, real_side
+from ..validation.protocol import Protocol
 
 
-def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path], every: int) -> Iterator[str]:
+def rows(protocol: Protocol, path: Path, libraries: Sequence[Path], every: int) -> Iterator[str]:
     """Lines of a table."""
-    body, protocol = Body.bundled(), data_set.protocol
-    analysis = protocol.analyses[0]
+    body, analysis = Body.bundled(), protocol.analyses[0]
     simulator = RegionSimulator(body, protocol, every=every)
-    worn = real_side(protocol, data_set.read(path), analysis).windows
+    worn = real_side(protocol, protocol.read(path), analysis).windows
     made = simulator.side(load_motions(protocol, libraries, body)[0], analysis).windows
     some = np.ix_(simulator.patches, simulator.patches)
     skin = SkinDistances.of(body, sample_patches(body))
@@ -53,7 +53,7 @@ def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path], ev
         way = "performers" if by_subject else "clips"
         for site, *values in zip(protocol.sites, raw, expected, low, high, people.mean, strict=True):
             r, e, a, b, f1 = (f"{value:.2f}".removeprefix("0") for value in values)
-            yield f"| {name}, {way} | {site} | {r} | {e} ({a} to {b}) | {f1} |"
+            yield f"| {protocol.name}, {way} | {site} | {r} | {e} ({a} to {b}) | {f1} |"
         rho = ", ".join(f"{spearmanr(one, people.mean)[0]:.2f}" for one in (raw, expected))
         above = (np.subtract(one, people.mean).mean() for one in (raw, expected))
         inside = sum(bool(a <= f1 <= b) for a, b, f1 in zip(low, high, people.mean, strict=True))
@@ -65,8 +65,8 @@ def rows(name: str, data_set: DataSet, path: Path, libraries: Sequence[Path], ev
         ):
             yield f"| {name}, {way} | {activity}, {of_it} clips | {f1[0]:.2f} | {f1[1]:.2f} |"
         yield (
-            f"{name}, {way}: {len(people.activities)} activities; rho of raw and of expected F1 {rho}; above "
-            f"people's by {over}; {inside} of {len(raw)} intervals hold it"
+            f"{protocol.name}, {way}: {len(people.activities)} activities; rho of raw and of expected F1 "
+            f"{rho}; above people's by {over}; {inside} of {len(raw)} intervals hold it"
         )
 
 
@@ -77,9 +77,9 @@ def main() -> None:
         parser.add_argument(f"--{name}", type=Path)
     parser.add_argument("--every", type=int, default=1)
     given = parser.parse_args()
-    for name, data_set in DATA_SETS.items():
+    for name, protocol in DATA_SETS.items():
         if path := getattr(given, name):
-            for row in rows(data_set.protocol.name, data_set, path, given.libraries, given.every):
+            for row in rows(protocol, path, given.libraries, given.every):
                 print(row, flush=True)
 
 

@@ -22,10 +22,10 @@ import numpy as np
 from w2w.core.body.body import Body
 
 from ..comparisons.leave_out import scores_of
-from ..comparisons.truth import DATA_SETS, DataSet
+from ..comparisons.truth import DATA_SETS
 from ..comparisons.unpaired import RegionSimulator, load_motions, real_side
 from ..validation.by_source import replaced_sides
-from ..validation.protocol import Analysis
+from ..validation.protocol import Analysis, Protocol
 from ..validation.site_scores import SiteScores
 from ..validation.sites import SiteValidation, compare_scores
 
@@ -38,18 +38,18 @@ def main() -> None:
         parser.add_argument(f"--{name}", type=Path)
     parser.add_argument("--draws", type=int, default=8)
     asked = vars(parser.parse_args())
-    for name, data_set in DATA_SETS.items():
+    for name, protocol in DATA_SETS.items():
         if asked[name]:
-            tell(data_set, draws(data_set, asked[name], asked["libraries"], asked["draws"]))
+            tell(protocol, draws(protocol, asked[name], asked["libraries"], asked["draws"]))
 
 
 def draws(
-    data_set: DataSet, path: Path, libraries: Sequence[Path], count: int
+    protocol: Protocol, path: Path, libraries: Sequence[Path], count: int
 ) -> dict[str, list[SiteValidation]]:
     """Each analysis by each draw; then its parts by each, where there are any."""
-    protocol, body = data_set.protocol, Body.bundled()
+    body = Body.bundled()
     motions, _ = load_motions(protocol, libraries, body)
-    recordings = data_set.read(path)
+    recordings = protocol.read(path)
     found: dict[str, list[SiteValidation]] = {}
     for analysis in protocol.analyses:
         worn = real_side(protocol, recordings, analysis).windows
@@ -77,10 +77,10 @@ def both_test(analysis: Analysis, sides: Sequence) -> tuple[str, ...]:
     return tuple(name for name in analysis.activities if all(name in of for of in tested))
 
 
-def tell(data_set: DataSet, found: dict[str, list[SiteValidation]]) -> None:
+def tell(protocol: Protocol, found: dict[str, list[SiteValidation]]) -> None:
     """Print a table, the bars of the analyses, and which sites are called the best."""
     what = ("rho of mean F1", "mean rho by activity", "r over cells", "regret")
-    print(f"{data_set.protocol.name}: first draw; median (range)\n")
+    print(f"{protocol.name}: first draw; median (range)\n")
     print(f"| analysis | {' | '.join(what)} | best site |")
     print("|---|" + "---|" * (len(what) + 1))
     for name, drawn in found.items():
@@ -92,8 +92,8 @@ def tell(data_set: DataSet, found: dict[str, list[SiteValidation]]) -> None:
         ]
         best = Counter(v.sites[int(np.argmax(v.simulated.mean))] for v in drawn).most_common()
         print(f"| {name} | {' | '.join(cells)} | {', '.join(f'{site} {n}' for site, n in best)} |")
-    for analysis in data_set.protocol.analyses:
-        bars = [data_set.protocol.judge(v) for v in found[analysis.name]]
+    for analysis in protocol.analyses:
+        bars = [protocol.judge(v) for v in found[analysis.name]]
         met = [
             f"{of[0].what} {of[0].wanted} in {sum(bar.met for bar in of)}" for of in zip(*bars, strict=True)
         ]

@@ -30,10 +30,10 @@ from w2w.core.body.body import Body
 from w2w.core.ranking.agreement import spearman_rows
 
 from ..comparisons.leave_out import scores_of, simulated_scores
-from ..comparisons.paired import AS_DEFAULT, POSE_CUTOFF_HZ
+from ..comparisons.site_simulator import SiteSimulator
 from ..comparisons.truth import DATA_SETS
 from ..comparisons.unpaired import Moving, RegionSimulator, Side, load_motions, real_side
-from ..comparisons.utd import SITES, WINDOW, simulated_trial
+from ..comparisons.utd import POSE_CUTOFF_HZ, SITES, WINDOW, simulated_trial
 from ..datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
 from ..validation.protocol import Analysis, Protocol
 from ..validation.site_scores import SiteScores
@@ -157,12 +157,12 @@ def both_sides(
     name: str, path: Path, libraries: Sequence[Path], analysis_name: str, seed: int = 0
 ) -> tuple[Made, tuple[str, ...]]:
     """What makes the simulated side of an analysis, and the activities that both sides can test."""
-    data_set, body = DATA_SETS[name], Body.bundled()
-    analysis = next(one for one in data_set.protocol.analyses if one.name == analysis_name)
-    rules = tuple(rule for rule in data_set.protocol.rules if rule.source in analysis.sources)
-    motions, _ = load_motions(replace(data_set.protocol, rules=rules), libraries, body)
-    worn = real_side(data_set.protocol, data_set.read(path), analysis)
-    makers = Made(data_set.protocol, analysis, motions, worn, seed)
+    protocol, body = DATA_SETS[name], Body.bundled()
+    analysis = next(one for one in protocol.analyses if one.name == analysis_name)
+    rules = tuple(rule for rule in protocol.rules if rule.source in analysis.sources)
+    motions, _ = load_motions(replace(protocol, rules=rules), libraries, body)
+    worn = real_side(protocol, protocol.read(path), analysis)
+    makers = Made(protocol, analysis, motions, worn, seed)
     print(f"{name}, {analysis_name}: {len({one.motion.clip for one in motions})} clips", flush=True)
     tested = [
         scores_of(side.windows, analysis.activities, of, seed).activities
@@ -253,7 +253,7 @@ def paired_ladder(path: Path, seed: int = 0) -> list[Row]:
     """UTD-MHAD's wrist: activities ranked by F1, of the same takes worn and simulated."""
     site = "right wrist"
     trials = [trial for trial in read_utd_mhad(path) if trial.recording.sites == (site,)]
-    simulator = AS_DEFAULT.simulator({site: SITES[site]}, UTD_IMU_RATE)
+    simulator = SiteSimulator({site: SITES[site]}, UTD_IMU_RATE)
     worn = [trial.recording for trial in trials]
     made = [simulated_trial(trial, simulator, POSE_CUTOFF_HZ) for trial in trials]
     names = tuple(dict.fromkeys(recording.activity for recording in worn))

@@ -9,22 +9,10 @@ from __future__ import annotations
 
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.imu.presets import preset
-from w2w.core.ranking.windows import WindowSpec
 
-from ..datasets.dsads import DSADS_RATE
-from .mhad import BANDAI, HDM05, MIXAMO
-from .protocol import BY_POSTURE, KINECT, Analysis, Protocol, Rule
-from .umafall import CMU
+from ..datasets.dsads import DSADS_RATE, read_dsads
+from .protocol import BANDAI, BY_POSTURE, CMU, MIXAMO, Protocol, Rule, usual_analyses
 from .umafall import RULES as DAILY
-
-SITES: dict[str, str | SensorSite] = {
-    "torso": "sternum",
-    "right arm": "right wrist",
-    "left arm": "left wrist",
-    "right leg": SensorSite("DSADS right leg", None, ("right_hip",), ("right_knee",), 0.85, (-1, 0, 0)),
-    "left leg": SensorSite("DSADS left leg", None, ("left_hip",), ("left_knee",), 0.85, (1, 0, 0)),
-}
-"""Chest, wrists, and the outer side of the thighs just above the knees (Altun et al. 2010, section 2)."""
 
 STAYING = (
     r"(^|/)((breathing |unarmed )?idle( 01)?|sitting( and pointing)?|typing|eat(ing)?|drinking|talkingmale|"
@@ -42,44 +30,35 @@ RULES = (
     Rule(BY_POSTURE, MIXAMO, STAYING),
 )
 
-ACTIVITIES = (
-    "walking", "running", "standing", "sitting", "ascending stairs", "jumping", "playing basketball",
-)  # fmt: skip
+_REAL = {
+    "walking": ("walking in parking lot", "walking on flat treadmill"),
+    "running": ("running on treadmill",),
+    "standing": ("standing",),
+    "sitting": ("sitting",),
+    "ascending stairs": ("ascending stairs",),
+    "jumping": ("jumping",),
+    "playing basketball": ("playing basketball",),
+}
 
 DSADS = Protocol(
     name="DSADS",
-    real={
-        "walking": ("walking in parking lot", "walking on flat treadmill"),
-        "running": ("running on treadmill",),
-        "standing": ("standing",),
-        "sitting": ("sitting",),
-        "ascending stairs": ("ascending stairs",),
-        "jumping": ("jumping",),
-        "playing basketball": ("playing basketball",),
-    },
-    rules=RULES,
-    sites=SITES,
-    analyses=(
-        Analysis(
-            "all activities",
-            "Every activity that two clips show, one band for all sources. Other comparisons with DSADS had "
-            "been seen.",
-            ACTIVITIES,
-            (HDM05, BANDAI, MIXAMO, CMU, KINECT),
-            3.0,
-        ),
-        Analysis(
-            "motion capture",
-            "Without the Kinect, at W2W's band.",
-            ACTIVITIES,
-            (HDM05, BANDAI, MIXAMO, CMU),
-            10.0,
-        ),
-    ),
+    file_help="DSADS's folder, or an npz of it.",
+    read=read_dsads,
     rate_hz=DSADS_RATE,
+    # chest, wrists, and the outer side of the thighs just above the knees (Altun et al. 2010, section 2)
+    sites={
+        "torso": "sternum",
+        "right arm": "right wrist",
+        "left arm": "left wrist",
+        "right leg": SensorSite("DSADS right leg", None, ("right_hip",), ("right_knee",), 0.85, (-1, 0, 0)),
+        "left leg": SensorSite("DSADS left leg", None, ("left_hip",), ("left_knee",), 0.85, (1, 0, 0)),
+    },
+    real=_REAL,
+    rules=RULES,
+    analyses=usual_analyses(
+        tuple(_REAL),
+        "Every activity that two clips show, one band for all sources. Other comparisons with DSADS had "
+        "been seen.",
+    ),
     sensor=preset("xsens mtw awinda"),  # the nearest to the MTx that DSADS's subjects wore
-    kinect_hz=3.0,
-    windows=WindowSpec(),
-    use="both",
-    bars={"regret": 0.03, "rho over ceiling": 0.8},
 )

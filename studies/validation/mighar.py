@@ -3,64 +3,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
+from pathlib import Path
 
 from w2w.core.imu.presets import preset
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.imu.recording import ImuRecording
 
-from ..datasets.mighar import MIGHAR_RATE
+from ..datasets.mighar import MIGHAR_RATE, WornAt, read_mighar
 from .dsads import RULES as SPORTS
-from .mhad import BANDAI, HDM05, MIXAMO
-from .protocol import BY_POSTURE, KINECT, Analysis, Protocol, Rule
-from .umafall import CMU
-
-_TAKEN = ("walking", "running", "ascending stairs", BY_POSTURE)
-
-RULES = (
-    Rule("typing", MIXAMO, r"(^|/)typing\.fbx$"),
-    Rule("eating", MIXAMO, r"(^|/)eat(ing)?\.fbx$"),
-    *(rule for rule in SPORTS if rule.activity in _TAKEN),
-)
-"""Writing, ironing, folding, brushing teeth, vacuuming and going down stairs are shown by no library."""
+from .protocol import BY_POSTURE, MIXAMO, Protocol, Rule, usual_analyses
 
 ACTIVITIES = ("walking", "running", "ascending stairs", "standing", "sitting", "typing", "eating")
 
 
-def mighar(sites: Mapping[str, str | int]) -> Protocol:
-    """The protocol for the sites at which a user placed the garment's sensors."""
+def mighar(worn: WornAt, told: Callable[[str], None] = lambda _: None) -> Protocol:
+    """The protocol for the sites at which a user placed the garment's sensors; `told` what cannot be read."""
+
+    def read(path: Path) -> tuple[ImuRecording, ...]:
+        recordings, left_out = read_mighar(path, worn.sensors)
+        if left_out:
+            told(f"Files that could not be used: {len(left_out)}; the first: {left_out[0]}.")
+        return recordings
+
     return Protocol(
         name="MIG HAR",
-        real={
-            "walking": ("walking",),
-            "running": ("jogging",),
-            "ascending stairs": ("goingupstairs",),
-            "standing": ("standing",),
-            "sitting": ("sitting",),
-            "typing": ("typing",),
-            "eating": ("eatingcookie", "eatingpasta"),
-        },
-        rules=RULES,
-        sites=sites,
-        analyses=(
-            Analysis(
-                "all activities",
-                "The test: every activity that two clips show, one band for all sources.",
-                ACTIVITIES,
-                (HDM05, BANDAI, MIXAMO, CMU, KINECT),
-                3.0,
-            ),
-            Analysis(
-                "motion capture",
-                "Without the Kinect, at W2W's band.",
-                ACTIVITIES,
-                (HDM05, BANDAI, MIXAMO, CMU),
-                10.0,
-            ),
-        ),
+        file_help="The data set's folder of subject1 to 12.",
+        read=read,
         rate_hz=MIGHAR_RATE,
+        sites=worn.sites,
+        real={name: (name,) for name in ACTIVITIES}
+        | {"running": ("jogging",), "ascending stairs": ("goingupstairs",)}
+        | {"eating": ("eatingcookie", "eatingpasta")},
+        rules=(  # no library shows writing, ironing, folding, brushing teeth, vacuuming or going down stairs
+            Rule("typing", MIXAMO, r"(^|/)typing\.fbx$"),
+            Rule("eating", MIXAMO, r"(^|/)eat(ing)?\.fbx$"),
+            *(rule for rule in SPORTS if rule.activity in (*ACTIVITIES, BY_POSTURE)),
+        ),
+        analyses=usual_analyses(ACTIVITIES),
         sensor=preset("icm-20948"),
-        kinect_hz=3.0,
-        windows=WindowSpec(),
-        use="both",
-        bars={"regret": 0.03, "rho over ceiling": 0.8},
+        worn_site_of=worn.site_of,
     )

@@ -10,15 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from w2w.core.imu.presets import DEFAULT_SENSOR, preset
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.windows import WindowSpec
 
-from ..datasets.umafall import UMAFALL_RATE
-from .mhad import BANDAI, HDM05, MIXAMO
-from .protocol import KINECT, Analysis, Protocol, Rule
-
-CMU = "CMU"
+from ..datasets.umafall import UMAFALL_RATE, read_umafall
+from .protocol import BANDAI, CMU, HDM05, KINECT, MIXAMO, Protocol, Rule, usual_analyses
 
 RULES = (
     Rule("clap", KINECT, r"^a4_(?P<who>s\d+)_t\d+$"),
@@ -48,8 +43,24 @@ ACTIVITIES = tuple(dict.fromkeys(rule.activity for rule in RULES))
 MOVING_S = 6.0
 """A trial lasts 15 s, of which lying or sitting down takes a few: its most moving stretch is used."""
 
+
+def most_moving(recording: ImuRecording, seconds: float = MOVING_S) -> ImuRecording:
+    """The stretch of a recording in which all sites together move most."""
+    n = min(recording.n_samples, round(seconds * recording.rate))
+    size = np.nan_to_num(np.linalg.norm(recording.acc, axis=2), nan=9.8)
+    energy = np.concatenate([[0.0], np.square(np.diff(size, axis=0, prepend=size[:1])).sum(axis=1).cumsum()])
+    start = int((energy[n:] - energy[:-n]).argmax())
+    part = slice(start, start + n)
+    return replace(recording, acc=recording.acc[part], gyr=recording.gyr[part])
+
+
 UMAFALL = Protocol(
     name="UMAFall",
+    file_help="npz of UMAFall.",
+    read=lambda path: [most_moving(recording) for recording in read_umafall(path)[0]],
+    rate_hz=UMAFALL_RATE,
+    # on which side the wrist's and the ankle's sensors were worn is not known: the patches of both count
+    sites={"chest": "sternum", "waist": "hip", "wrist": "wrist", "ankle": "ankle"},
     real={
         "clap": ("ClappingHands",),
         "hands up": ("HandsUp",),
@@ -64,39 +75,5 @@ UMAFALL = Protocol(
         "upstairs": ("GoUpstairs",),
     },
     rules=RULES,
-    sites={"chest": "sternum", "waist": "hip", "wrist": "wrist", "ankle": "ankle"},
-    analyses=(
-        Analysis(
-            "all activities",
-            "The test: every activity that two clips show, one band for all sources.",
-            ACTIVITIES,
-            (HDM05, BANDAI, MIXAMO, CMU, KINECT),
-            3.0,
-        ),
-        Analysis(
-            "motion capture",
-            "Without the Kinect, at W2W's band.",
-            ACTIVITIES,
-            (HDM05, BANDAI, MIXAMO, CMU),
-            10.0,
-        ),
-    ),
-    rate_hz=UMAFALL_RATE,
-    sensor=preset(DEFAULT_SENSOR),
-    kinect_hz=3.0,
-    windows=WindowSpec(),
-    use="both",
-    bars={"regret": 0.03, "rho over ceiling": 0.8},
+    analyses=usual_analyses(ACTIVITIES),
 )
-"""Which side the wrist's and the ankle's sensors were worn on is not known: the patches of both sides stand
-for them. All else as on Berkeley MHAD."""
-
-
-def most_moving(recording: ImuRecording, seconds: float = MOVING_S) -> ImuRecording:
-    """The stretch of a recording in which all sites together move most."""
-    n = min(recording.n_samples, round(seconds * recording.rate))
-    size = np.nan_to_num(np.linalg.norm(recording.acc, axis=2), nan=9.8)
-    energy = np.concatenate([[0.0], np.square(np.diff(size, axis=0, prepend=size[:1])).sum(axis=1).cumsum()])
-    start = int((energy[n:] - energy[:-n]).argmax())
-    part = slice(start, start + n)
-    return replace(recording, acc=recording.acc[part], gyr=recording.gyr[part])

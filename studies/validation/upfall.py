@@ -3,27 +3,18 @@
 
 from __future__ import annotations
 
-from w2w.core.imu.presets import DEFAULT_SENSOR, preset
-from w2w.core.ranking.windows import WindowSpec
-
-from ..datasets.upfall import UPFALL_RATE
+from ..datasets.upfall import UPFALL_RATE, read_upfall
 from .dsads import RULES as SPORTS
-from .mhad import BANDAI, HDM05, MIXAMO
-from .protocol import BY_POSTURE, KINECT, Analysis, Protocol, Rule
-from .umafall import CMU
-
-RULES = (
-    Rule("picking up an object", HDM05, r"(^|/)(?P<who>bd|bk|dg|mm|tr)_depositFloor"),
-    *(rule for rule in SPORTS if rule.activity in ("walking", "jumping", BY_POSTURE)),
-)
-"""Lying still is shown by no library; walking, jumping, and people who sit or stand as for DSADS."""
+from .protocol import BY_POSTURE, HDM05, Protocol, Rule, usual_analyses
 
 ACTIVITIES = ("walking", "standing", "sitting", "picking up an object", "jumping")
 
 UPFALL = Protocol(
     name="UP-Fall",
-    real={name: (name,) for name in ACTIVITIES},
-    rules=RULES,
+    file_help="UP-Fall's CompleteDataSet.csv, or its folder.",
+    read=lambda path: read_upfall(path)[0],
+    rate_hz=UPFALL_RATE,
+    # which ankle and wrist is not stated in what was read: the patches of both sides count
     sites={
         "ankle": "ankle",
         "right pocket": "right front pocket",
@@ -31,28 +22,10 @@ UPFALL = Protocol(
         "neck": "neck",
         "wrist": "wrist",
     },
-    analyses=(
-        Analysis(
-            "all activities",
-            "The test: every activity that two clips show, one band for all sources.",
-            ACTIVITIES,
-            (HDM05, BANDAI, MIXAMO, CMU, KINECT),
-            3.0,
-        ),
-        Analysis(
-            "motion capture",
-            "Without the Kinect, at a band that 18 Hz holds.",
-            ACTIVITIES,
-            (HDM05, BANDAI, MIXAMO, CMU),
-            8.0,
-        ),
+    real={name: (name,) for name in ACTIVITIES},
+    rules=(  # no library shows people who lie still
+        Rule("picking up an object", HDM05, r"(^|/)(?P<who>bd|bk|dg|mm|tr)_depositFloor"),
+        *(rule for rule in SPORTS if rule.activity in ("walking", "jumping", BY_POSTURE)),
     ),
-    rate_hz=UPFALL_RATE,
-    sensor=preset(DEFAULT_SENSOR),
-    kinect_hz=3.0,
-    windows=WindowSpec(),
-    use="both",
-    bars={"regret": 0.03, "rho over ceiling": 0.8},
+    analyses=usual_analyses(ACTIVITIES, band=(8.0, "a band that 18 Hz holds")),
 )
-"""Which side the ankle's and the wrist's sensors were worn on is not stated in what was read: the patches of
-both sides stand for them. All else as on UMAFall."""

@@ -8,13 +8,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.imu.formats import write_csv, write_recording
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.sensor_file import read_sensor
-from w2w.core.imu.synthesis import Synthesis
 from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
 from w2w.studies.comparisons.site_simulator import SiteSimulator
@@ -44,7 +42,7 @@ def folders(tmp_path_factory):
     folder = tmp_path_factory.mktemp("own")
     (folder / "worn").mkdir()
     (folder / "motions").mkdir()
-    simulator = SiteSimulator(Body.bundled(), {"right wrist": "right wrist"}, Synthesis(rate_hz=50), WORN)
+    simulator = SiteSimulator({"right wrist": "right wrist"}, 50.0, WORN)
     for number in range(2):
         motion = arm_swing(number)
         motion.save(folder / "motions" / f"swing_{number}.npz")

@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import Synthesis
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
@@ -62,7 +61,7 @@ def mmfit(tmp_path_factory):
     """One workout of four sets of each of two exercises, and two rests; devices read the body, with noise."""
     body = Body.bundled()
     sites = {place: place for place in DEVICES.values()}
-    simulator = SiteSimulator(body, sites, Synthesis(rate_hz=100), SensorModel.ideal())
+    simulator = SiteSimulator(sites, 100.0, SensorModel.ideal())
     rng = np.random.default_rng(0)
     sets = [(activity, number) for number in range(4) for activity in ("squats", "bicep_curls")]
     sets = [("rest", 0), *sets, ("rest", 1)]

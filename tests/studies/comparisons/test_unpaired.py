@@ -9,12 +9,15 @@ import pytest
 from scipy.io import savemat
 
 from w2w.studies.comparisons import unpaired
-from w2w.studies.comparisons.dsads import AS_DEFAULT, simulated_recordings
+from w2w.studies.comparisons.dsads import simulated_recordings
+from w2w.studies.comparisons.site_simulator import SiteSimulator
 from w2w.studies.comparisons.unpaired import RegionSimulator, load_motions
+from w2w.studies.datasets.mighar import WornAt
+from w2w.studies.validation.dsads import DSADS
 from w2w.studies.validation.mhad import MHAD
 from w2w.studies.validation.mighar import mighar
 
-PROTOCOL = mighar({"here": 100, "there": 3000})
+PROTOCOL = mighar(WornAt((0, 1), {"here": 100, "there": 3000}, np.array([0, 1])))
 STYLES = {"one": ("active", "angry"), "two": ("childish",)}
 
 
@@ -66,7 +69,8 @@ def test_a_clips_signals_do_not_depend_on_other_libraries(libraries, bundled_bod
 
 def test_nor_do_those_that_stand_for_dsads(libraries):
     def signals(*given):
-        recordings, unusable, _ = simulated_recordings(given, [None] * len(given), AS_DEFAULT)
+        simulator = SiteSimulator(DSADS.sites, DSADS.rate_hz, DSADS.sensor)
+        recordings, unusable = simulated_recordings(given, [None] * len(given), simulator)
         assert not unusable
         return sorted(bytes_of(recordings, range(len(recordings))).values())
 

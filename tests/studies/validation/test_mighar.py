@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The garment's protocol names its clips and takes the sites that a user gives."""
 
+import numpy as np
 import pytest
 
-from w2w.studies.datasets.mighar import MIGHAR_ACTIVITIES
+from w2w.studies.datasets.mighar import MIGHAR_ACTIVITIES, WornAt
 from w2w.studies.validation.mighar import ACTIVITIES, mighar
 from w2w.studies.validation.protocol import BY_POSTURE
 
-PROTOCOL = mighar({"left wrist": "left wrist", "vertex 7": 7, "chest": "chest"})
+SITES = {"left wrist": "left wrist", "vertex 7": 7, "chest": "chest"}
+PROTOCOL = mighar(WornAt((0, 1, 2), SITES, np.arange(3)))
 
 
 @pytest.mark.parametrize(
