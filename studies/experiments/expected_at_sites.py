@@ -63,7 +63,7 @@ def rows(protocol: Protocol, path: Path, libraries: Sequence[Path], every: int) 
         for activity, of_it, *f1 in zip(
             simulated.activities, clips, at_sites, people.f1.mean(axis=0), strict=True
         ):
-            yield f"| {name}, {way} | {activity}, {of_it} clips | {f1[0]:.2f} | {f1[1]:.2f} |"
+            yield f"| {protocol.name}, {way} | {activity}, {of_it} clips | {f1[0]:.2f} | {f1[1]:.2f} |"
         yield (
             f"{protocol.name}, {way}: {len(people.activities)} activities; rho of raw and of expected F1 "
             f"{rho}; above people's by {over}; {inside} of {len(raw)} intervals hold it"
