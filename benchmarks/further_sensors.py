@@ -28,8 +28,8 @@ from w2w.core.ranking.further_features import further_features
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, cut_windows
 from w2w.core.study import StudyConfig, record
+from w2w.headless.options import sensor_settings
 from w2w.headless.runs.load_clip import load_clip
-from w2w.headless.signal_options import sensor_settings
 
 RESAMPLES = 2000
 

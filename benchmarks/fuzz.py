@@ -226,7 +226,7 @@ def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     from w2w.core.body.body import Body
     from w2w.core.study import StudyConfig, place_patches
     from w2w.headless.runs.clip import WORK
-    from w2w.headless.runs.clip_task import ClipTask
+    from w2w.headless.runs.clip_task import ClipTask, Engine
     from w2w.headless.runs.folder import make_folders
     from w2w.headless.runs.workers import run_tasks
 
@@ -243,7 +243,8 @@ def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     make_folders(out)
     Body.bundled().save(out / WORK / "body.npz")
     place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
-    tasks = [ClipTask(clip, out, config, "fuzz", 60.0) for clip in read_library(place / "library").clips]
+    engine = Engine(limit_s=60.0)
+    tasks = [ClipTask(clip, out, config, "fuzz", engine) for clip in read_library(place / "library").clips]
     results = run_tasks(tasks, 2, "", _told)
     found: Counter[str] = Counter()
     for result in results:

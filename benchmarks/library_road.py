@@ -18,7 +18,7 @@ from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.runs import clip as clip_work
-from w2w.headless.runs import clip_records
+from w2w.headless.runs import clip_task
 from w2w.headless.runs.clip import WORK, do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
@@ -95,8 +95,8 @@ def _stages() -> list[tuple[Any, str, str]]:
         (Motion, "save", "writing the motion"),
         (ImuRecording, "save", "writing the signals"),
         (clip_work, "write_features", "writing the features"),
-        (clip_records, "file_sha256", "hashes"),
-        (clip_records, "write_json", "writing the record"),
+        (clip_task, "file_sha256", "hashes"),
+        (clip_task, "write_json", "writing the record"),
         (virtual_imu, "skinning_transforms", "kinematics"),
     ]
 

@@ -12,6 +12,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from .blender import NoBlenderError
 from .commands.calibrate import calibrate_sensor
 from .commands.demo import demo
 from .commands.export import export
@@ -22,7 +23,6 @@ from .commands.sensors import sensors
 from .commands.status import status
 from .commands.synth import synth
 from .console import NOTHING_TO_DO, too_little_memory
-from .needs_blender import NoBlenderError
 from .reports.html import report
 from .standard_streams import end_where_output_fails
 from .stopping import ignore_signals, stop_on_signals

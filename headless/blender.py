@@ -1,25 +1,65 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender in this process: the `bpy` module or the program, and where the program finds W2W's libraries."""
+"""Blender in this process, module or program: whether it is there, and where it finds W2W's libraries."""
 
 from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.machinery import PathFinder
+from importlib.util import find_spec
 from pathlib import Path
 
 import w2w
 
+from .system_libraries import missing_library
+
+ROOT = Path(__file__).resolve().parents[1]
+
+NOT_INSTALLED = (
+    "Blender's Python module, bpy, is not installed. In W2W's folder run 'make setup', which makes .venv, "
+    "or, in an environment of your own (Python 3.11): pip install '.[blender]'"
+)
+
+
+class NoBlenderError(Exception):
+    """Blender's module cannot be imported; the message says why and what to do."""
+
+
+def check_installed() -> None:
+    """Raise a NoBlenderError, before any work, where Blender's module is not even there."""
+    if "bpy" not in sys.modules and find_spec("bpy") is None:
+        raise NoBlenderError(NOT_INSTALLED)
+
+
+@contextmanager
+def needs_blender() -> Iterator[None]:
+    """Raise a NoBlenderError where an import in the block lacks `bpy`, or a system library that it opens."""
+    try:
+        yield
+    except ImportError as error:
+        if isinstance(error, ModuleNotFoundError) and error.name in ("bpy", "mathutils"):
+            raise NoBlenderError(NOT_INSTALLED) from error
+        if sentence := missing_library(str(error)):
+            raise NoBlenderError(f"Blender's Python module, bpy, cannot be loaded: {sentence}") from error
+        raise
+
 
 def inside_blender() -> bool:
     """Whether this is the Blender program, whose Python cannot start workers with `bpy`."""
-    return bool(sys.modules.get("bpy")) and bool(sys.modules["bpy"].app.binary_path)
+    return bool(_program())
+
+
+def _program() -> str:
+    """The path of the Blender program that this is; empty in any other Python."""
+    return sys.modules["bpy"].app.binary_path if sys.modules.get("bpy") else ""
 
 
 def forget_scripts_path() -> None:
     """Let a fresh worker find the `bpy` module.
 
-    Importing `bpy` puts Blender's scripts folder on the path, with a package `bpy` in it that
+    Importing `bpy` puts Blender's scripts folder on the path, which has a package `bpy` that
     needs the module loaded first; workers inherit the path but not the module.
     """
     if "bpy" not in sys.modules:
@@ -30,28 +70,13 @@ def _is_scripts_folder(folder: Path) -> bool:
     return folder.parts[-2:] == ("scripts", "modules") and (folder / "bpy" / "__init__.py").is_file()
 
 
-ROOT = Path(__file__).resolve().parents[1]
-
-
 def find_libraries() -> None:
-    """Put W2W's libraries on the path where they are not: the extension's, or those that `make setup` made.
+    """Put the extension's libraries, or those of `make setup`, on the path where some are missing.
 
-    Raises
-    ------
-    SystemExit
-        If there are none for this Python; the sentence says how to get them.
+    Where there are none for this Python, a SystemExit says how to get them.
     """
     if not (missing := w2w.missing_libraries()):
         return
-    for folder in _library_folders():
-        if all(PathFinder.find_spec(name, [str(folder)]) for name in missing):
-            sys.path.append(str(folder))  # last, so that Blender's own numpy stays
-            return
-    raise SystemExit(_how_to_get_libraries(missing))
-
-
-def _library_folders() -> list[Path]:
-    """Where libraries for this Python may be, best first."""
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     folders = [
         ROOT / ".venv" / "lib" / f"python{version}" / "site-packages",
@@ -60,23 +85,20 @@ def _library_folders() -> list[Path]:
     if "bpy" in sys.modules:
         extensions = sys.modules["bpy"].utils.user_resource("EXTENSIONS")
         folders.insert(0, Path(extensions) / ".local" / "lib" / f"python{version}" / "site-packages")
-    return folders
+    for folder in folders:
+        if all(PathFinder.find_spec(name, [str(folder)]) for name in missing):
+            sys.path.append(str(folder))  # last, so that Blender's own numpy stays
+            return
+    raise SystemExit(_how_to_get_libraries(missing, version))
 
 
-def _program() -> str:
-    """The Blender program that this is, if it is one."""
-    return sys.modules["bpy"].app.binary_path if "bpy" in sys.modules else ""
-
-
-def _how_to_get_libraries(missing: list[str]) -> str:
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    program = _program()
+def _how_to_get_libraries(missing: list[str], version: str) -> str:
     if not (ROOT / "Makefile").exists():  # an installed extension
         return (
             f"W2W lacks the Python packages {', '.join(missing)}: install the extension from a zip that was "
             f"made for Python {version}"
         )
-    if not program:
+    if not (program := _program()):
         return f"W2W's libraries are not there for Python {version}: run 'make setup' in {ROOT}"
     return (
         f"W2W's libraries are not there for this Blender's Python {version}. Get them once, with\n"

@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
+import typer
 from rich.console import Console
 
 from w2w.core.findings.counts import left_out_sentences
+from w2w.core.motion.source import UnusableMotion
 
 NOTHING_TO_DO = 1
-"""There is no result; a sentence on the screen says why."""
+"""No result; a sentence on the screen says why."""
 
 USAGE = 2
 """Wrong arguments, a missing folder, a labels file that cannot be understood."""
@@ -25,6 +28,16 @@ INTERRUPTED = 130
 """Stopped by Ctrl-C, as shells count it: 128 and the signal's number; so SIGTERM is 143, SIGHUP 129."""
 
 
+@contextmanager
+def ending(code: int, console: Console, said: str = "") -> Iterator[None]:
+    """End the command with an exit code where the block raises, after printing `said` and the error."""
+    try:
+        yield
+    except (UnusableMotion, ValueError, OSError) as error:
+        console.print(f"{said}{error}", style="red", markup=False)
+        raise typer.Exit(code) from error
+
+
 def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
     """Print which activities were left out and why."""
     for sentence in left_out_sentences(left_out):
@@ -32,7 +45,7 @@ def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
 
 
 def why_not(error: Exception) -> str:
-    """What was raised as a sentence for people: of a file, which one and why, without the error's number.
+    """An error as a sentence for people; for a file which one and why, without the error's number.
 
     Examples
     --------
@@ -45,6 +58,6 @@ def why_not(error: Exception) -> str:
 
 
 def too_little_memory(error: MemoryError) -> str:
-    """What was raised for want of memory as a sentence."""
+    """A lack of memory as a sentence."""
     why = f" ({error})" if str(error) else ""
     return f"there is too little memory{why}: close other programs, or take fewer patches or workers"

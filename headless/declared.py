@@ -13,20 +13,13 @@ from w2w.core.parameters import Parameter, parameters_of
 from w2w.core.study import StudyConfig
 
 NAMES = {"max_places": "--max", "costs": "--cost"}
-"""Options that are not called as their parameter."""
+"""Options with another name than their parameter."""
 
 
 def declared(name: str, or_none: bool = False, **other: Any) -> Any:
-    """The annotation of an option of that name.
+    """The annotation of the option for a parameter that `StudyConfig` or a record in it declares.
 
-    Parameters
-    ----------
-    name : str
-        Of a parameter that `StudyConfig` or a record in it declares.
-    or_none : bool
-        Whether None stands for not given.
-    **other
-        What differs from the declaration, as arguments of `typer.Option`.
+    `or_none` allows None for "not given"; `other` arguments of `typer.Option` replace declared ones.
     """
     parameter = parameters_of(StudyConfig)[name]
     kind = _kind(parameter)
@@ -45,7 +38,7 @@ def _default(name: str) -> Any:
 
 
 def _kind(parameter: Parameter) -> Any:
-    """What is typed: words of a list, the file of a table, 0 for no limit."""
+    """The type of an option: words for a list, a file for a table, 0 for no limit."""
     if get_origin(parameter.kind) is tuple:
         return str if get_args(parameter.kind)[0] is str else Path | None
     if get_origin(parameter.kind) is Literal:

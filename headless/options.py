@@ -1,21 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What options mean that hold words: the bodies that a study is run on, and wishes for sensors."""
+"""What options mean: bodies, wishes for sensors, the sensor and its signals, windows, poses from video."""
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, shaped
 from w2w.core.files import load_arrays, reserved
+from w2w.core.imu.further import FurtherSensors
+from w2w.core.imu.presets import PRESETS, preset
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.sensor_file import read_sensor
+from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
+from w2w.core.keypoints.facts import UNITS, UPS, PoseFacts
+from w2w.core.keypoints.joint_sets import JOINT_SETS
+from w2w.core.ranking.windows import WindowSpec
 from w2w.core.selection.constraints import Constraints, read_costs
+from w2w.core.study import RANKING
 from w2w.scene.output import quiet_output
 
-from .needs_blender import needs_blender
+from .blender import needs_blender
 
 GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
 SHAPE_PARAMETERS = ("height", "weight", "muscle", "age", "arms", "legs")
@@ -24,61 +36,98 @@ BETAS = re.compile(r"(?P<file>.*\S)\s+betas=(?P<betas>\S+)")
 
 EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
 
+PANEL = "Joint positions from video (csv, npy, npz, json)"
+
+PoseRate = Annotated[
+    float | None,
+    typer.Option(
+        min=1,
+        max=2000,
+        help="Frames per second, where the files do not say them (of amc files 120 otherwise).",
+        rich_help_panel=PANEL,
+    ),
+]
+PoseUnit = Annotated[
+    str, typer.Option(help=f"Unit of the positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)
+]
+PoseUp = Annotated[
+    str,
+    typer.Option(
+        help=f"Axis that points up: {', '.join(UPS)}.  [default: where the trunk points]",
+        rich_help_panel=PANEL,
+    ),
+]
+PoseJoints = Annotated[str, typer.Option(help=f"Joint set: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)]
+
+Stride = Annotated[
+    float | None,
+    typer.Option(
+        min=0.05,
+        help="Stride of the training windows, seconds.  [default: half the window]",
+        show_default=False,
+        rich_help_panel=RANKING,
+    ),
+]
+
+
+def words(text: str) -> tuple[str, ...]:
+    """The items of a comma-separated list."""
+    return tuple(part.strip() for part in text.split(",") if part.strip())
+
 
 def parse_bodies(text: str) -> list[tuple[str, Body]]:
-    """Bodies from what a person writes: descriptions or files, separated by commas.
+    """Read comma-separated descriptions or files of bodies; each body gets a name that can be a folder's.
 
-    Parameters
-    ----------
-    text : str
-        Such as ``"neutral, female height=1.55, male"``, ``"SMPL_NEUTRAL.npz"`` or
-        ``"SMPL_NEUTRAL.npz betas=walking.npz"``.
-
-    Returns
-    -------
-    list of (str, Body)
-        A name that can be a folder's, and the body.
-
-    Raises
-    ------
-    ValueError
-        If a description is not understood or a shape cannot be reached.
+    Such as ``neutral, female height=1.55, male`` or ``SMPL_NEUTRAL.npz betas=walking.npz``. A ValueError says
+    which is not understood, or cannot be reached.
     """
-    parts = [part.strip() for part in text.split(",") if part.strip()]
-    if not parts:
+    if not (parts := words(text)):
         raise ValueError(f"give at least one body, such as {EXAMPLE}")
-    bodies = [(_folder_name(part), _body(part)) for part in parts]
+    bodies = [_named_body(part) for part in parts]
     if len({name.lower() for name, _ in bodies}) < len(bodies):
         raise ValueError(f"two of the bodies are the same: {text}")
     return bodies
 
 
-def _body(text: str) -> Body:
-    words = text.split()
+def _named_body(text: str) -> tuple[str, Body]:
+    with_betas = BETAS.fullmatch(text)
+    file, betas = (with_betas["file"], with_betas["betas"]) if with_betas else (text, "")
+    return _folder_name(file, betas), _body(text, file, betas)
+
+
+def _folder_name(file: str, betas: str = "") -> str:
+    more = f" betas {Path(betas).name}" if betas else ""
+    name = re.sub(r"[^0-9A-Za-z.]+", "_", Path(file).name + more).rstrip(".")
+    return f"body_{name}" if reserved(name) or not name else name
+
+
+def _body(text: str, file: str, betas: str) -> Body:
+    gender, *shape = text.split()
     if text in MORPHOLOGIES:
         return shaped(Body.bundled(), **MORPHOLOGIES[text]) if MORPHOLOGIES[text] else Body.bundled()
-    if words[0] in GENDERS:
-        return _shaped(words)
-    with_betas = BETAS.fullmatch(text)
-    file, betas = (with_betas["file"], _betas(with_betas["betas"])) if with_betas else (text, None)
+    if gender in GENDERS:
+        return shaped(Body.bundled(), gender=GENDERS[gender], **dict(map(_shape_parameter, shape)))
     if Path(file).suffix:
         with needs_blender():
             from w2w.scene.adopt import adopt_file
 
+        coefficients = _betas(betas) if betas else None
         with quiet_output():
-            return adopt_file(file, betas)
+            return adopt_file(file, coefficients)
     raise ValueError(
         f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
     )
 
 
-def _folder_name(text: str) -> str:
-    with_betas = BETAS.fullmatch(text)
-    file, betas = (
-        (with_betas["file"], " betas " + Path(with_betas["betas"]).name) if with_betas else (text, "")
-    )
-    name = re.sub(r"[^0-9A-Za-z.]+", "_", Path(file).name + betas).rstrip(".")
-    return f"body_{name}" if reserved(name) or not name else name
+def _shape_parameter(word: str) -> tuple[str, float]:
+    name, _, text = word.partition("=")
+    try:
+        value = float(text)
+    except ValueError:
+        raise ValueError(f"'{word}' is not understood: write a shape as {EXAMPLE}") from None
+    if name not in SHAPE_PARAMETERS:
+        raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
+    return name, value
 
 
 def _betas(text: str) -> np.ndarray:
@@ -94,45 +143,78 @@ def _betas(text: str) -> np.ndarray:
         ) from error
 
 
-def _shaped(words: list[str]) -> Body:
-    given = {}
-    for word in words[1:]:
-        name, _, value = word.partition("=")
-        try:
-            given[name] = float(value)
-        except ValueError:
-            raise ValueError(f"'{word}' is not understood: write a shape as {EXAMPLE}") from None
-        if name not in SHAPE_PARAMETERS:
-            raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
-    return shaped(Body.bundled(), gender=GENDERS[words[0]], **given)
-
-
-def parse_wishes(only: str, forbid: str, must: str, costs: Path | None) -> Constraints:
-    """The options as `Constraints`.
-
-    Raises
-    ------
-    ValueError, OSError
-        If a cost is wrong or its table cannot be read.
-    """
-    return Constraints(words(only), words(forbid), words(must), read_costs(costs) if costs else ())
-
-
 def wishes_over(
     run: Constraints, only: str | None, forbid: str | None, must: str | None, costs: Path | None
 ) -> Constraints:
-    """A run's wishes, with those options in their place that are given.
-
-    Raises
-    ------
-    ValueError, OSError
-        As `parse_wishes`.
-    """
+    """A run's constraints, with the options that are given in the place of its own."""
     given = {"only": only, "forbid": forbid, "must": must}
     changed = {name: words(text) for name, text in given.items() if text is not None}
     return replace(run, **changed, **({"costs": read_costs(costs)} if costs else {}))
 
 
-def words(text: str) -> tuple[str, ...]:
-    """What a person lists, separated by commas."""
-    return tuple(part.strip() for part in text.split(",") if part.strip())
+def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherSensors:
+    """`--record`, `--recognise-by` and `--magnetic-dip` as `FurtherSensors`; a ValueError names them."""
+    recorded, recognised = (tuple(dict.fromkeys(words(text.lower()))) for text in (record, features))
+    try:
+        return FurtherSensors(recorded, recognised, magnetic_dip)
+    except ValueError as error:
+        raise ValueError(f"--record, --recognise-by, --magnetic-dip: {error}") from error
+
+
+def chosen_sensor(text: str) -> SensorModel:
+    """The sensor that `--sensor` names: a preset, or a file's; a ValueError says why there is none."""
+    if not (text.lower().endswith(".json") or Path(text).is_file()):
+        try:
+            return preset(text)
+        except ValueError as error:
+            raise ValueError(f"--sensor: {error}, or a JSON file of your own part") from error
+    try:
+        return read_sensor(text)
+    except OSError as error:
+        raise ValueError(f"--sensor: {text} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise ValueError(f"--sensor: {error}") from error
+
+
+def sensor_settings(text: str) -> dict[str, str | SensorModel]:
+    """`--sensor` as fields of a `StudyConfig`."""
+    model = chosen_sensor(text)
+    own = {} if PRESETS.get(model.name) == model else {"own_sensor": model}
+    return {"sensor": model.name, **own}
+
+
+def synthesis_settings(rate: float, band: float, convention: str) -> Synthesis:
+    """`--rate`, `--band` and `--convention` as a `Synthesis`; a ValueError says which is wrong."""
+    if convention not in CONVENTIONS:
+        raise ValueError(f"--convention must be {' or '.join(CONVENTIONS)}, not {convention}")
+    if not (math.isfinite(rate) and math.isfinite(band)):
+        raise ValueError("--rate and --band must be numbers of Hz")
+    return Synthesis(rate_hz=rate, cutoff_hz=band or None, convention=convention)
+
+
+def window_spec(window: float, stride: float | None) -> WindowSpec:
+    """`--window` and `--stride` as a `WindowSpec`; a ValueError says which is wrong."""
+    if not math.isfinite(window):
+        raise ValueError(f"--window must be a number of seconds, not {window:g}")
+    if stride is not None and not 0 < stride <= window:
+        raise ValueError(
+            f"--stride must be at most the window's length (--window {window:g}), not {stride:g}"
+        )
+    return WindowSpec.of_length(window, stride)
+
+
+def window_warning(content: dict[str, Any], used: int) -> str:
+    """A sentence where most clips are shorter than a window; empty where they are not."""
+    shorter = content["clips_shorter"]
+    if 2 * shorter <= used:
+        return ""
+    return (
+        f"{shorter} of {used} clips are shorter than the window of {content['length_s']:g} s and are "
+        f"repeated to fill it. Half of the clips last {content['longest_useful_s']:g} s or more: use a "
+        "--window of at most that"
+    )
+
+
+def pose_facts(rate: float | None, unit: str, up: str, joints: str) -> PoseFacts:
+    """The options for joint positions as `PoseFacts`; a ValueError says which is unknown."""
+    return PoseFacts(rate, unit or None, up or None, joints or None)

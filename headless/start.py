@@ -20,30 +20,16 @@ def main() -> None:
 
 
 def run_script(*command: str) -> None:
-    """Run what stands after ``--``, or after the script's name, as arguments of `command`.
-
-    Raises
-    ------
-    SystemExit
-        With the command's exit code, or a sentence where W2W's libraries are missing.
-    """
+    """Run `command` with the arguments after ``--``, or after the script's name; ends the process."""
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
     open_closed_streams()
-    find_libraries()
     _run([*command, *arguments], "w2w")
 
 
 def run_arguments(arguments: list[str]) -> int:
-    """Run ``blender --command w2w`` with what stands after it.
-
-    Returns
-    -------
-    int
-        The exit code.
-    """
+    """Run ``blender --command w2w`` with its arguments; returns the exit code."""
     open_closed_streams()
     try:
-        find_libraries()
         _run(arguments, "blender --command w2w")
     except SystemExit as ended:
         if not isinstance(ended.code, str):
@@ -54,19 +40,14 @@ def run_arguments(arguments: list[str]) -> int:
 
 
 def _run(arguments: list[str], program: str) -> None:
+    find_libraries()
     if "bpy" in sys.modules:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # Blender's own would not stop a run
     _commands()(arguments, program)
 
 
 def _commands() -> Callable[..., None]:
-    """The command line, imported.
-
-    Raises
-    ------
-    SystemExit
-        With a sentence, where there is no room for W2W's libraries.
-    """
+    """Import the command line; a SystemExit with a sentence says that there is too little memory for it."""
     try:
         from .app import main
     except (ImportError, MemoryError) as error:

@@ -2,8 +2,8 @@
 """Stop at Ctrl-C, SIGTERM and SIGHUP: the workers first, then a sentence, then this process.
 
 Nothing is unwound: an exception out of a signal handler is lost where it meets a destructor or a
-callback, and comes out as a traceback elsewhere. What is on disk stands a kill at any moment anyway.
-Light to import, so that it can stand before everything that takes a second.
+callback, and comes out as a traceback elsewhere. What is on disk survives a kill at any moment anyway.
+It imports little, so that it is ready before everything that takes a second.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 
 from .blender import inside_blender
 
@@ -25,15 +26,17 @@ SHOW_CURSOR = "\x1b[?25h"
 SAY_S = 1.0
 """Seconds that a last word may take: nobody may be reading."""
 
+QUIET_TRACKERS = "ignore:resource_tracker"
 
+
+@dataclass
 class _Stop:
-    """What is to be done before this process ends."""
+    """The handler of all signals, and what is to be done before this process ends."""
 
-    def __init__(self) -> None:
-        self.process = 0
-        self.screen = -1
-        self.works: list[Callable[[], None]] = []
-        self.line: Callable[[int], str] | None = None
+    process: int = 0
+    screen: int = -1
+    works: list[Callable[[], None]] = field(default_factory=list)
+    line: Callable[[int], str] | None = None
 
     def __call__(self, number: int, _frame: object) -> None:
         code = 128 + number
@@ -43,17 +46,11 @@ class _Stop:
         for work in reversed(self.works):
             with suppress(Exception):
                 work()
-        self.say(code)
-        os._exit(code)
-
-    def say(self, code: int) -> None:
-        """Say it on the screen, or for machines."""
         _try(sys.stdout.flush)
-        if self.line is not None:
-            text = self.line(code) + "\n"
-        else:
-            text = f"{SHOW_CURSOR if os.isatty(self.screen) else ''}\n{STOPPED}\n"
+        said = f"{SHOW_CURSOR if os.isatty(self.screen) else ''}\n{STOPPED}\n"
+        text = said if self.line is None else self.line(code) + "\n"
         _try(lambda: os.write(self.screen, text.encode()))
+        os._exit(code)
 
 
 def _try(work: Callable[[], object]) -> None:
@@ -113,46 +110,43 @@ def always_when_stopped(work: Callable[[], None]) -> None:
 def deaf_children() -> Iterator[None]:
     """Start workers of loky that a Ctrl-C in the terminal does not reach: this process ends them.
 
-    Workers of the Blender program stand in a session of their own and need nothing.
+    Workers of the Blender program have a session of their own and need nothing.
     """
     if inside_blender():
         yield
         return
     _start_trackers()
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
+    with _held_back("SIGINT"):
         yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _start_trackers() -> None:
     """Start the trackers of semaphores, loky's and Python's own, which free those of a killed run.
 
-    Without their warning of that, deaf to a terminal that closes, and before SIGINT is blocked:
-    starting one ends by unblocking it.
+    They do that without a warning, are deaf to a terminal that closes, and start before SIGINT is held back:
+    starting one ends by letting it through.
     """
     from multiprocessing import resource_tracker as pythons
 
-    from loky.backend import resource_tracker
+    from loky.backend import resource_tracker as lokys
 
-    before = os.environ.get("PYTHONWARNINGS")
-    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker")))
-    try:
-        if sys.platform == "win32":
-            resource_tracker.ensure_running()
-            return
-        heard = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])  # which a child inherits
-        try:
-            resource_tracker.ensure_running()
+    others = os.environ.get("PYTHONWARNINGS", "")
+    if QUIET_TRACKERS not in others:
+        os.environ["PYTHONWARNINGS"] = f"{others},{QUIET_TRACKERS}".lstrip(",")
+    with _held_back("SIGHUP"):
+        lokys.ensure_running()
+        if sys.platform != "win32":
             pythons.ensure_running()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+
+
+@contextmanager
+def _held_back(name: str) -> Iterator[None]:
+    """Block a signal, for the processes that the block starts, too; Windows cannot."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [getattr(signal, name)])
+    try:
+        yield
     finally:
-        if before is None:
-            del os.environ["PYTHONWARNINGS"]
-        else:
-            os.environ["PYTHONWARNINGS"] = before
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -15,15 +15,15 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from rich.console import Console
 
-from w2w.core.body.body import Body
 from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.patches.own_placements import read_placements
 from w2w.core.ranking.utility import unavailable
 from w2w.core.ranking.weights import read_weights
+from w2w.core.selection.constraints import Constraints
 from w2w.core.study import FILES, StudyConfig
 
-from . import options, pose_options, signal_options, window_options
+from . import options
 from .declared import DeclaredOptions
 from .runs.garments import parse_garments
 from .runs.guard import LIMIT_S, MEMORY
@@ -36,7 +36,7 @@ RUN = "How the run is done"
 
 @dataclass(frozen=True)
 class StudyOptions(DeclaredOptions):
-    """What is asked of a study, as the command line gives it: its parameters, and how it is run."""
+    """The options of a study: its parameters, and how it is run."""
 
     bodies: Annotated[
         str,
@@ -54,7 +54,7 @@ class StudyOptions(DeclaredOptions):
         ),
     ] = ""
     workers: Annotated[int, typer.Option(min=1, help="Clips processed in parallel.")] = os.cpu_count() or 1
-    stride: window_options.Stride = None
+    stride: options.Stride = None
     bone_map: Annotated[
         list[Path] | None,
         typer.Option(
@@ -68,10 +68,10 @@ class StudyOptions(DeclaredOptions):
             help="Keep labels apart that differ only in case, spaces or underscores.", rich_help_panel=FILES
         ),
     ] = False
-    pose_rate: pose_options.PoseRate = None
-    pose_unit: pose_options.PoseUnit = ""
-    pose_up: pose_options.PoseUp = ""
-    pose_joints: pose_options.PoseJoints = ""
+    pose_rate: options.PoseRate = None
+    pose_unit: options.PoseUnit = ""
+    pose_up: options.PoseUp = ""
+    pose_joints: options.PoseJoints = ""
     pictures: Annotated[
         bool, typer.Option(help="Render heatmaps and save study.blend.", rich_help_panel=RUN)
     ] = True
@@ -102,22 +102,16 @@ class StudyOptions(DeclaredOptions):
     ] = False
 
     def config(self) -> StudyConfig:
-        """The study's parameters.
-
-        Raises
-        ------
-        ValueError, OSError
-            If an option is wrong, or a file it names cannot be read; the message says which.
-        """
+        """The study's parameters; a ValueError or OSError says which option is wrong."""
         config = StudyConfig(
             patches=self.patches,
             placements=tuple(read_placements(self.placements).items()) if self.placements else (),
             garments=parse_garments(self.garment),
-            synthesis=signal_options.synthesis_settings(self.rate, self.band, self.convention),
+            synthesis=options.synthesis_settings(self.rate, self.band, self.convention),
             root_band_hz=self.root_band,
-            further=signal_options.further_sensors(self.record, self.recognise_by, self.magnetic_dip),
-            **signal_options.sensor_settings(self.sensor),
-            windows=window_options.window_spec(self.window, self.stride),
+            further=options.further_sensors(self.record, self.recognise_by, self.magnetic_dip),
+            **options.sensor_settings(self.sensor),
+            windows=options.window_spec(self.window, self.stride),
             classifier=self.classifier,
             augmentation=parse_augmentation(self.augment, self.copies),
             folds=self.folds,
@@ -127,7 +121,7 @@ class StudyOptions(DeclaredOptions):
             background=options.words(self.background),
             weights=read_weights(self.weights) if self.weights else (),
             max_places=self.max_places,
-            constraints=options.parse_wishes(self.only, self.forbid, self.must, self.costs),
+            constraints=options.wishes_over(Constraints(), self.only, self.forbid, self.must, self.costs),
             seed=self.seed,
             title=self.title.strip(),
         )
@@ -135,31 +129,15 @@ class StudyOptions(DeclaredOptions):
             raise ValueError(problem)
         return config
 
-    def chosen_bodies(self) -> list[tuple[str, Body]]:
-        """The bodies asked for, each with a name.
-
-        Raises
-        ------
-        ValueError
-            If a description is not understood.
-        """
-        return options.parse_bodies(self.bodies)
-
     def engine(self) -> Engine:
-        """Who does the clips, and how they are read.
-
-        Raises
-        ------
-        ValueError, OSError
-            If a bone map or a fact of joint positions is wrong.
-        """
-        pose = pose_options.pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
+        """Who does the clips; a ValueError or OSError where a bone map or a pose option is wrong."""
+        pose = options.pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
         bone_maps = tuple(BoneMap.load(path) for path in self.bone_map or ())
         memory = round(self.clip_memory * 2**30)
         return Engine(self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose)
 
     def monitor(self, console: Console) -> RunMonitor:
-        """Tells people, or machines with --log-json, how far the run has come."""
+        """The monitor for people, or for machines with --log-json."""
         if not self.log_json:
             return RunMonitor(console)
         console.quiet = True
@@ -168,7 +146,7 @@ class StudyOptions(DeclaredOptions):
 
 
 def with_study_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command every option of `StudyOptions` beside its own; it gets them as its argument `asked`."""
+    """Give a command every option of `StudyOptions` beside its own; it gets them as `asked`."""
     own = inspect.signature(command)
     hints = get_type_hints(command, include_extras=True)
     shared_hints = get_type_hints(StudyOptions, include_extras=True)

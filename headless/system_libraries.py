@@ -7,6 +7,7 @@ Runs by itself on a bare Python, before anything is installed: it prints what is
 from __future__ import annotations
 
 import ctypes
+import re
 import sys
 
 LIBRARIES = {
@@ -21,6 +22,8 @@ LIBRARIES = {
 }
 """Each library, and the Debian package that brings it with the drivers it needs."""
 
+UNOPENED = re.compile(r"(\S+\.so[.\d]*): cannot open shared object file")
+
 
 def missing_libraries() -> list[str]:
     """The libraries that cannot be loaded here, by the names Blender's module asks for (Linux only)."""
@@ -30,6 +33,19 @@ def missing_libraries() -> list[str]:
 def how_to_install(libraries: list[str]) -> str:
     """The line to run on Debian and Ubuntu for some of `LIBRARIES`."""
     return f"sudo apt-get install -y {' '.join(LIBRARIES[name] for name in libraries)}"
+
+
+def missing_library(text: str) -> str:
+    """What to do about the library that the dynamic linker says it cannot open; empty where it names none."""
+    found = UNOPENED.findall(text)
+    if not found:
+        return ""
+    library = found[-1]
+    what_to_do = "install the package that brings it"
+    if library in LIBRARIES:
+        line = how_to_install([library, *(name for name in missing_libraries() if name != library)])
+        what_to_do = f"on Debian and Ubuntu run: {line}"
+    return f"the system library {library} is missing; {what_to_do}"
 
 
 def _loads(library: str) -> bool:

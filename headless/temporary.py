@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A temporary folder of this process, its workers and Blender, of which nothing stays behind.
 
-It stands in a folder of the user's in the system's temporary folder. A lock beside it is held by the
-process for as long as it lives: folders whose lock nobody holds are what a killed process left.
+The process holds a lock in it for as long as it lives. A folder whose lock nobody holds is a killed one's.
 """
 
 from __future__ import annotations
@@ -10,86 +9,59 @@ from __future__ import annotations
 import atexit
 import os
 import shutil
-import stat
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
 
 from .stopping import always_when_stopped
 
-VARIABLES = ("TMPDIR", "TEMP", "TMP")
-"""Where Python and Blender look."""
+PREFIX = "w2w-run-"
 
 _HELD: list[FileLock] = []
 
 
 def use_own_temporary_folder() -> None:
-    """Make a temporary folder, and have this process and its children use it; remove those of dead processes.
+    """Make a temporary folder for this process and its children, and remove those of killed processes.
 
     Where none can be made, everything stays as it is.
     """
     if _HELD:
         return
+    for other in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with suppress(OSError, Timeout):  # its process lives
+            _remove_abandoned(other)
     try:
-        home = _home()
-        with FileLock(home / "lock", timeout=10):
-            _remove_abandoned(home)
-            folder = Path(tempfile.mkdtemp(prefix="run-", dir=home))
-            lock = FileLock(_lock_of(folder))
-            lock.acquire(timeout=0)
+        folder = tempfile.mkdtemp(prefix=PREFIX)
+        lock = FileLock(Path(folder, "lock"))
+        lock.acquire(timeout=0)
     except (OSError, Timeout):
         return
     _HELD.append(lock)
-    os.environ.update(dict.fromkeys(VARIABLES, str(folder)))
-    tempfile.tempdir = str(folder)
+    os.environ.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder))  # where Python and Blender look
+    tempfile.tempdir = folder
 
     def remove() -> None:
+        lock.release()  # Windows removes no open file
         shutil.rmtree(folder, ignore_errors=True)
-        _lock_of(folder).unlink(missing_ok=True)
 
     atexit.register(remove)
     always_when_stopped(remove)
     always_when_stopped(_remove_blenders)
 
 
-def _home() -> Path:
-    """The user's own folder, which nobody else can have put there.
-
-    Raises
-    ------
-    OSError
-        If somebody has.
-    """
-    user = os.getuid() if hasattr(os, "getuid") else None
-    home = Path(tempfile.gettempdir()) / (f"w2w-{user}" if user is not None else "w2w")
-    home.mkdir(mode=0o700, exist_ok=True)
-    found = home.lstat()
-    if not stat.S_ISDIR(found.st_mode) or (user is not None and found.st_uid != user):
-        raise OSError(f"{home} is not a folder of this user's")
-    return home
-
-
-def _remove_abandoned(home: Path) -> None:
-    for folder in home.glob("run-*"):
-        if not folder.is_dir():
-            continue
-        lock = FileLock(_lock_of(folder))
-        try:
-            with lock.acquire(timeout=0):
-                shutil.rmtree(folder, ignore_errors=True)
-        except Timeout:
-            continue
-        _lock_of(folder).unlink(missing_ok=True)
-
-
-def _lock_of(folder: Path) -> Path:
-    return folder.with_name(f"{folder.name}.lock")
+def _remove_abandoned(folder: Path) -> None:
+    """Remove a folder of this user's whose lock nobody holds; one without a lock is just being made."""
+    mine = not hasattr(os, "getuid") or folder.lstat().st_uid == os.getuid()
+    if mine and (folder / "lock").is_file():
+        with FileLock(folder / "lock", timeout=0):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _remove_blenders() -> None:
-    """The Blender program made its own before it started W2W."""
+    """Remove the folder that the Blender program made before it started W2W."""
     if "bpy" in sys.modules:
         folder = Path(sys.modules["bpy"].app.tempdir)
         if folder.name.startswith("blender_"):

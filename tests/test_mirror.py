@@ -19,14 +19,10 @@ UNMIRRORED = {  # tested by the tests of what uses them, or of the road they are
     "tests/core/motion": "joint_files repair source",
     "tests/core/ranking/classifiers/multi3net": "examples group scores settings training",
     "tests/core/selection": "terms",
-    "tests/headless": "app blender console options run start study_options temporary w2w window_options",
+    "tests/headless": "app console options run start study_options temporary w2w",
     "tests/headless/commands": "demo execute sensors status",
-    "tests/headless/reports": (
-        "advice_text comparison console_tables own_table pictures redraw report_data signal_figure"
-    ),
-    "tests/headless/runs": (
-        "blender_worker clip clip_records folder guard load_clip monitor own_sensor picture_names study"
-    ),
+    "tests/headless/reports": ("comparison console_tables pictures redraw report_data signal_figure"),
+    "tests/headless/runs": ("blender_worker clip folder guard load_clip monitor own_sensor study"),
     "tests/scene": (
         "evaluated fast_path fcurves gltf load output packing patches playback reshape scene_motion "
         "study_file study_record takes"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The door for Python: motions become signals, and signals a ranking of patches."""
+"""W2W from Python: motions become signals, and signals a ranking of patches."""
 
 from __future__ import annotations
 
@@ -37,16 +37,7 @@ from .ranking import Ranking
 
 @dataclass(frozen=True, eq=False)
 class Signals(Sequence[ImuRecording]):
-    """What a sensor on every patch records, motion by motion.
-
-    Parameters
-    ----------
-    recordings : tuple of ImuRecording
-        One a motion, with its labels.
-    patches : PatchSet
-    motions : Motions
-        What was recorded.
-    """
+    """What a sensor on every patch records: one recording for each motion, with its labels."""
 
     recordings: tuple[ImuRecording, ...]
     patches: PatchSet
@@ -87,9 +78,9 @@ def synthesize(
     rate : float
         Samples per second.
     seed : int
-        Of the sensors' errors.
+        Seed of the sensors' errors.
     settings : Synthesis, optional
-        Everything else about how ideal signals are made; `rate` is then its own.
+        Everything else about how ideal signals are made; its rate replaces `rate`.
     body : Body, optional
         The body that moves, where `motions` are not from `load`; W2W's own by default.
 
@@ -107,9 +98,9 @@ def synthesize(
         several = (motions,) if isinstance(motions, Motion) else tuple(motions)
         motions = Motions(several, body or Body.bundled(), (), ("",) * len(several))
     if not len(motions) or not all(isinstance(motion, Motion) for motion in motions):
-        raise ValueError("there is no motion to record: load gives them")
+        raise ValueError("there is no motion to record: read some with load")
     if not isinstance(motions.body, Body) or not isinstance(patches, PatchSet):
-        raise ValueError("patches are those that sample_patches or patches_at gives of a Body")
+        raise ValueError("make the patches with sample_patches or patches_at, and the body with load_body")
     if len(patches.labels) != len(motions.body.vertices):
         raise ValueError(
             f"the patches are of a body of {len(patches.labels)} vertices and the motions of one of "
@@ -142,7 +133,7 @@ def rank(
     Parameters
     ----------
     signals : Signals
-        From `synthesize`; their labels are what is recognised.
+        From `synthesize`; their labels are the activities to recognise.
     classifier : str or object
         "ridge", "trees", "multi3net", or a classifier of your own: an `EstimatorClassifier` around any
         scikit-learn estimator, or an object with `inputs` and `predict_folds` as `Ridge` has them.
@@ -153,22 +144,22 @@ def rank(
     by_subject : bool
         Leave one subject out at a time instead.
     seed : int
-        Of the folds, the bootstrap and the classifier.
+        Seed of the folds, the bootstrap and the classifier.
     progress : callable, optional
         Given the fraction done.
     background : sequence of str
         Activities that are trained against and count in no mean.
     weights : mapping of str to float, optional
-        What activities count in the mean, 1 by default.
+        Weights of activities in the mean, 1 by default.
 
     Raises
     ------
     ValueError
-        If fewer than two activities can be tested, an activity given is no clip's, or the classifier, the
-        windows or the folds are none; the message says why.
+        If fewer than two activities can be tested, no clip shows a given activity, or the classifier, the
+        windows or the folds are not valid; the message says why.
     """
     if not isinstance(signals, Signals) or not len(signals):
-        raise ValueError("signals are those that synthesize gives, of one motion at least")
+        raise ValueError("there are no signals to rank: make some with synthesize")
     if isinstance(background, str) or not isinstance(weights or {}, Mapping):
         raise ValueError(
             "background is a list of activities, and weights give each a number: {'falling': 3.0}"
@@ -187,17 +178,16 @@ def rank(
     )
     as_features = inputs_of(classifier) == "features"
     used, found, inputs, skipped = [], [], [], []
-    for number, (recording, motion) in enumerate(zip(signals, signals.motions, strict=True)):
+    clips = zip(signals, signals.motions, signals.motions.motion_keys, strict=True)
+    for number, (recording, motion, key) in enumerate(clips):
         name = recording.clip or f"clip {number}"
         try:
             windows = cut_windows(recording, spec)
         except TooShortError as error:
             skipped.append((name, str(error)))
             continue
-        inputs.append(
-            window_features(windows.signals, recording.rate) if as_features else np.array(windows.signals)
-        )
-        key = signals.motions.motion_keys[number]
+        cut = windows.signals
+        inputs.append(window_features(cut, recording.rate) if as_features else np.array(cut))
         used.append(LabelledClip(name, recording.activity, recording.subject, key))
         found.append(ClipWindows(windows.is_test, motion_signature(motion), (len(windows.is_test),)))
     if not used:
@@ -212,7 +202,7 @@ def rank(
 
 
 def _left_out(signals: Signals, utility: UtilityMap, copies: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Activities of the clips that are not ranked and why; a warning says so."""
+    """The clips' activities that are not ranked, each with the reason; a warning says so."""
     activities = {recording.activity for recording in signals}
     too_short = {
         name: f"{name} has only clips that are too short for a window"
@@ -227,7 +217,7 @@ def _left_out(signals: Signals, utility: UtilityMap, copies: Sequence[tuple[str,
 
 
 def open_results(folder: str | Path) -> Ranking:
-    """The ranking that `w2w run` left in a results folder.
+    """Read the ranking that `w2w run` left in a results folder.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The door for Python: bodies and motions from files."""
+"""W2W from Python: bodies and motions from files."""
 
 from __future__ import annotations
 
@@ -24,23 +24,14 @@ from .core.motion.source import UnusableMotion
 
 @dataclass(frozen=True, eq=False)
 class Motions(Sequence[Motion]):
-    """Motions on one body.
-
-    Parameters
-    ----------
-    motions : tuple of Motion
-    body : Body
-        The body that they move.
-    skipped : tuple of (str, str)
-        Files that could not be used, each with the reason.
-    motion_keys : tuple of str
-        As in a labels file: equal keys mark one recorded motion; empty where unknown.
-    """
+    """Motions on one body."""
 
     motions: tuple[Motion, ...]
     body: Body
     skipped: tuple[tuple[str, str], ...] = ()
+    """Files that could not be used, each with the reason."""
     motion_keys: tuple[str, ...] = ()
+    """As in a labels file: equal keys mark one recorded motion; empty where unknown."""
 
     @overload
     def __getitem__(self, index: int) -> Motion: ...
@@ -67,7 +58,7 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
     Raises
     ------
     ValueError
-        If it is no body that W2W can use; the message says why.
+        If W2W cannot use the body; the message says why.
     ModuleNotFoundError
         If reading it needs Blender's Python module, which is missing.
     """
@@ -120,12 +111,12 @@ def load(
     """
     body = Body.bundled() if body is None else body
     if not isinstance(body, Body):
-        raise ValueError(f"body is a Body, such as load_body or shaped give, not {body!r}")
+        raise ValueError(f"body must be a Body, from load_body or shaped, not {body!r}")
     if not isinstance(pose, PoseFacts):
-        raise ValueError(f"pose is PoseFacts(rate=30), say, not {pose!r}")
+        raise ValueError(f"pose must be PoseFacts, such as PoseFacts(rate=30), not {pose!r}")
     path = Path(path)
     if path.is_file() and labels is not None:
-        raise ValueError("labels are of the files in a folder: give the folder")
+        raise ValueError("labels are for the files in a folder: give the folder")
     if path.is_file():
         motion = _read(path, body, bone_maps, pose)
         if not motion.activity:
@@ -148,15 +139,9 @@ def load(
 
 
 def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Motion:
-    """One file on the body.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be used, or needs a module that is missing.
-    """
+    """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
     if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-        return on_the_ground(body, Motion.load(path))  # which keeps W2W's labels
+        return on_the_ground(body, Motion.load(path))  # keeps W2W's labels
     from .scene.load import carry, read_motion
     from .scene.output import quiet_output
 
@@ -170,7 +155,7 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
 
 @contextmanager
 def _needs_blender(file: str) -> Iterator[None]:
-    """Say in a sentence where an import fails for want of Blender's module."""
+    """Raise a ValueError with a sentence where an import lacks Blender's module."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A ranking of patches as Python sees it: scores, the best patch, a set to wear, a table and a picture."""
+"""W2W from Python: a ranking's scores, its best patch, sets to wear, a table and a picture."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Ranking:
         Raises
         ------
         ValueError
-            If nothing on the body is called so, or no patch lies within 10 cm of it.
+            If there is no such place on the body, or no patch within 10 cm of it.
         """
         return [resolve(name, self.body, self.patches) for name in placements]
 
@@ -123,7 +123,7 @@ class Ranking:
         target : float
             Expected macro F1 to reach.
         every_activity : float
-            Expected F1 that no activity may fall short of; 0 for none.
+            Expected F1 to reach for each activity, too; 0 for no such limit.
         max_sensors : int, optional
         constraints : Constraints, optional
             Where sensors may and must go, and what they cost there.
@@ -140,50 +140,43 @@ class Ranking:
         """
         if not isinstance(constraints, Constraints | None):
             raise ValueError(
-                f"constraints are given as Constraints(forbid=('head',)), not as {constraints!r}"
+                f"constraints must be Constraints, such as Constraints(forbid=('head',)), not {constraints!r}"
             )
         constraints = constraints or Constraints()
         wished = {"target": target, "max_places": max_sensors, "every_activity": every_activity}
         config = replace(self.config, **wished, constraints=constraints)
-        constraints.terms(self.patches)  # refused before what takes time
+        constraints.terms(self.patches)  # refuse wrong ones before the slow part
         if self._set_tests is None:
-            raise ValueError("sets to wear together are chosen by the classifier 'ridge' only")
+            raise ValueError("only the classifier 'ridge' chooses sets to wear together")
         return choose_to_wear(self.utility, self.patches, config, self._set_tests).worn
 
     def _checked(self, patches: Sequence[int]) -> list[int]:
-        """Numbers of patches.
-
-        Raises
-        ------
-        ValueError
-            If one of them is none.
-        """
         for patch in patches:
             if not (isinstance(patch, Integral) and 0 <= patch < len(self.patches)):
                 raise ValueError(
-                    f"patches are numbered from 0 to {len(self.patches) - 1}, not {patch!r}; `at` tells"
+                    f"patches are numbered from 0 to {len(self.patches) - 1}, not {patch!r}; `at` finds them"
                 )
         return [int(patch) for patch in patches]
 
     @cached_property
     def _set_tests(self) -> SetTests | None:
-        """What sets are judged by; None for other classifiers than the ridge."""
+        """Tests for sets of patches; None for other classifiers than the ridge."""
         pooling = Pooling.on(self.body, self.patches)
         return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
 
     def table(self, patches: Sequence[int] | None = None) -> list[dict[str, Any]]:
-        """One row a patch: number, name, region, expected F1 with its interval, and F1 on these clips."""
+        """A row for each patch: number, name, region, expected F1 with its interval, F1 on these clips."""
         chosen = range(len(self.patches)) if patches is None else self._checked(patches)
         utility = self.utility
-        before = ("patch", "name", "region", "expected_mean", "expected_low", "expected_high")
+        expected = ("expected_mean", "expected_low", "expected_high")
         after = ("mean", "mean_low", "mean_high")
-        names = apart(self.activities, (*before, *after))
+        names = apart(self.activities, ("patch", "name", "region", *expected, *after))
         return [
             {
                 "patch": int(patch),
                 "name": self.names[patch],
                 "region": self.patches.regions[patch],
-                **{name: float(getattr(utility, name)[patch]) for name in before[3:]},
+                **{name: float(getattr(utility, name)[patch]) for name in expected},
                 **{name: float(value) for name, value in zip(names, utility.f1[patch], strict=True)},
                 **{name: float(getattr(utility, name)[patch]) for name in after},
             }

@@ -15,13 +15,12 @@ from w2w.core.imu.calibration import Calibration, calibrate
 from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.sensor_file import write_sensor
 
-from ..console import NOTHING_TO_DO, USAGE
+from ..console import NOTHING_TO_DO, USAGE, ending
 from ..declared import DEFAULTS, declared
-from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
+from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, chosen_sensor, pose_facts
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
 from ..runs.own_sensor import Simulate, files_together, read_pairs
-from ..signal_options import chosen_sensor
 
 
 def calibrate_sensor(
@@ -56,23 +55,20 @@ def calibrate_sensor(
     """Fit how a sensor sat, its soft tissue and its noise to a few minutes of your own recordings.
 
     The file it writes is a sensor for `run`, `synth`, `export` and all else that takes --sensor: --sensor's
-    range, resolution and filters with what was found. What that is worth is said for recordings that
-    were not fitted to.
+    range, resolution and filters, with what was fitted. Its worth is measured on recordings that were left
+    out of the fit.
 
     Exit codes: 0 written, 1 nothing could be used (and why), 2 wrong use.
     """
     console = Console(highlight=False)
-    try:
+    with ending(USAGE, console):
         base = chosen_sensor(sensor)
         if out.suffix.lower() != ".json":
             raise ValueError(f"--out must end in .json, as --sensor expects it, not {shown(out.name)}")
         new_file(out)
         files = files_together(real, motion)
         simulate = Simulate(patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints))
-    except ValueError as error:
-        console.print(str(error), style="red", markup=False)
-        raise typer.Exit(USAGE) from error
-    try:
+    with ending(NOTHING_TO_DO, console, "Not calibrated: "):
         with RunMonitor(console).step("reading and simulating"):
             pairs, left_out = read_pairs(files, simulate)
         for file, why in left_out:
@@ -81,9 +77,6 @@ def calibrate_sensor(
             found = calibrate(pairs, shift)
             what, gains = held_out(pairs, shift)
         write_sensor(out, found.sensor(base, out.stem))
-    except (ValueError, OSError) as error:
-        console.print(f"Not calibrated: {error}", style="red", markup=False)
-        raise typer.Exit(NOTHING_TO_DO) from error
     for line in [*found_lines(found, simulate.patch), *gain_lines(what, gains)]:
         console.print(line, markup=False)
     console.print(f"Written: {shown(out)}. Give it to --sensor.", markup=False)
@@ -91,12 +84,10 @@ def calibrate_sensor(
 
 def found_lines(found: Calibration, patch: str) -> list[str]:
     """What was fitted, in words."""
-    if found.tissue is None:
-        tissue = "Soft tissue: none that helps."
-    else:
-        tissue = "Soft tissue: {:.1f} Hz, damping {:g}, {:.0%} of the motion.".format(*found.tissue).replace(
-            "%", " %"
-        )
+    tissue = "Soft tissue: none that helps."
+    if found.tissue is not None:
+        hertz, damping, share = found.tissue
+        tissue = f"Soft tissue: {hertz:.1f} Hz, damping {damping:g}, {100 * share:.0f} % of the motion."
     shifts = np.array(found.shifts_s)
     apart = f"{shifts.min():+.2f} to {shifts.max():+.2f} s" if len(shifts) > 1 else f"{shifts[0]:+.2f} s"
     return [
@@ -110,7 +101,7 @@ def found_lines(found: Calibration, patch: str) -> list[str]:
 
 
 def gain_lines(what: str, gains: list[Alike]) -> list[str]:
-    """How simulated and worn signals go together before and after."""
+    """How simulated and worn signals correlate before and after."""
     lines = []
     for name, kind in (("specific force", "force"), ("angular velocity", "turning")):
         before, after = np.median([getattr(one, kind) for one in gains], axis=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`w2w demo`: the whole road on a motion library that W2W makes itself."""
+"""`w2w demo`: a whole run on a motion library that comes with W2W."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .execute import check_folder, execute, refused
 LABELS = "labels.csv"
 
 TARGET = 0.99
-"""The exercises are easy to tell apart: one sensor would do for the usual 0.90, and no set would be seen."""
+"""The exercises are easy to tell apart: one sensor reaches the usual 0.90, which would show no set."""
 
 
 def demo(
@@ -56,13 +56,7 @@ def demo(
 
 
 def write_library(folder: Path, clips: int) -> None:
-    """Write the first clips of each activity, and their labels.
-
-    Raises
-    ------
-    ForeignFileError
-        If a file that W2W did not write has one of the names.
-    """
+    """Write the first clips of each activity, and their labels, unless a foreign file is in the way."""
     motions = demo_motions(clips)
     with claimed(folder, [LABELS, *motions]):
         for file, motion in motions.items():

@@ -13,16 +13,25 @@ from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
 from w2w.core.findings.finished_study import Study
 from w2w.core.findings.summary import study_counts, write_failure, write_results
-from w2w.core.motion.library import BLENDER_SUFFIXES, Library
+from w2w.core.motion.library import BLENDER_SUFFIXES
 from w2w.core.ranking.folds import check_testable
 
+from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
-from ..needs_blender import NoBlenderError, check_installed
+from ..options import parse_bodies
 from ..reports import comparison, console_tables, draw, html, pictures
-from ..runs.folder import SUMMARY, TABLES, FolderBusyError, check_results, make_folders, only_run
+from ..runs.folder import (
+    HEATMAPS,
+    SUMMARY,
+    TABLES,
+    FolderBusyError,
+    check_results,
+    make_folders,
+    only_run,
+    picture_files,
+)
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
-from ..runs.picture_names import HEATMAPS, picture_files
 from ..runs.study import RunPlan, StudyError, run_study, write_config
 from ..runs.workers import EngineError
 from ..stopping import STOPPED
@@ -30,7 +39,7 @@ from ..study_options import StudyOptions
 
 
 def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
-    """Say why the run ends here; gives the exit to raise."""
+    """Say why the run ends here; returns the exit to raise."""
     monitor.console.print(text, style="red", markup=False)
     monitor.log("finished", exit_code=code, problem=text)
     return typer.Exit(code)
@@ -38,12 +47,7 @@ def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
 
 @contextmanager
 def refused(monitor: RunMonitor) -> Iterator[None]:
-    """End with a sentence and an exit code what the block finds wrong before any work.
-
-    Raises
-    ------
-    typer.Exit
-    """
+    """End the command with a sentence and an exit code where the block raises, before any work."""
     try:
         yield
     except NoBlenderError as error:
@@ -53,13 +57,7 @@ def refused(monitor: RunMonitor) -> Iterator[None]:
 
 
 def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
-    """Run a study, with its progress on the monitor, and write everything down.
-
-    Raises
-    ------
-    typer.Exit
-        With the exit code, when there is no result.
-    """
+    """Run a study and write everything down; without a result, a typer.Exit has the exit code."""
     try:
         check_folder(plan, out)
         make_folders(out)
@@ -91,17 +89,16 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
             if plan.report:
                 html.write_report(out)
         if plan.pictures:  # last, for Blender may fail to draw where all else is well
-            failed = draw.draw_study(study, monitor)
+            failed = draw.draw_folder(out, study.results.utility.activities, monitor)
     except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
         why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
         monitor.announce("failed", why)
-        if isinstance(error, StudyError):
-            _remove_results(plan, out)
+        if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
+            results = {*TABLES, pictures.BLEND, html.REPORT, *plan.more} - {SUMMARY}
+            remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
         write_failure(out, plan.library, why, error.clips if isinstance(error, StudyError) else ())
         if isinstance(error, StudyError):
-            console_tables.show_skipped(
-                console_tables.skipped_files(error.clips, plan.library), monitor.console
-            )
+            console_tables.show_skipped(error.clips, plan.library, monitor.console)
             console_tables.show_window_warning(error.clips, plan.config.windows, monitor.console)
         raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
     except KeyboardInterrupt as error:
@@ -111,32 +108,23 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
 
 
 def check_folder(plan: RunPlan, out: Path) -> None:
-    """Refuse a results folder in which a file that W2W did not write is in the run's way; changes nothing.
-
-    Raises
-    ------
-    ForeignFileError
-    """
-    drawn = _drawn(plan.library) if plan.pictures else []
+    """Refuse a results folder, by a ForeignFileError, in which a foreign file is in the run's way."""
+    files = picture_files(list(plan.library.activities)) if plan.pictures else []
+    drawn = [f"{HEATMAPS}/{file}" for file in files]
     check_results(out, plan.library, [*_written_by(plan), *drawn, *plan.more])
 
 
 def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, Body]]:
-    """The bodies asked for, once nothing is left that would have the run refused.
+    """The bodies asked for, after all checks that can refuse the run.
 
-    Raises
-    ------
-    ValueError
-        If a body is not understood, no two activities can be told apart, or a file that W2W did not write is
-        in the way.
-    NoBlenderError
-        If clips need Blender's module, and it is not installed.
+    A ValueError or NoBlenderError says that a body is not understood, fewer than two activities can be
+    tested, a foreign file is in the way, or Blender's module is missing.
     """
     clips = plan.library.clips
     check_testable([clip.activity for clip in clips], [clip.motion_key or clip.name for clip in clips])
     if any(clip.path.suffix.lower() in BLENDER_SUFFIXES for clip in clips):
         check_installed()
-    bodies = asked.chosen_bodies()
+    bodies = parse_bodies(asked.bodies)
     if len(bodies) > 1:
         check(out, [comparison.COMPARISON])
     for name, _ in bodies:
@@ -144,35 +132,21 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
     return bodies
 
 
-def _remove_results(plan: RunPlan, out: Path) -> None:
-    """Remove what an earlier run found: it would stand beside a summary that says there is no result."""
-    results = {*TABLES, pictures.BLEND, html.REPORT, *plan.more} - {SUMMARY}
-    remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
-
-
 def _written_by(plan: RunPlan) -> list[str]:
-    """What a run writes into its folder beside clips, heatmaps and what its command adds."""
+    """All that a run writes into its folder but clips, heatmaps and what its command adds."""
     return [*TABLES, *([pictures.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
-
-
-def _drawn(library: Library) -> list[str]:
-    return [f"{HEATMAPS}/{file}" for file in picture_files(list(library.activities))]
 
 
 def execute_bodies(
     plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, strict: bool, monitor: RunMonitor
 ) -> list[tuple[str, Study]]:
-    """Run a study on each body, in `out` or, of several, in a folder each, and compare them.
+    """Run a study on each body, each of several in a folder of its own, and compare them.
 
-    Raises
-    ------
-    typer.Exit
-        With the exit code, when there is no result, or clips were skipped and that must not be.
+    A typer.Exit has the exit code where there is no result, or clips were skipped and `strict` forbids it.
     """
-    studies = []
-    for name, body in bodies:
-        folder = out if len(bodies) == 1 else out / name
-        studies.append((name, execute(plan, body, folder, monitor)))
+    studies = [
+        (name, execute(plan, body, out if len(bodies) == 1 else out / name, monitor)) for name, body in bodies
+    ]
     if len(bodies) > 1:
         console_tables.show_comparison(comparison.write_comparison(studies, out), monitor.console)
     skipped = plan.library.skipped

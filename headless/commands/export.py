@@ -17,10 +17,9 @@ from w2w.core.file_names import shown
 from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital
 
-from ..console import INTERRUPTED, NOTHING_TO_DO, USAGE
+from ..console import NOTHING_TO_DO, USAGE, ending
+from ..options import chosen_sensor, words
 from ..runs.own_files import check_whole, published
-from ..signal_options import chosen_sensor
-from ..stopping import STOPPED
 
 WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch}
 RECORDED = {"bids": bids.write_bids, "parquet": parquet.write_parquet}
@@ -58,7 +57,7 @@ def export(
     Exit codes: 0 written, 1 it cannot be (and why), 2 wrong use, 130 stopped by Ctrl-C.
     """
     console = Console(highlight=False)
-    try:
+    with ending(USAGE, console):
         if tool not in TOOLS:
             raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
         study = StudyResults.load(results)
@@ -67,25 +66,19 @@ def export(
             study, tool, places, sensor, lambda text: console.print(f"{capital(text)}.", markup=False)
         )
         check_whole(target)
-    except (ValueError, OSError) as error:
-        console.print(str(error), style="red", markup=False)
-        raise typer.Exit(USAGE) from error
-    try:
-        with console.status(f"Writing {tool}"), published(target) as folder:
-            said = write(folder)
-    except (ValueError, OSError) as error:
-        console.print(f"Nothing written: {error}", style="red", markup=False)
-        raise typer.Exit(NOTHING_TO_DO) from error
-    except KeyboardInterrupt as error:
-        console.print(f"\n{STOPPED}")
-        raise typer.Exit(INTERRUPTED) from error
+    with (
+        ending(NOTHING_TO_DO, console, "Nothing written: "),
+        console.status(f"Writing {tool}"),
+        published(target) as folder,
+    ):
+        said = write(folder)
     console.print(f"{said}: {escape(shown(target))}")
 
 
 def _writer(
     study: StudyResults, tool: str, places: str, sensor: str, say: Callable[[str], None]
 ) -> Callable[[Path], str]:
-    """What fills a folder and says what it wrote; whatever can be wrong with the arguments is found here."""
+    """The function that fills a folder and says what it wrote; wrong arguments are found before it runs."""
     config = study.config()
     if tool in WINDOWED or tool in RECORDED:
         if sensor:
@@ -97,9 +90,7 @@ def _writer(
         write = {**WINDOWED, **RECORDED}[tool]
         return lambda folder: f"{write(folder, signals)} {kind} of {_listed(signals.names)}"
     model = chosen_sensor(sensor) if sensor else config.sensor_model()
-    given = [name.strip() for name in places.split(",") if name.strip()]
-    if places.strip().lower() == ALL:
-        given = list(study.patches.names)
+    given = list(study.patches.names if places.strip().lower() == ALL else words(places))
     if tool in pose_packs.METHODS:
         patches = placed(study, given or pose_packs.sites_of(tool))
         clips = worn(study, patches, pose_packs.RATE_HZ, model)

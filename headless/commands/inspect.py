@@ -27,8 +27,8 @@ from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.ranking.windows import WindowSpec
 
-from ..console import NOTHING_TO_DO, USAGE
-from ..pose_options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
+from ..console import NOTHING_TO_DO, USAGE, ending
+from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
 from ..runs.workers import load_alone
 
 
@@ -52,13 +52,10 @@ def inspect(
     """
     console = Console(highlight=False)
     body = Body.bundled()
-    try:
+    with ending(USAGE, console):
         label = label_said(file, library, labels)
         pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints)
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
-    except (ValueError, OSError) as error:
-        console.print(str(error), style="red", markup=False)
-        raise typer.Exit(USAGE) from error
     try:
         clip = Clip(file, shown(file.name), "clip", "")
         source, motion, details = load_alone(clip, body, bone_maps, pose)
@@ -81,13 +78,7 @@ def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
 
 
 def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
-    """How a run labels the file, in a sentence.
-
-    Raises
-    ------
-    ValueError
-        If the file is not in the library, or the labels cannot be understood.
-    """
+    """How a run labels the file, in a sentence; a ValueError where it is not in the library."""
     file = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its own name
     if library is None and labels is None:
         inside, above = activity_in(file.parent, file), activity_in(file.parent.parent, file)
@@ -134,7 +125,7 @@ def _about_source(
 
 
 def _about_joints(source: JointPositions, details: dict, body: Body) -> list[tuple[str, str]]:
-    """Which joints they are, which are seen how often, and what they cannot show."""
+    """Which joints there are, which are seldom seen, and what they cannot show."""
     guessed = (
         " (by where the trunk points: say it with --pose-up if it is wrong)" if source.up_is_guessed else ""
     )
@@ -152,7 +143,7 @@ def _about_joints(source: JointPositions, details: dict, body: Body) -> list[tup
         if share < 0.9
     ]
     if rare:
-        rows.append(("seldom seen", f"in so many of the frames: {', '.join(rare)}".replace("%", " %")))
+        rows.append(("seldom seen", f"share of the frames: {', '.join(rare)}".replace("%", " %")))
     return [*rows, ("not seen", f"{'; '.join(unseen(source.joint_set))}: sensors see none of it here")]
 
 

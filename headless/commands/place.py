@@ -13,23 +13,18 @@ from rich.console import Console
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.ranking.weights import check_counting, read_weights
-from w2w.core.results_folder import (
-    StudyResults,
-    choose_to_wear,
-    prepared_tests,
-    ranked_again,
-)
+from w2w.core.results_folder import StudyResults, choose_to_wear, prepared_tests, ranked_again
 from w2w.core.selection.advice import Advice
 from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
-from ..console import BUSY, USAGE
+from ..console import BUSY, USAGE, ending
 from ..declared import declared
-from ..reports.advice_text import show_best_spot, show_worn
+from ..reports.console_tables import show_best_spot, show_worn
 from ..reports.redraw import check_redraw, copied, redraw
 from ..runs.folder import FolderBusyError
-from ..runs.monitor import SILENT, RunMonitor
-from ..runs.own_files import ForeignFileError, new_file
+from ..runs.monitor import RunMonitor
+from ..runs.own_files import new_file
 
 
 def place(
@@ -78,13 +73,17 @@ def place(
     """
     console = Console(highlight=False)
     folder = out if out is not None and out.suffix.lower() != ".json" else None
-    try:
+    with ending(USAGE, console):
         study = StudyResults.load(results)
         wished = {"target": target, "every_activity": every_activity, "max_places": max_places}
         config = study.config()
         constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
         wished = {name: value for name, value in wished.items() if value is not None}
-        config = _counting(replace(config, **wished, constraints=constraints), background, weights)
+        config = replace(config, **wished, constraints=constraints)
+        if background is not None:
+            config = replace(config, background=options.words(background))
+        if weights is not None:
+            config = replace(config, weights=read_weights(weights))
         if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise ValueError(f"--out {folder} is not empty: give a new folder, or a json file")
         if folder is None:
@@ -97,9 +96,6 @@ def place(
         with console.status("Choosing sensors"):
             tests = prepared_tests(study, config)
             advice = choose_to_wear(study.utility, study.patches, config, tests)
-    except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
-        raise typer.Exit(USAGE) from error
     show_best_spot(advice, study.utility, study.patches, console)
     show_worn(advice, study.patches, console)
     content = advice_content(advice, study.utility, study.patches)
@@ -114,13 +110,6 @@ def place(
         console.print(f"\nWritten to {out}")
 
 
-def _counting(config: StudyConfig, background: str | None, weights: Path | None) -> StudyConfig:
-    """The config with another background and other weights, where they are given."""
-    if background is not None:
-        config = replace(config, background=options.words(background))
-    return config if weights is None else replace(config, weights=read_weights(weights))
-
-
 def _redraw(
     folder: Path,
     study: StudyResults,
@@ -130,12 +119,10 @@ def _redraw(
     console: Console,
 ) -> None:
     try:
-        failed = redraw(folder, study.utility, config, advice.clusters, content, RunMonitor(console, SILENT))
+        with ending(USAGE, console):
+            failed = redraw(folder, study.utility, config, advice.clusters, content, RunMonitor(console))
     except FolderBusyError as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(str(error), style="red", markup=False)
         raise typer.Exit(BUSY) from error
-    except ForeignFileError as error:
-        console.print(f"[red]{error}[/red]")
-        raise typer.Exit(USAGE) from error
     for name, why in failed.items():
         console.print(f"[yellow]No {name}: {why}[/yellow]")

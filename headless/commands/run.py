@@ -14,6 +14,7 @@ from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
 
+from ..options import words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
 from ..runs.study import RunPlan
@@ -71,14 +72,8 @@ def run(
 
 
 def without(library: Library, activities: str) -> Library:
-    """The library less some activities, given by commas.
-
-    Raises
-    ------
-    ValueError
-        If no clip shows one of them, or none is left.
-    """
-    given = {same_label(name): name.strip() for name in activities.split(",") if name.strip()}
+    """The library less comma-separated activities; a ValueError where one is unknown, or no clip is left."""
+    given = {same_label(name): name for name in words(activities)}
     names = {name for name in library.activities if same_label(name) in given}
     unknown = set(given) - {same_label(name) for name in names}
     if unknown:
@@ -88,9 +83,6 @@ def without(library: Library, activities: str) -> Library:
     kept = tuple(clip for clip in library.clips if clip.activity not in names)
     if not kept:
         raise ValueError("--leave-out leaves no clip")
-    dropped = [
-        (clip.file, f"{clip.activity} is left out (--leave-out)")
-        for clip in library.clips
-        if clip.activity in names
-    ]
+    dropped = [clip for clip in library.clips if clip.activity in names]
+    dropped = [(clip.file, f"{clip.activity} is left out (--leave-out)") for clip in dropped]
     return replace(library, clips=kept, skipped=(*library.skipped, *dropped))

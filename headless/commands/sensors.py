@@ -21,8 +21,8 @@ from w2w.core.imu.sensor_file import write_sensor
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 
 from ..console import NOTHING_TO_DO, USAGE
+from ..options import chosen_sensor
 from ..runs.own_files import new_file
-from ..signal_options import chosen_sensor
 
 
 def sensors(
@@ -83,13 +83,9 @@ def _presets() -> Table:
     )
     table.add_column("name", no_wrap=True)
     for column in (
-        "acc range\ng",
-        "noise\nug/rtHz",
-        "band\nHz",
-        "gyr range\ndeg/s",
-        "noise\nmdps/rtHz",
-        "band\nHz",
-    ):
+        "acc range\ng", "noise\nug/rtHz", "band\nHz",
+        "gyr range\ndeg/s", "noise\nmdps/rtHz", "band\nHz",
+    ):  # fmt: skip
         table.add_column(column, justify="right", no_wrap=True)
     for name, model in PRESETS.items():
         table.add_row(name, *_figures(model))
@@ -109,9 +105,8 @@ def _figures(model: SensorModel) -> list[str]:
 
 
 def _drifts(model: SensorModel) -> bool:
-    return any(
-        triad.bias_instability or triad.random_walk for triad in (model.accelerometer, model.gyroscope)
-    )
+    triads = (model.accelerometer, model.gyroscope)
+    return any(triad.bias_instability or triad.random_walk for triad in triads)
 
 
 def _worn(model: SensorModel) -> str:
@@ -131,10 +126,9 @@ def _whole(model: SensorModel) -> Table:
         table.add_column(column, justify="right" if column in TRIADS else "left", no_wrap=True)
     acc, gyr = model.accelerometer, model.gyroscope
     for item in fields(acc):
-        units = [TRIADS[kind][item.name].unit for kind in TRIADS]
-        table.add_row(
-            item.name, _plain(getattr(acc, item.name)), units[0], _plain(getattr(gyr, item.name)), units[1]
-        )
+        of_acc, of_gyr = (TRIADS[kind][item.name].unit for kind in TRIADS)
+        values = _plain(getattr(acc, item.name)), of_acc, _plain(getattr(gyr, item.name)), of_gyr
+        table.add_row(item.name, *values)
     table.add_section()
     table.add_row("", "[bold]both[/bold]")
     for field, quantity in WHOLE.items():

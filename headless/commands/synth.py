@@ -16,12 +16,11 @@ from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.virtual import sensor_at
 from w2w.core.motion.library import Clip
-from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig, place_patches
 from w2w.core.study import record as record_at
 
-from .. import signal_options
-from ..console import NOTHING_TO_DO, USAGE
+from .. import options
+from ..console import NOTHING_TO_DO, USAGE, ending
 from ..declared import DEFAULTS, declared
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
@@ -55,35 +54,29 @@ def synth(
     Exit codes: 0 written, 1 the clip cannot be used (and why), 2 wrong use.
     """
     console = Console(highlight=False)
-    try:
+    with ending(USAGE, console):
         if kind not in FORMATS:
             raise ValueError(f"--format must be one of {', '.join(FORMATS)}, not {kind}")
         new_file(out, plot)
         config = StudyConfig(
-            **signal_options.sensor_settings(sensor),
-            synthesis=signal_options.synthesis_settings(rate, band, convention),
+            **options.sensor_settings(sensor),
+            synthesis=options.synthesis_settings(rate, band, convention),
             root_band_hz=root_band,
             further=_recorded_too(record, magnetic_dip, kind),
             seed=seed,
         )
         body = Body.bundled()
         patches = sensor_at(body, patch, lambda body: place_patches(body, config))
-    except ValueError as error:
-        console.print(str(error), style="red", markup=False)
-        raise typer.Exit(USAGE) from error
     name = shown(clip.name)
-    try:
+    with ending(NOTHING_TO_DO, console, f"No signal of {name}: "):
         _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
         recording = record_at(body, patches, motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
         else:
             write_recording(out, recording, kind)
-    except (UnusableMotion, ValueError, OSError) as error:
-        console.print(f"[red]No signal of {escape(name)}: {escape(str(error))}[/red]")
-        raise typer.Exit(NOTHING_TO_DO) from error
     worn_at = patches.names[0]
-    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of a {config.sensor} at the {worn_at}"
+    signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of {config.sensor} at the {worn_at}"
     console.print(f"{signal}: {escape(shown(out))}")
     if plot is not None:
         from ..reports.signal_figure import signal_figure  # matplotlib is slow to import
@@ -94,14 +87,8 @@ def synth(
 
 
 def _recorded_too(record: str, magnetic_dip: float, kind: str) -> FurtherSensors:
-    """What is recorded beside acc and gyr.
-
-    Raises
-    ------
-    ValueError
-        If an option is wrong, or files of this kind cannot hold it.
-    """
-    further = signal_options.further_sensors(record, "", magnetic_dip)
+    """What is recorded beside acc and gyr; a ValueError where files of this kind cannot hold it."""
+    further = options.further_sensors(record, "", magnetic_dip)
     if lacking := [name for name in further.record if name not in HELD[kind]]:
         able = [name for name, held in HELD.items() if set(further.record) <= set(held)]
         raise ValueError(

@@ -19,13 +19,7 @@ COMPARISON = "bodies.json"
 
 
 def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
-    """Write `bodies.json`: each body's best spot and set to wear, and how far the maps agree pair by pair.
-
-    Returns
-    -------
-    dict
-        What was written.
-    """
+    """Write and return `bodies.json`: each body's best spot and set to wear, and how far their maps agree."""
     content = {
         "bodies": {
             name: {

@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from w2w.core.findings.advice_content import next_worn
 from w2w.core.findings.best_regions import best_regions
-from w2w.core.findings.counts import counts_sentence, interval_text
+from w2w.core.findings.counts import counts_sentence, interval_caution, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.label_notes import copies_sentence, label_notes
 from w2w.core.findings.own_placements import own_content
@@ -19,25 +22,33 @@ from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import study_counts, window_content
 from w2w.core.garments.findings import caught_sentences, garment_content, garment_sentence
 from w2w.core.motion.library import Library
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.headline import mean_caution
+from w2w.core.selection import headline
+from w2w.core.selection.advice import Advice
+from w2w.core.wording import capital
 
 from ..console import show_left_out
-from ..runs.picture_names import HEATMAPS
+from ..options import window_warning
+from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
-from ..window_options import window_warning
-from . import advice_text, html, own_table, pictures
+from . import html, pictures
+
+
+def _table(title: str, headings: Sequence[str], right: Sequence[str] = ()) -> Table:
+    """An empty table, its columns of figures to the right."""
+    table = Table(title=title, title_justify="left")
+    for heading in headings:
+        table.add_column(heading, justify="right" if heading in right else "left", overflow="fold")
+    return table
 
 
 def show_labels(library: Library, console: Console) -> None:
     """Print the labelling that was understood."""
-    table = Table(
-        title=f"{len(library.clips)} clips, labelled by {library.labelled_by}", title_justify="left"
-    )
-    table.add_column("activity")
-    table.add_column("clips", justify="right")
-    table.add_column("for example")
+    title = f"{len(library.clips)} clips, labelled by {library.labelled_by}"
+    table = _table(title, ("activity", "clips", "for example"), right=("clips",))
     for activity, count in library.activities.items():
         example = next(clip.file for clip in library.clips if clip.activity == activity)
         table.add_row(escape(activity), str(count), escape(example))
@@ -49,18 +60,18 @@ def show_labels(library: Library, console: Console) -> None:
 def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
     """Print what was found and where it stands, and what could not be drawn."""
     out, utility = study.results.out, study.results.utility
-    skipped = skipped_files(study.clips, study.library)
-    show_skipped(skipped, console)
+    show_skipped(study.clips, study.library, console)
     show_left_out(utility.left_out, console)
-    show_copies(study.copies, console)
+    if sentence := copies_sentence(study.copies):
+        console.print(f"{sentence}.", style="yellow", markup=False)
     show_window_warning(study.clips, study.config.windows, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
     _show_garments(study, console)
-    advice_text.show_best_spot(study.advice, utility, study.results.patches, console)
+    show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
-    own_table.show_own_placements(own_content(study), console)
-    advice_text.show_worn(study.advice, study.results.patches, console)
+    show_own_placements(own_content(study), console)
+    show_worn(study.advice, study.results.patches, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     if plan.pictures:
@@ -73,12 +84,6 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
         console.print(f"\nNo {name}: {why}.", style="red", markup=False)
     if failed:
         console.print("Everything else is there; the same command goes on from here.")
-
-
-def show_copies(copies: Sequence[tuple[str, str]], console: Console) -> None:
-    """Say which clips count as copies of another."""
-    if sentence := copies_sentence(copies):
-        console.print(f"{sentence}.", style="yellow", markup=False)
 
 
 def _show_garments(study: Study, console: Console) -> None:
@@ -99,46 +104,98 @@ def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console
 
 
 def _show_regions(results: StudyResults, console: Console) -> None:
-    table = Table(title="Best regions (each by its best patch, mean over activities)", title_justify="left")
-    table.add_column("patch")
-    for heading in ("expected F1", "95 % interval", "as good as the best", "on these clips"):
-        table.add_column(heading, justify="right")
+    figures = ("expected F1", "95 % interval", "as good as the best", "on these clips")
+    title = "Best regions (each by its best patch, mean over activities)"
+    table = _table(title, ("patch", *figures), right=figures)
     utility = results.utility
     for row in best_regions(utility, results.patches):
-        interval = interval_text(row["low"], row["high"], mean_caution(utility))
+        interval = interval_text(row["low"], row["high"], headline.mean_caution(utility))
         equal = "yes" if row["as_good"] else "no"
         table.add_row(row["name"], f"{row['expected']:.3f}", interval, equal, f"{row['f1']:.3f}")
     console.print(table)
 
 
-def show_skipped(skipped: list[tuple[str, str]], console: Console) -> None:
+def show_skipped(results: Sequence[ClipResult], library: Library, console: Console) -> None:
     """Print which files were skipped, and why."""
+    unused = [(result.clip.file, result.reason) for result in results if not result.used]
+    skipped = [*unused, *library.skipped]
     if not skipped:
         return
-    table = Table(title=f"{len(skipped)} clips skipped", title_justify="left")
-    table.add_column("file", overflow="fold")
-    table.add_column("why", overflow="fold")
+    table = _table(f"{len(skipped)} clips skipped", ("file", "why"))
     for row in skipped:
         table.add_row(*map(escape, row))
     console.print(table)
 
 
-def skipped_files(results: Sequence[ClipResult], library: Library) -> list[tuple[str, str]]:
-    """Files without use and the reasons."""
-    return [(result.clip.file, result.reason) for result in results if not result.used] + list(
-        library.skipped
-    )
-
-
 def show_comparison(comparison: dict[str, Any], console: Console) -> None:
     """Print how far the maps of several bodies agree."""
-    table = Table(
-        title="How far the maps agree (Spearman's rho of mean F1 over patches)", title_justify="left"
-    )
-    table.add_column("bodies")
-    table.add_column("rho", justify="right")
-    table.add_column("95 % interval", justify="right")
+    figures = ("rho", "95 % interval")
+    title = "How far the maps agree (Spearman's rho of mean F1 over patches)"
+    table = _table(title, ("bodies", *figures), right=figures)
     for pair in comparison["agreement"]:
         low, high = pair["interval"]
         table.add_row(" and ".join(pair["bodies"]), f"{pair['spearman_mean']}", f"{low} to {high}")
+    console.print(table)
+
+
+def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, console: Console) -> None:
+    """Print where to wear one sensor, and how far these clips tell."""
+    if caution := headline.spot_caution(advice.best, utility):
+        console.print(f"{caution}.", style="bold yellow")
+    console.print(
+        f"[bold]{headline.best_spot_sentence(advice.best, utility, patches, advice.allowed)}.[/bold]"
+    )
+    if len(headline.as_good_as(advice.best, utility, advice.allowed)) > 1:
+        console.print(f"The highest of them: {patches.names[advice.best]}.")
+    if explained := headline.mean_sentence(utility):
+        console.print(f"{explained}.", markup=False)
+    console.print(f"{headline.confidence_sentence(utility, advice.best)}.")
+    if warning := interval_caution(utility):
+        console.print(f"Caution: {warning}.", style="yellow")
+
+
+def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
+    """Print the sensors to wear together, what they would reach on other clips, and what to add."""
+    worn = advice.worn
+    if worn is None:
+        console.print("Only the classifier ridge chooses sets to wear together.", style="yellow")
+        return
+    made = worn.promise
+    console.print(f"[bold]{capital(worn.sentence())}.[/bold]")
+    figures = ("", "expected F1", "95 % interval", "on these clips")
+    headings = ("", "patch", *figures[1:], "as good alone")
+    table = _table("Worn together, sensor by sensor", headings, right=figures)
+    for number, (patch, others) in enumerate(zip(worn.order, advice.alternatives, strict=True)):
+        table.add_row(
+            str(number + 1),
+            patches.names[patch],
+            f"{made.mean[number]:.3f}",
+            interval_text(made.low[number], made.high[number], ""),
+            f"{worn.raw_mean[number]:.3f}",
+            _regions(others, patches),
+        )
+    console.print(table)
+    if following := next_worn(worn, patches):
+        console.print(f"{capital(following['sentence'])}.", markup=False)
+
+
+def _regions(chosen: np.ndarray, patches: PatchSet) -> str:
+    """Regions of patches with how many there are of each, the commonest first."""
+    if not len(chosen):
+        return "none"
+    counts = Counter(patches.regions[patch] for patch in chosen.tolist()).most_common()
+    shown = ", ".join(f"{region} ({count})" for region, count in counts[:4])
+    return shown + (f" and {len(counts) - 4} regions more" if len(counts) > 4 else "")
+
+
+def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) -> None:
+    """Print the placements, if there are any (`findings.own_placements.own_content`)."""
+    if not placements:
+        return
+    figures = ("expected F1", "rank", "loss against the best")
+    table = _table("Your placements", ("placement", "region", *figures), right=figures)
+    for one in placements:
+        loss = "as good as the best" if one["as_good"] else f"{one['loss']:.3f}"
+        rank = f"{one['rank']} of {one['of']}"
+        table.add_row(escape(one["name"]), one["region"], f"{one['expected_f1']:.3f}", rank, loss)
     console.print(table)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw what a finished study looks like in worker processes: Blender, which saves its file, may die of it."""
+"""Draw a finished study in worker processes: Blender, which saves its file, may crash."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from w2w.core.findings.finished_study import Study
 from w2w.scene.output import output_to
 
-from ..blender import forget_scripts_path
-from ..needs_blender import NoBlenderError, missing_library
+from ..blender import NoBlenderError, forget_scripts_path
+from ..runs.folder import HEATMAPS, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import claimed, remove_written
-from ..runs.picture_names import HEATMAPS, picture_files
 from ..runs.workers import run_side_by_side
+from ..system_libraries import missing_library
 from .pictures import BLEND, write_blend, write_pictures
 
 POLL_S = 0.2
@@ -29,19 +28,8 @@ Draw = Callable[[Path], None]
 """Draws something of a results folder."""
 
 
-def draw_study(study: Study, monitor: RunMonitor) -> dict[str, str]:
-    """Draw `heatmaps/*.png` and save `study.blend` in the folder of a study that is written down.
-
-    Returns
-    -------
-    dict of str to str
-        What could not be made, and why.
-    """
-    return draw_folder(study.results.out, study.results.utility.activities, monitor)
-
-
 def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
-    """As `draw_study`, for a results folder that holds all that is drawn."""
+    """Draw `heatmaps/*.png` and save `study.blend` in a folder of results; what failed, and why."""
     folder = out / HEATMAPS
     folder.mkdir(exist_ok=True)
     remove_written(out, lambda name: name.startswith(f"{HEATMAPS}/"))
@@ -61,12 +49,12 @@ def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> di
 
 
 def draw_alone(work: Draw, out: Path) -> str:
-    """Draw something in a worker process; says why where it could not, else is empty."""
+    """Draw in a worker process; why it failed, else empty."""
     return draw_side_by_side([work], out)[0]
 
 
 def draw_side_by_side(works: Sequence[Draw], out: Path) -> list[str]:
-    """As `draw_alone`, several things at once, each in a worker process of its own."""
+    """As `draw_alone`, several at once, each in a worker process of its own."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
         said = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
         calls = [partial(_draw, work, out, file) for work, file in zip(works, said, strict=True)]
@@ -75,14 +63,14 @@ def draw_side_by_side(works: Sequence[Draw], out: Path) -> list[str]:
 
 
 def _crash(said: Path) -> str:
-    """Why Blender died, by what it printed."""
+    """Why Blender crashed, by what it printed."""
     text = said.read_text(errors="replace") if said.exists() else ""
     last = " ".join(text.partition("Fatal Python error")[0].split())  # then come Python's own
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
 
 
 def _draw(work: Draw, out: Path, said: Path) -> str:
-    """In the worker: do it, with what Blender prints kept for the case that the process dies."""
+    """Draw, in the worker; what Blender prints is kept in case the process dies."""
     forget_scripts_path()
     with output_to(said):
         try:
@@ -96,7 +84,7 @@ def _draw(work: Draw, out: Path, said: Path) -> str:
 
 @contextmanager
 def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[None]:
-    """Move a bar by the files that another process has written."""
+    """Move a progress bar by the files that another process has written."""
     done, over = 0, threading.Event()
 
     def count() -> None:

@@ -30,9 +30,9 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection import headline
 from w2w.core.wording import capital
 
-from ..console import USAGE
+from ..console import USAGE, ending
+from ..options import window_warning
 from ..runs.own_files import claimed
-from ..window_options import window_warning
 from .report_data import as_script_json, title, view_data
 
 REPORT = "report.html"
@@ -42,7 +42,7 @@ PAGE = Path(__file__).resolve().parent / "report_page"
 SCRIPTS = ("viewer.js", "page.js")
 
 MAX_CONFUSED = 12
-"""A table of mistakes wider than this cannot be read."""
+"""Activities up to which a table of mistakes can be read."""
 
 
 def report(
@@ -58,23 +58,15 @@ def report(
     Exit codes: 0 written, 2 the folder holds no finished run.
     """
     console = Console(highlight=False)
-    try:
+    with ending(USAGE, console):
         path = write_report(results, project)
-    except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
-        raise typer.Exit(USAGE) from error
     console.print(f"Report: {path}")
 
 
 def write_report(out: Path, project: str | None = None) -> Path:
     """Write a finished study's `report.html` into its folder, under the run's title or another.
 
-    Raises
-    ------
-    ValueError
-        If the folder holds no finished run.
-    ForeignFileError
-        If a `report.html` stands there that W2W did not write.
+    A ValueError says that the folder holds no finished run, or a foreign `report.html`.
     """
     study = StudyResults.load(out)
     summary, config = (
@@ -89,18 +81,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
 def page(
     study: StudyResults, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
 ) -> str:
-    """The page's HTML.
-
-    Parameters
-    ----------
-    study : StudyResults
-    body : Body
-        The study's.
-    summary, config : dict
-        What stands in its `summary.json` and `config.json`.
-    project : str
-        The project's name.
-    """
+    """The page's HTML, from a study and what its `summary.json` and `config.json` hold."""
     utility, spot = study.utility, summary["best_single_patch"]
     best = spot["patch"]
     worn = summary.get("worn_together")
@@ -163,7 +144,7 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
 
 
 def _notes(summary: dict[str, Any], n_patches: int) -> list[str]:
-    """What stood out in the labels and the windows, and what was worn."""
+    """Notes on labels, copies, windows and garments."""
     notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
     worn = garment_sentence(summary.get("garments", {}), n_patches)
@@ -179,9 +160,6 @@ def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:
     if len(utility.activities) > MAX_CONFUSED:
         return []
     return [
-        {
-            "name": name,
-            "cells": [(int(count), float(count / max(row.sum(), 1))) for count in row],
-        }
+        {"name": name, "cells": [(int(count), float(count / max(row.sum(), 1))) for count in row]}
         for name, row in zip(utility.activities, utility.confusion[patch], strict=True)
     ]

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a finished study looks like: a picture for each heatmap, and the study as a Blender file.
-
-Blender may die of saving its file: `draw` has both done in worker processes.
-"""
+"""Pictures of a finished study: one for each heatmap, and the study as a Blender file."""
 
 from __future__ import annotations
 
@@ -16,8 +13,8 @@ from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import mean_title
 from w2w.core.wording import capital
 
-from ..needs_blender import needs_blender
-from ..runs.picture_names import HEATMAPS, MEAN, SUBSET, picture_names
+from ..blender import needs_blender
+from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_names
 
 if TYPE_CHECKING:
     from w2w.drawing.body import BodyPictures  # Pillow and matplotlib are slow to import
@@ -25,14 +22,14 @@ if TYPE_CHECKING:
 BLEND = "study.blend"
 
 EXPECTED = "Expected F1"
-"""What the colours of every heatmap stand for."""
+"""What the colours of every heatmap mean."""
 
 MAX_LISTED = 12
-"""More sensors than this do not fit beside the picture; the summary has them all."""
+"""Sensors that fit beside the picture; the summary lists all."""
 
 
 def write_pictures(out: Path) -> None:
-    """Draw `heatmaps/*.png` of a finished study: one an activity, one of the mean, one of the set."""
+    """Draw `heatmaps/*.png` of a finished study: one for each activity, the mean and the set."""
     from w2w.drawing.body import BodyPictures, size_for
     from w2w.drawing.heatmap import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
 
@@ -83,7 +80,7 @@ def write_blend(out: Path) -> None:
 
 
 class Marked(NamedTuple):
-    """The set that a picture marks, and what it reaches with its first sensor, its first two, and so on."""
+    """The set that a picture marks, with the expected F1 of its first sensor, its first two, and so on."""
 
     order: list[int]
     scores: list[float]
@@ -92,7 +89,7 @@ class Marked(NamedTuple):
 
 
 def marked(study: StudyResults) -> Marked:
-    """The set to wear together that the summary tells of; where it tells of none, the best spot."""
+    """The set to wear together in the summary; the best spot where there is none."""
     worn = study.summary.get("worn_together")
     if worn is None:
         best = study.summary["best_single_patch"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Another choice of sensors in the place of a finished run's: in its summary, report and pictures."""
+"""Another choice of sensors in a finished run's summary, report and pictures."""
 
 from __future__ import annotations
 
@@ -20,19 +20,18 @@ from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import UTILITY, StudyResults
 from w2w.core.study import StudyConfig
 
-from ..runs.folder import only_run
+from ..runs.folder import HEATMAPS, only_run, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, claimed, note
-from ..runs.picture_names import HEATMAPS, picture_files
 from . import draw, html, pictures
 
 LEFT_BEHIND = ("lock", "holder", "running")
-"""Of the work folder, what is of the process at work and no copy's."""
+"""Parts of the work folder that belong to the process at work: they are not copied."""
 
 
 @contextmanager
 def copied(results: Path, folder: Path) -> Iterator[Path]:
-    """A copy of a results folder to work in, which gets its name when the work is done."""
+    """A copy of a results folder to work in; it gets its name when the block is done."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(
         dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
@@ -46,12 +45,7 @@ def copied(results: Path, folder: Path) -> Iterator[Path]:
 
 
 def check_redraw(study: StudyResults) -> None:
-    """Refuse a results folder in which a file that W2W did not write stands where a choice is drawn.
-
-    Raises
-    ------
-    ForeignFileError
-    """
+    """Refuse a results folder, by a ForeignFileError, in which a foreign file is where a choice is drawn."""
     files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
     check(study.out, [pictures.BLEND, html.REPORT, *files])
 
@@ -64,32 +58,11 @@ def redraw(
     content: Mapping[str, Any],
     monitor: RunMonitor,
 ) -> dict[str, str]:
-    """Write another choice into a results folder: what it says, shows and draws is of that choice then.
+    """Write another choice into a results folder: its tables, report and pictures; what failed, and why.
 
-    Parameters
-    ----------
-    out : Path
-    utility : UtilityMap
-        The ranking under the choice's mean: the run's, or ranked again.
-    config : StudyConfig
-        The run's, under the wishes of the choice.
-    clusters : ndarray of int, shape (N,)
-        Patches of one number say the same.
-    content : mapping
-        The choice as `advice_content` gives it.
-    monitor : RunMonitor
-
-    Returns
-    -------
-    dict of str to str
-        What could not be drawn, and why.
-
-    Raises
-    ------
-    FolderBusyError
-        If a run works in the folder.
-    ForeignFileError
-        If a file that W2W did not write stands where it must write; nothing has been touched then.
+    `utility` is the ranking under the choice's mean, `clusters` are the groups of patches that say the same,
+    and `content` is what `advice_content` makes of the choice. Nothing is touched where a FolderBusyError or
+    ForeignFileError is raised.
     """
     study = StudyResults.load(out)
     with only_run(out / WORK):

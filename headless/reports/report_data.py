@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the report's 3D view needs, small enough to stand in the page: the body, its patches, their scores."""
+"""The data of the report's 3D view, small enough to be part of the page: body, patches and scores."""
 
 from __future__ import annotations
 
@@ -27,23 +27,11 @@ F1_STEPS = 65535
 def view_data(
     body: Body, patches: PatchSet, utility: UtilityMap, chosen: list[int], best: int
 ) -> dict[str, Any]:
-    """Everything the 3D view draws.
+    """All that the 3D view draws, as plain values and `packed` arrays.
 
-    Parameters
-    ----------
-    body : Body
-    patches : PatchSet
-    utility : UtilityMap
-    chosen : list of int
-        The recommended patches, in order of choice.
-    best : int
-        The best single patch.
-
-    Returns
-    -------
-    dict
-        Plain values; arrays as `packed`. Map 0 is the mean over activities, then one an activity:
-        of the expected F1, which has an interval for the mean, and of the raw F1 with its interval.
+    `chosen` are the recommended patches in their order, `best` is the best single one. Map 0 is the mean over
+    activities, then there is one for each activity: of the expected F1, which has an interval for the mean
+    alone, and of the raw F1 with its interval.
     """
     corner = body.vertices.min(axis=0)
     step = float(np.ptp(body.vertices, axis=0).max()) / 65535
@@ -91,7 +79,7 @@ def view_data(
 
 
 def packed(array: np.ndarray, kind: str = "") -> dict[str, str]:
-    """Whole numbers that are not negative, in as few bytes as they need or as a kind has, as base64."""
+    """Non-negative integers as base64, in the smallest type that holds them, or in a given one."""
     array = np.asarray(array)
     largest = int(array.max(initial=0))
     kind = kind or next(kind for kind in ("uint8", "uint16", "uint32") if largest <= np.iinfo(kind).max)
@@ -100,7 +88,7 @@ def packed(array: np.ndarray, kind: str = "") -> dict[str, str]:
 
 
 def as_script_json(content: Any) -> str:
-    """JSON that may stand in a ``<script>`` element: nothing in it can end the element or begin a comment."""
+    """JSON for a ``<script>`` element: nothing in it can end the element or begin a comment."""
     text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 

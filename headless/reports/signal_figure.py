@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture of one sensor's signal: specific force, angular velocity, and below them what else it records."""
+"""A picture of one sensor's signal: specific force, angular velocity and whatever else it records."""
 
 from __future__ import annotations
 
@@ -27,17 +27,7 @@ UNITS = {"m/s2": "m/s²", "uT": "µT"}
 def signal_figure(
     path: str | Path, recording: ImuRecording, title: str, subtitle: str = "", sensor: int = 0
 ) -> None:
-    """Draw one sensor of a recording.
-
-    Parameters
-    ----------
-    path : str or Path
-        The PNG file to write.
-    recording : ImuRecording
-    title, subtitle : str
-    sensor : int
-        Which of the recording's sensors.
-    """
+    """Draw one sensor of a recording to a PNG file."""
     readings = recording.readings
     height = 1.0 + 2.1 * len(readings)
     figure = Figure(figsize=(9, height), dpi=160, facecolor="white")

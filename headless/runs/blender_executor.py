@@ -23,9 +23,11 @@ import cloudpickle
 from .blender_worker import read_frame, write_frame
 
 WORKER = Path(__file__).with_name("blender_worker.py")
-OPTIONS = ("--background", "--factory-startup", "--offline-mode", "--disable-crash-handler")
+OPTIONS = (
+    "--background", "--factory-startup", "--offline-mode", "--disable-crash-handler",
+    "--python-exit-code", "1", "--python",
+)  # fmt: skip
 """A worker is the same whatever the user's preferences are, and leaves no crash report behind."""
-
 
 KILL_S = 5.0
 """Seconds to wait for killed workers."""
@@ -34,19 +36,14 @@ KILL_S = 5.0
 class BlenderExecutor(Executor):
     """Does calls in background Blender processes, as loky's executor does in Python processes.
 
-    When a worker dies all calls that are not done fail with BrokenProcessPool. A worker whose parent dies,
-    by `kill -9` too, finds its standard input closed and ends.
-
-    Parameters
-    ----------
-    workers : int
-        Processes, started when there is work for them.
-    program : list of str
-        The command that runs a Python file in a worker; this Blender program by default.
+    Workers are started when there is work, by the command `program`, which runs a Python file: this Blender
+    by default. When one dies, all calls that are not done fail with BrokenProcessPool. A worker whose parent
+    dies, by `kill -9` too, finds its standard input closed and ends.
     """
 
     def __init__(self, workers: int, program: list[str] | None = None) -> None:
-        self._program = _this_blender() if program is None else program
+        blender = sys.modules["bpy"].app.binary_path if program is None else ""
+        self._program = program or [blender, *OPTIONS]
         self._waiting: queue.SimpleQueue[tuple[Future, Callable, tuple] | None] = queue.SimpleQueue()
         self._broken = threading.Event()
         self._lock = threading.Lock()
@@ -57,18 +54,18 @@ class BlenderExecutor(Executor):
             thread.start()
 
     def submit(self, work: Callable, /, *arguments: Any) -> Future:
-        """Have a call done; its outcome comes with the future."""
+        """Schedule a call."""
         future: Future = Future()
         with self._lock:
             if self._closed:
-                raise RuntimeError("the workers were sent home")
+                raise RuntimeError("cannot submit after shutdown")
             self._waiting.put((future, work, arguments))
         return future
 
     def shutdown(
         self, wait: bool = True, *, cancel_futures: bool = False, kill_workers: bool = False
     ) -> None:
-        """Let the workers go, when they have done what is waiting or, if told so, at once."""
+        """End the workers when they have done what is waiting; with `kill_workers`, at once."""
         with self._lock:
             self._closed = True
             if kill_workers:
@@ -99,7 +96,7 @@ class BlenderExecutor(Executor):
                     item[0].cancel()
 
     def _serve(self) -> None:
-        """Pass on calls to one worker until there are no more."""
+        """Pass calls on to one worker until there are no more."""
         if hasattr(signal, "pthread_sigmask"):  # Blender dies of a write to a dead worker, as Python does not
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
         worker = None
@@ -115,7 +112,7 @@ class BlenderExecutor(Executor):
                 except (EOFError, OSError, BrokenProcessPool):
                     self._broken.set()
                     future.set_exception(BrokenProcessPool("a worker died"))
-                except Exception as error:  # what cannot be pickled
+                except Exception as error:  # the call cannot be pickled
                     future.set_exception(error)
                 else:
                     future.set_result(value) if done else future.set_exception(value)
@@ -124,13 +121,7 @@ class BlenderExecutor(Executor):
                 worker.end()
 
     def _start(self) -> _Worker:
-        """A fresh worker that waits for calls.
-
-        Raises
-        ------
-        BrokenProcessPool
-            If a worker died before, or this one cannot start.
-        """
+        """A fresh worker that waits for calls; a BrokenProcessPool where one died or this cannot start."""
         with self._lock:
             if self._broken.is_set():
                 raise BrokenProcessPool("a worker died")
@@ -167,12 +158,12 @@ class _Worker:
         write_frame(self.process.stdin, pickle.dumps(sys.path))
 
     def ask(self, call: bytes) -> tuple[bool, Any]:
-        """Whether a call was done, and what it gave or raised."""
+        """Whether a call succeeded, and what it returned or raised."""
         write_frame(self.process.stdin, call)
         return pickle.loads(read_frame(self.process.stdout))  # noqa: S301 - from our own worker
 
     def end(self) -> None:
-        """End it, and remove the folder that a killed Blender leaves."""
+        """End the process, and remove the folder that a killed Blender leaves."""
         self.process.kill()
         with contextlib.suppress(OSError):
             self.process.stdin.close()
@@ -180,9 +171,3 @@ class _Worker:
         self.process.wait()
         if self._session_folder:
             shutil.rmtree(self._session_folder, ignore_errors=True)
-
-
-def _this_blender() -> list[str]:
-    import bpy
-
-    return [bpy.app.binary_path, *OPTIONS, "--python-exit-code", "1", "--python"]

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The other end of a `BlenderExecutor`: a background Blender that does what comes in by its standard input.
+"""The other end of a `BlenderExecutor`: a background Blender that does the calls from its standard input.
 
-Run as ``blender --background --factory-startup --python headless/blender_worker.py -- MARK``. Blender and its
-importers print on the standard output, so results take a copy of it, after a line with MARK, and what is
-printed from then on goes nowhere.
+Run as ``blender --background --python blender_worker.py -- MARK``. Blender and its importers print on the
+standard output, so results take a copy of it, after a line with MARK, and all further prints are dropped.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import struct
 import sys
 import threading
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 HEADER = struct.Struct("<Q")
 
@@ -28,13 +27,7 @@ def write_frame(stream: BinaryIO, payload: bytes) -> None:
 
 
 def read_frame(stream: BinaryIO) -> bytes:
-    """Read one message.
-
-    Raises
-    ------
-    EOFError
-        If the process at the other end is gone.
-    """
+    """Read one message; an EOFError where the process at the other end is gone."""
     (length,) = HEADER.unpack(_read(stream, HEADER.size))
     return _read(stream, length)
 
@@ -69,7 +62,7 @@ def _take_output(mark: str) -> BinaryIO:
 
 
 def _receive(calls: queue.SimpleQueue[bytes]) -> None:
-    """Take in calls; end the process with the one that gives them, whatever it is at."""
+    """Queue the calls that come in; end with the process that makes them, whatever this one is doing."""
     stream = os.fdopen(os.dup(0), "rb")
     while True:
         try:
@@ -80,24 +73,20 @@ def _receive(calls: queue.SimpleQueue[bytes]) -> None:
 
 
 def _session_folder() -> str:
-    """The folder that Blender made for this session and removes at a regular end; none without Blender."""
+    """The folder that Blender made for this session and removes at a regular end; empty without Blender."""
     return sys.modules["bpy"].app.tempdir if "bpy" in sys.modules else ""
 
 
 def _answer(call: bytes) -> bytes:
-    """What a call gives, or the exception that it raises."""
+    """Whether a call succeeded, and what it returned or raised."""
     try:
         work, arguments = pickle.loads(call)  # noqa: S301 - from the process that started this one
-        return _pickled(True, work(*arguments))
+        return pickle.dumps((True, work(*arguments)))
     except Exception as error:
         try:
-            return _pickled(False, error)
+            return pickle.dumps((False, error))
         except Exception:  # an exception that cannot travel
-            return _pickled(False, RuntimeError(f"{type(error).__name__}: {error}"))
-
-
-def _pickled(done: bool, value: Any) -> bytes:
-    return pickle.dumps((done, value))
+            return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
 if __name__ == "__main__":

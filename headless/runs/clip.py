@@ -23,25 +23,22 @@ from w2w.core.study import copies_of, describe, record
 from w2w.core.threads import unthreaded_products
 from w2w.scene.output import quiet_output
 
-from ..blender import forget_scripts_path
-from ..needs_blender import NoBlenderError
-from .clip_records import finished, mark_source, marked_source, write_record
-from .clip_task import ClipTask, unfinished
+from ..blender import NoBlenderError, forget_scripts_path
+from .clip_task import ClipTask, finished, mark_source, marked_source, unfinished, write_record
 from .guard import allowed_memory, guarded, timed_out, untimed
-from .load_clip import load_clip
-from .worn import caught_in, worn_in
+from .load_clip import caught_in, load_clip, worn_in
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
 
 SIGNALS_SHARE = 4
-"""Signals may take this part of a worker's memory; their windows and features want as much again."""
+"""Part of a worker's memory that signals may take: windows and features take as much again."""
 
 
 def get_ready(blender: bool) -> None:
-    """Import in a worker, before there is work, what a clip takes: with Blender it takes seconds.
+    """Import what a clip needs before there is work: with Blender that takes seconds.
 
-    What fails here fails again, and is said, at the first clip that needs it.
+    What fails here fails again at the first clip that needs it, which says so.
     """
     forget_scripts_path()
     with guarded(), quiet_output():
@@ -56,7 +53,7 @@ def work_in_worker(task: ClipTask) -> ClipResult:
     task.marker.parent.mkdir(parents=True, exist_ok=True)
     task.marker.write_text("")
     try:
-        with guarded(task.limit_s, task.memory, task.marker):
+        with guarded(task.engine.limit_s, task.engine.memory, task.marker):
             return do_clip(task)
     finally:
         task.marker.unlink(missing_ok=True)
@@ -65,15 +62,15 @@ def work_in_worker(task: ClipTask) -> ClipResult:
 def record_death(task: ClipTask) -> ClipResult:
     """The result of a clip that killed its worker, kept so that no later run tries it again."""
     source = marked_source(task)
-    if not timed_out(task.marker) and allowed_memory() < task.memory:
+    if not timed_out(task.marker) and allowed_memory() < task.engine.memory:
         task.marker.unlink(missing_ok=True)
         return _out_of_memory(task, source)
     if timed_out(task.marker):
-        reason = f"it took longer than the limit of {task.limit_s:g} s (see --clip-limit)"
+        reason = f"it took longer than the limit of {task.engine.limit_s:g} s (see --clip-limit)"
     else:
         reason = (
             "Blender crashed on it: it is damaged in a way that the importer does not survive, or it needs "
-            f"more than {task.memory / 2**30:g} GiB of memory (see --clip-memory)"
+            f"more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
         )
     task.marker.unlink(missing_ok=True)
     if not source:  # it died while reading the file's bytes: nothing to know it by
@@ -84,12 +81,7 @@ def record_death(task: ClipTask) -> ClipResult:
 def do_clip(task: ClipTask) -> ClipResult:
     """Do a clip's work, or take up what an earlier run finished.
 
-    Never raises for what is wrong with a clip: the result says it.
-
-    Raises
-    ------
-    NoBlenderError
-        If Blender's module cannot be imported here, so that no clip could be read.
+    The result says what is wrong with a clip; a NoBlenderError means that no clip could be read here.
     """
     try:
         return _do_clip(task)
@@ -124,7 +116,8 @@ def _do_clip(task: ClipTask) -> ClipResult:
     except NoBlenderError:
         raise  # no fault of the clip's, so no record of it
     except Exception as error:  # even a fault of ours costs this clip, not the night
-        if isinstance(error, ImportError) and allowed_memory() < task.memory:  # a library found no room
+        no_room = isinstance(error, ImportError)  # for a library
+        if no_room and allowed_memory() < task.engine.memory:
             return _out_of_memory(task, source)
         return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source))
     return _conclude(task, ClipResult(task.clip, "", details, source), files)
@@ -133,16 +126,16 @@ def _do_clip(task: ClipTask) -> ClipResult:
 def _out_of_memory(task: ClipTask, source: str) -> ClipResult:
     """The result of a clip that needs too much memory, kept unless it was not W2W that allowed so little."""
     allowed = allowed_memory()
-    if allowed < task.memory:
+    if allowed < task.engine.memory:
         reason = f"it takes more than the {allowed / 2**30:.1f} GiB of memory that W2W may use here (ulimit)"
         return ClipResult(task.clip, reason, {}, source)
-    reason = f"it needs more than {task.memory / 2**30:g} GiB of memory (see --clip-memory)"
+    reason = f"it needs more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
     return _conclude(task, ClipResult(task.clip, reason, {}, source))
 
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
-    _, motion, details = load_clip(task.clip, body, task.bone_maps, task.pose)
+    _, motion, details = load_clip(task.clip, body, task.engine.bone_maps, task.engine.pose)
     _refuse_too_long(motion, task)
     worn = worn_in(task, body, patches, motion)
     recording = record(body, patches, motion, task.config, worn)
@@ -186,7 +179,7 @@ def _refuse_too_long(motion: Motion, task: ClipTask) -> None:
     config = task.config
     rate = max(config.synthesis.rate_hz, config.sensor_model().rate_hz or 0.0)
     per_second = rate * config.patches * (SAMPLE_BYTES + config.further.sample_bytes)
-    longest = task.memory / SIGNALS_SHARE / per_second
+    longest = task.engine.memory / SIGNALS_SHARE / per_second
     if motion.duration > longest:
         raise UnusableMotion(
             f"it lasts {motion.duration / 60:.0f} minutes, and its signals at {config.patches} patches would "
@@ -202,7 +195,6 @@ def _conclude(task: ClipTask, result: ClipResult, files: tuple[Path, ...] = ()) 
     return result
 
 
-@cache
+@cache  # read once a worker and study
 def _body_and_patches(out: Path, inputs: str) -> tuple[Body, PatchSet]:  # noqa: ARG001 - a key of the cache
-    """The study's body and patches, read once a worker and study."""
     return Body.load(out / WORK / "body.npz"), PatchSet.load(out / WORK / "patches.npz")

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A clip's task, as a worker gets it, and its result, as it comes back."""
+"""A clip's task, as a worker gets it, and what is on disk about it: its record and a worker's mark."""
 
 from __future__ import annotations
 
 import hashlib
+import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
-from w2w.core.files import UNFINISHED, file_sha256
+from w2w.core.files import UNFINISHED, file_sha256, write_json
+from w2w.core.findings.finished_study import ClipResult
 from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
@@ -19,52 +23,48 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig
 
 from .guard import LIMIT_S, MEMORY
+from .own_files import remove_own
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Who does the clips, and how they are read.
+
+    `scheduler` is the address or file of a Dask scheduler, which brings its own workers; a clip may take
+    `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones.
+    """
+
+    workers: int = 1
+    scheduler: str = ""
+    limit_s: float = LIMIT_S
+    bone_maps: tuple[BoneMap, ...] = ()
+    memory: int = MEMORY
+    pose: PoseFacts = NO_FACTS
 
 
 @dataclass(frozen=True)
 class ClipTask:
     """All that a worker needs to know about one clip.
 
-    Parameters
-    ----------
-    clip : Clip
-    out : Path
-        The study's output folder.
-    config : StudyConfig
-    inputs : str
-        Hash of the body, the patches, the config and the code that the result depends on.
-    limit_s : float
-        Seconds after which a worker gives the clip up.
-    bone_maps : tuple of BoneMap
-        The user's own, tried before the bundled ones.
-    memory : int
-        Bytes that a worker may take.
-    pose : PoseFacts
-        What is known of joint positions from video.
+    `inputs` is a hash of the body, the patches, the config and the code that the result depends on.
     """
 
     clip: Clip
     out: Path
     config: StudyConfig
     inputs: str
-    limit_s: float = LIMIT_S
-    bone_maps: tuple[BoneMap, ...] = ()
-    memory: int = MEMORY
-    pose: PoseFacts = NO_FACTS
+    engine: Engine = Engine()
 
     @property
     def motion_file(self) -> Path:
-        """The retargeted motion."""
         return motion_file(self.out, self.clip.name)
 
     @property
     def signals_file(self) -> Path:
-        """The recording of all patches."""
         return signals_file(self.out, self.clip.name)
 
     @property
     def features_file(self) -> Path:
-        """Windows as features, for the ranking."""
         return features_file(self.out, self.clip.name)
 
     @property
@@ -103,3 +103,74 @@ def record_file(out: Path, clip: str) -> Path:
 def unfinished(path: Path) -> Path:
     """Where a motion or recording stands until the clip's record names it."""
     return path.with_name(f".{path.name}{UNFINISHED}")
+
+
+def recorded(out: Path, clip: str) -> dict[str, str]:
+    """Hashes of a clip's motion and signals in its record, which is believed about no other file."""
+    names = [path.relative_to(out).as_posix() for path in (motion_file(out, clip), signals_file(out, clip))]
+    try:
+        files = json.loads(record_file(out, clip).read_text(encoding="utf-8"))["files"]
+        return {name: str(files[name]) for name in names if name in files}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return dict.fromkeys(names, "")  # the record is damaged, but ours
+
+
+def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) -> None:
+    """Record what became of a clip and the hash of each of its files.
+
+    The record goes first and the files get their names after it, so that a kill at any moment
+    leaves no file of ours that no record names; `finished` names them where it did not come to it.
+    """
+    names = {}
+    for path in files:
+        nameless = unfinished(path)
+        names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
+    if not files:
+        remove_own(task.out, recorded(task.out, task.clip.name))
+    content = {
+        "key": task.key(result.source_sha256),
+        "reason": result.reason,
+        "details": result.details,
+        "files": {name: file_sha256(path) for name, path in names.items()},
+    }
+    write_json(task.record_file, content)
+    for name, path in names.items():
+        path.replace(task.out / name)
+
+
+def mark_source(task: ClipTask, source: str) -> None:
+    """Note the hash for `record_death`, which must not read a file that killed a worker."""
+    if task.marker.exists():
+        with task.marker.open("a", encoding="ascii") as stream:
+            stream.write(f"{source}\n")
+
+
+def marked_source(task: ClipTask) -> str:
+    """The hash of the clip's file; empty where the worker did not come so far."""
+    try:
+        first = task.marker.read_text(errors="replace").partition("\n")[0]
+    except OSError:
+        return ""
+    return first if re.fullmatch("[0-9a-f]{64}", first) else ""
+
+
+def finished(task: ClipTask, key: str) -> dict[str, Any] | None:
+    """The record of an earlier run, if its inputs are the same and its files are whole."""
+    try:
+        done = json.loads(task.record_file.read_text(encoding="utf-8"))
+        if done["key"] != key or not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
+            return None
+        whole = all(_is_whole(task.out / name, value) for name, value in done["files"].items())
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
+    return done if whole else None
+
+
+def _is_whole(path: Path, sha256: str) -> bool:
+    """Whether a file is as its record says; one that a kill left without its name gets it now."""
+    nameless = unfinished(path)
+    if nameless.exists() and file_sha256(nameless) == sha256:
+        nameless.replace(path)
+    return file_sha256(path) == sha256

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Clip tasks on the workers of a Dask scheduler, which may be missing, differ from us or die at any moment.
 
-A worker of a cluster may be killed for reasons that no clip gives: its job ended, its machine was taken away.
-A clip is to blame only where it crashes a worker that has nothing else of ours to do, twice.
+A cluster's worker may be killed for reasons that are no clip's: its job ended, its machine was taken away.
+A clip is to blame only where it twice crashes a worker that has nothing else of ours to do.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from w2w.core.findings.finished_study import ClipResult
 
@@ -32,13 +32,13 @@ ANSWER_S = 20.0
 LOOK_EVERY_S = 0.1
 
 CRASHES = 2
-"""Times that a clip must crash a worker of its own before it is given up."""
+"""Crashes of a worker of its own after which a clip is given up."""
 
 TRIES = 6
-"""Times that a clip gets a worker of its own before it is left to the next run."""
+"""Workers of its own that a clip gets before it is left to the next run."""
 
 NAMED = 3
-"""Clips or workers that a sentence names."""
+"""Workers that a sentence names."""
 
 
 class EngineError(Exception):
@@ -49,10 +49,7 @@ class EngineError(Exception):
 def connected(scheduler: str) -> Iterator[Client]:
     """A Dask scheduler's client, whose workers run this very version of W2W.
 
-    Raises
-    ------
-    EngineError
-        If it cannot be reached, has no workers or others than ours, or goes away within the block.
+    An EngineError says that it cannot be reached, has no such workers, or went away within the block.
     """
     try:
         from distributed import CancelledError as Lost
@@ -78,7 +75,7 @@ def connected(scheduler: str) -> Iterator[Client]:
 
 
 def _address(scheduler: str) -> str:
-    """Of a scheduler or its file: Dask itself waits for ever for a file that is missing."""
+    """Address of a scheduler, given itself or by its file, for which Dask would wait for ever."""
     if "://" in scheduler:
         return scheduler
     try:
@@ -104,15 +101,11 @@ def _check_workers(client: Client, scheduler: str) -> None:
     other = [worker for worker, code in found.items() if worker not in gone and code != code_sha256()]
     if other:
         why = next((f" ({found[worker]})" for worker in other if isinstance(found[worker], Exception)), "")
+        more = f" and {len(other) - NAMED} more" if len(other) > NAMED else ""
         raise EngineError(
             f"{len(other)} of {len(found)} Dask workers have another or a broken version of W2W: "
-            f"{_named(other)}{why}: install this one there, and start them again"
+            f"{', '.join(other[:NAMED])}{more}{why}: install this one there, and start them again"
         )
-
-
-def _named(names: Sequence[str]) -> str:
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return ", ".join(names[:NAMED]) + more
 
 
 def wait_for(client: Client, future: Future) -> Future:
@@ -121,13 +114,7 @@ def wait_for(client: Client, future: Future) -> Future:
 
 
 def _finished(client: Client, futures: Sequence[Future]) -> Iterator[Future]:
-    """Futures as they are done.
-
-    Raises
-    ------
-    EngineError
-        If there are no workers for long.
-    """
+    """Futures as they are done; an EngineError where there are no workers for long."""
     from distributed import as_completed
 
     waiting, seen = as_completed(futures), time.monotonic()
@@ -147,13 +134,7 @@ def _finished(client: Client, futures: Sequence[Future]) -> Iterator[Future]:
 def run_on_cluster(
     tasks: Sequence[ClipTask], scheduler: str, told: Callable[[ClipResult], None]
 ) -> dict[str, ClipResult]:
-    """Do all tasks, those that workers died at one by one after the others; results by the clip's name.
-
-    Raises
-    ------
-    EngineError
-        As `connected`; if no workers are left.
-    """
+    """Do all tasks, those at which workers died one by one at the end; results by the clip's name."""
     results: dict[str, ClipResult] = {}
 
     def keep(result: ClipResult) -> None:
@@ -163,7 +144,7 @@ def run_on_cluster(
     with connected(scheduler) as client:
         from distributed import KilledWorker
 
-        suspects, futures = [], {_submit(client, task): task for task in tasks}
+        suspects, futures = [], {client.submit(work_in_worker, task, pure=False): task for task in tasks}
         for future in _finished(client, list(futures)):
             try:
                 keep(future.result())
@@ -174,10 +155,6 @@ def run_on_cluster(
     return results
 
 
-def _submit(client: Client, task: ClipTask) -> Any:
-    return client.submit(work_in_worker, task, pure=False)
-
-
 def _alone(client: Client, task: ClipTask) -> ClipResult:
     """Give a task that may have killed workers a worker with nothing else of ours to do."""
     from distributed import KilledWorker
@@ -186,7 +163,7 @@ def _alone(client: Client, task: ClipTask) -> ClipResult:
     for _ in range(TRIES):
         task.marker.unlink(missing_ok=True)  # it says how another try ended
         with suppress(KilledWorker):
-            return wait_for(client, _submit(client, task)).result()
+            return wait_for(client, client.submit(work_in_worker, task, pure=False)).result()
         crashes += crashed(task.marker)
         if timed_out(task.marker) or crashes == CRASHES:
             return record_death(task)

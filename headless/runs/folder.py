@@ -17,11 +17,10 @@ from filelock import FileLock, Timeout
 from w2w.core.body.body import PACKAGE, TEMPLATES
 from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED
-from w2w.core.motion.library import Library
+from w2w.core.motion.library import Library, unique_names
 
-from .clip_records import recorded
+from .clip_task import recorded
 from .own_files import check, remove_own
-from .picture_names import HEATMAPS
 
 
 class FolderBusyError(Exception):
@@ -30,13 +29,7 @@ class FolderBusyError(Exception):
 
 @contextmanager
 def only_run(folder: Path) -> Iterator[None]:
-    """Hold the folder for this run; the lock goes with the process, however it ends.
-
-    Raises
-    ------
-    FolderBusyError
-        If another run holds it.
-    """
+    """Hold the folder for this run, or raise a FolderBusyError; the lock goes with the process."""
     lock, holder = FileLock(folder / "lock"), folder / "holder"
     try:
         lock.acquire(timeout=0)
@@ -56,6 +49,10 @@ def only_run(folder: Path) -> Iterator[None]:
 FOLDERS = ("motions", "signals", *(f"{WORK}/{name}" for name in ("features", "copies", "clips", "running")))
 """What a run writes clips into."""
 
+HEATMAPS = "heatmaps"
+MEAN, SUBSET = "mean", "subset"
+"""The folder of a study's pictures, and the names of two of them."""
+
 SUMMARY = "summary.json"
 TABLES = ("config.json", "utility.npz", "utility.csv", SUMMARY)
 
@@ -67,20 +64,7 @@ def make_folders(out: Path) -> None:
 
 
 def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
-    """Refuse a folder in which a file that W2W did not write is in a run's way; changes nothing.
-
-    Parameters
-    ----------
-    out : Path
-    library : Library
-        Its clips' motions and recordings are written, too.
-    names : sequence of str
-        What the run writes beside them.
-
-    Raises
-    ------
-    ForeignFileError
-    """
+    """`check` a folder for a run that writes `names`, and a motion and signals for each clip."""
     clips = [
         name
         for clip in library.clips
@@ -99,8 +83,7 @@ def forget_running(out: Path) -> None:
 def remove_leftovers(out: Path, used: set[str]) -> None:
     """Remove what an earlier run of another library left: the folder holds this study alone.
 
-    Of motions and signals only what a record of ours names and nobody has changed since; the
-    work folder is all ours.
+    Motions and signals go where they are as a record says; the work folder is all ours.
     """
     for record in (out / WORK / "clips").glob("*.json"):
         if record.stem not in used and (files := recorded(out, record.stem)):
@@ -140,3 +123,14 @@ def code_sha256() -> str:
         digest.update(f"{name}/{path.relative_to(root).as_posix()}".encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def picture_names(activities: Sequence[str]) -> list[str]:
+    """File names of the activities' pictures, distinct from each other and from the other two."""
+    names = unique_names([MEAN, SUBSET, *(f"{activity}." for activity in activities)])
+    return names[2:]
+
+
+def picture_files(activities: Sequence[str]) -> list[str]:
+    """The files of a study's pictures, in their folder."""
+    return [f"{name}.png" for name in (MEAN, SUBSET, *picture_names(activities))]

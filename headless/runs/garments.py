@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from w2w.core.body.body import Body
@@ -14,20 +13,13 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.study import StudyConfig
 from w2w.scene.output import quiet_output
 
-from ..blender import forget_scripts_path
-from ..needs_blender import NoBlenderError, needs_blender
+from ..blender import forget_scripts_path, needs_blender
 from .guard import guarded
 from .workers import run_alone
 
 
 def parse_garments(text: str) -> tuple[str, ...]:
-    """Garments from what a person writes, separated by commas.
-
-    Raises
-    ------
-    ValueError
-        If one is unknown or its file is not there.
-    """
+    """Garments from a comma-separated list; a ValueError says which is unknown, or has no file."""
     garments = tuple(part.strip() for part in text.split(",") if part.strip())
     for number, garment in enumerate(garments):
         if garment in garments[:number]:
@@ -48,14 +40,9 @@ def parse_garments(text: str) -> tuple[str, ...]:
 
 
 def fit_garments(config: StudyConfig, body: Body, patches: PatchSet, out: Path) -> None:
-    """Find the patches that the study's garments cover, and write them down for the clips' work.
+    """Find the patches that the study's garments cover, and write them down for the work on clips.
 
-    Raises
-    ------
-    ValueError
-        If a garment cannot be worn, or covers nothing that an outer one leaves.
-    NoBlenderError
-        If a garment is in a .blend file and Blender's module cannot be imported.
+    A ValueError says which garment cannot be worn, or covers nothing that an outer one leaves.
     """
     path = out / FITTED
     if not config.garments:
@@ -65,7 +52,9 @@ def fit_garments(config: StudyConfig, body: Body, patches: PatchSet, out: Path) 
     for garment, own in zip(config.garments, found, strict=True):
         if not len(own):
             raise ValueError(f"'{garment}' covers no patch that another garment leaves: leave one out")
-    save_covers(path, dict(zip(config.garments, found, strict=True)), _sources(config.garments))
+    files = [split_name(garment)[0] for garment in config.garments]
+    hashes = [file_sha256(Path(file)) if file else "" for file in files]
+    save_covers(path, dict(zip(config.garments, found, strict=True)), hashes)
 
 
 def _cover(garment: str, body: Body, patches: PatchSet) -> Cover:
@@ -90,12 +79,5 @@ def _cover_in_blender(garment: str, body: Body, patches: PatchSet) -> Cover | st
                 from w2w.scene.garments.wear import fitted
 
                 return fitted(garment, body, patches)
-        except NoBlenderError:
-            raise
         except ValueError as error:
             return str(error)
-
-
-def _sources(garments: Sequence[str]) -> list[str]:
-    files = [split_name(garment)[0] for garment in garments]
-    return [file_sha256(Path(file)) if file else "" for file in files]

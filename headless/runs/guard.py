@@ -26,7 +26,6 @@ LIMIT_S = 300.0
 MEMORY = 4 * 2**30
 """Bytes a worker may take: many times what a clip of minutes needs."""
 
-
 PR_SET_PDEATHSIG = 1
 """Of Linux's prctl: the signal to get when the parent ends."""
 
@@ -36,7 +35,7 @@ LOOK_EVERY_S = 1.0
 def end_with(parent: int) -> None:
     """End this process when the one that started it ends, even by SIGKILL.
 
-    Linux does it at once, whatever Blender is at; a thread that looks does it elsewhere (not on Windows).
+    Linux does it at once, whatever Blender is doing; elsewhere a thread looks (not on Windows).
     """
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -44,13 +43,13 @@ def end_with(parent: int) -> None:
         return
     if os.getppid() != parent:  # it ended before we could ask
         os._exit(1)
-    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
 
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK_EVERY_S)
+        os._exit(1)
 
-def _end_after(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(LOOK_EVERY_S)
-    os._exit(1)
+    threading.Thread(target=watch, daemon=True).start()
 
 
 class _Watchdog:
@@ -73,20 +72,13 @@ _WATCHDOGS: list[_Watchdog] = []
 
 @contextlib.contextmanager
 def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = None) -> Iterator[None]:
-    """Bound what a block of work may take in this process.
+    """Bound the seconds and the bytes of data that a block of work may take in this process.
 
     Blender's importers are C++ and may hang where no Python exception reaches them: the watchdog's
     thread ends the process from outside the interpreter. More memory than the limit is refused by
-    the system (Linux), which Python says as a MemoryError; C++ may end the process on it.
+    the system (Linux), which Python raises as a MemoryError; C++ may end the process on it.
 
-    Parameters
-    ----------
-    limit_s : float
-        Seconds after which the process ends itself.
-    memory : int
-        Bytes of data the process may hold.
-    said : Path, optional
-        File in which `timed_out` finds that the time was used up, and `crashed` a crash.
+    In the file `said`, `timed_out` finds that the time was used up, and `crashed` a crash.
     """
     with Path(said or os.devnull).open("a") as file, _memory_limit(memory):
         _WATCHDOGS.append(_Watchdog(limit_s, file))
@@ -105,32 +97,24 @@ def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = 
 @contextlib.contextmanager
 def untimed() -> Iterator[None]:
     """Stop the watchdog while results are read or written: a slow folder is not the clip's fault."""
-    watchdog = _WATCHDOGS[-1] if _WATCHDOGS else None
-    if watchdog is None:
+    if not _WATCHDOGS:
         yield
         return
-    watchdog.pause()
+    _WATCHDOGS[-1].pause()
     try:
         yield
     finally:
-        watchdog.start()
+        _WATCHDOGS[-1].start()
 
 
 def timed_out(said: Path) -> bool:
     """Whether a process that `guarded` ended had used up its time."""
-    return _says(said, "Timeout (")
+    return said.is_file() and "Timeout (" in said.read_text(errors="replace")
 
 
 def crashed(said: Path) -> bool:
     """Whether a process died of a fault of its own within `guarded`, not by someone's SIGKILL or SIGTERM."""
-    return _says(said, "Fatal Python error")
-
-
-def _says(said: Path, words: str) -> bool:
-    try:
-        return words in said.read_text(errors="replace")
-    except OSError:
-        return False
+    return said.is_file() and "Fatal Python error" in said.read_text(errors="replace")
 
 
 def allowed_memory() -> float:

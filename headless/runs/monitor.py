@@ -35,32 +35,21 @@ from w2w.core.wording import capital
 
 @dataclass(frozen=True)
 class EventLog:
-    """Writes events as they happen.
-
-    Parameters
-    ----------
-    stream : TextIO or None
-        Where to; None for nowhere.
-    """
+    """Writes events to a stream as they happen; nowhere without one."""
 
     stream: TextIO | None = None
 
     def __call__(self, event: str, **facts: Any) -> None:
-        """Write an event: its time (ISO 8601, UTC), its name and its facts."""
-        if self.stream is None:
-            return
-        self.stream.write(event_line(event, **facts) + "\n")
-        self.stream.flush()
+        """Write an event."""
+        if self.stream is not None:
+            self.stream.write(event_line(event, **facts) + "\n")
+            self.stream.flush()
 
 
 def event_line(event: str, **facts: Any) -> str:
-    """An event in one line of JSON."""
+    """An event in one line of JSON: its time (ISO 8601, UTC), its name and its facts."""
     time = datetime.now(UTC).isoformat(timespec="milliseconds")
     return json.dumps({"time": time, "event": event, **facts}, ensure_ascii=True, allow_nan=False)
-
-
-SILENT = EventLog()
-"""Writes nothing."""
 
 
 EVERY_S = 0.5
@@ -69,44 +58,27 @@ EVERY_S = 0.5
 
 @dataclass
 class RunState:
-    """What `w2w status` shows.
-
-    Parameters
-    ----------
-    step : str
-        What the run is doing; "finished" or "failed" at its end.
-    clips, done, skipped : int
-        Clips in the library, done so far, and of those skipped.
-    started, updated : float
-        Seconds since the epoch, by a clock that may be set while the run goes on.
-    spent : float
-        Seconds between the two by one that only runs on.
-    message : str
-        The sentence a failed run ended with.
-    """
+    """What `w2w status` shows of a run."""
 
     step: str = "starting"
+    """What it is doing; "finished" or "failed" at its end."""
     clips: int = 0
     done: int = 0
     skipped: int = 0
+    """Of those done."""
     started: float = 0.0
     updated: float = 0.0
+    """Seconds since the epoch, by a clock that may be set meanwhile."""
     spent: float = 0.0
+    """Seconds between the two by a clock that cannot."""
     message: str = ""
+    """Why it failed."""
 
 
 class RunMonitor:
-    """Says how a run goes: on the console, as events, and in its folder once that is known.
+    """Says how a run goes: on the console, as events, and in its folder once that is known."""
 
-    Parameters
-    ----------
-    console : Console
-        Where steps are shown; one that is no terminal gets a line a step instead.
-    log : EventLog
-        Told of each step and clip.
-    """
-
-    def __init__(self, console: Console, log: EventLog = SILENT) -> None:
+    def __init__(self, console: Console, log: EventLog = EventLog()) -> None:
         self.console, self.log = console, log
         self.state = RunState()
         self._path: Path | None = None
@@ -140,7 +112,7 @@ class RunMonitor:
 
     @contextmanager
     def bar(self, name: str, total: int, title: str = "") -> Iterator[Callable[[int], None]]:
-        """Announce a step and show a bar while the block runs; call what it gives with each advance."""
+        """Announce a step and show a bar while the block runs, which says how many steps it advances."""
         columns = (
             TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
             TextColumn("left"), TimeRemainingColumn(),
@@ -162,7 +134,7 @@ class RunMonitor:
     def _shown(
         self, name: str, title: str, columns: Sequence[ProgressColumn], total: int | None = None
     ) -> Iterator[Callable[[int], None]]:
-        """Show a step, by its name where it has no title, and at its end how long it took."""
+        """Show a step by its title, or its name, and at its end how long it took."""
         self.announce(name)
         title, start = title or capital(name), time.perf_counter()
         with Progress(*columns, console=self.console, transient=True) as display:
@@ -179,16 +151,10 @@ class RunMonitor:
 
 
 def state_file(out: Path) -> Path:
-    """Where the state of the run in a folder stands."""
+    """The file with the state of the run in a folder."""
     return out / WORK / "state.json"
 
 
 def read_state(out: Path) -> RunState:
-    """The state of the run in a folder.
-
-    Raises
-    ------
-    OSError, ValueError
-        If there is none or it cannot be understood.
-    """
+    """The state of the run in a folder; an OSError or ValueError where there is none."""
     return RunState(**json.loads(state_file(out).read_text(encoding="utf-8")))

@@ -49,12 +49,7 @@ def keep_apart(library: Path, out: Path) -> None:
 
 
 def new_file(*paths: Path | None) -> None:
-    """Refuse to write single files where anything is already, or where there is no folder for them.
-
-    Raises
-    ------
-    ForeignFileError, ValueError
-    """
+    """Raise a ValueError where one of these files exists already, or has no folder."""
     given = [path for path in paths if path is not None]
     for path in given:
         if os.path.lexists(path):
@@ -68,18 +63,9 @@ def new_file(*paths: Path | None) -> None:
 
 
 def check(folder: Path, names: Iterable[str]) -> None:
-    """Refuse a folder in which something that W2W did not write is in the way; changes nothing.
+    """Raise a ForeignFileError where something that W2W did not write is in the way; changes nothing.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder to write into; it need not exist.
-    names : iterable of str
-        Paths inside it that are going to be written, with forward slashes.
-
-    Raises
-    ------
-    ForeignFileError
+    The names are paths inside the folder, which need not exist, with forward slashes.
     """
     there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
     if not there.is_dir():
@@ -91,13 +77,7 @@ def check(folder: Path, names: Iterable[str]) -> None:
 
 @contextmanager
 def claimed(folder: Path, names: Iterable[str]) -> Iterator[None]:
-    """Claim names for the files that the block writes, and list those it wrote with their hashes.
-
-    Raises
-    ------
-    ForeignFileError
-        As `check`; nothing has been touched then.
-    """
+    """`check` names, claim them for the files that the block writes, and list these with their hashes."""
     check(folder, names := list(names))
     (folder / WORK).mkdir(parents=True, exist_ok=True)
     _write(folder, _read(folder) | dict.fromkeys(names, CLAIMED))
@@ -119,19 +99,7 @@ def note(folder: Path, names: Iterable[str]) -> None:
 def published(folder: Path, inputs: Iterable[Path | None] = ()) -> Iterator[Path]:
     """A folder to fill, whose files replace those that W2W wrote into `folder` before.
 
-    Where the block fails, everything stays as it was.
-
-    Parameters
-    ----------
-    folder : Path
-        New, empty, or with nothing in it but what W2W wrote there.
-    inputs : iterable of Path or None
-        Files that are read; they may be in the folder.
-
-    Raises
-    ------
-    ForeignFileError
-        As `check_whole`.
+    The folder passes `check_whole`. Where the block fails, everything stays as it was.
     """
     check_whole(folder, inputs)
     beside = next(place for place in folder.absolute().parents if place.is_dir())
@@ -149,12 +117,7 @@ def published(folder: Path, inputs: Iterable[Path | None] = ()) -> Iterator[Path
 
 
 def check_whole(folder: Path, inputs: Iterable[Path | None] = ()) -> None:
-    """Refuse a folder that holds anything but `inputs` that W2W did not write, or that was changed since.
-
-    Raises
-    ------
-    ForeignFileError
-    """
+    """Raise a ForeignFileError where a folder holds anything but `inputs` and unchanged files of W2W's."""
     check(folder, ())
     theirs = {path.resolve() for path in inputs if path is not None}
     written = _read(folder)

@@ -31,20 +31,7 @@ MOST_LOST = 0.05
 
 
 class Simulate:
-    """Makes what an ideal sensor at one place would record.
-
-    Parameters
-    ----------
-    placement : str
-        A place or a patch, as `virtual.sensor_at` takes it.
-    band_hz, root_band_hz : float or None
-    pose : PoseFacts
-
-    Raises
-    ------
-    ValueError
-        If nothing is called so.
-    """
+    """Makes what an ideal sensor at one place or patch would record; a ValueError where there is none."""
 
     def __init__(
         self, placement: str, band_hz: float | None, root_band_hz: float | None, pose: PoseFacts
@@ -55,13 +42,7 @@ class Simulate:
         self._band, self._root_band, self._pose = band_hz or None, root_band_hz, pose
 
     def __call__(self, path: Path, rate: float) -> ImuRecording:
-        """What it would record of a motion file.
-
-        Raises
-        ------
-        UnusableMotion, ValueError
-            If the file cannot be used.
-        """
+        """The recording of a motion file; an UnusableMotion or ValueError where it cannot be used."""
         clip = Clip(path, shown(path.name), shown(path.stem), "")
         _, motion, _ = load_alone(clip, self._body, pose=self._pose)
         if self._root_band is not None:
@@ -75,16 +56,7 @@ def read_pairs(
 ) -> tuple[list[Pair], list[tuple[str, str]]]:
     """A worn and a simulated recording of each motion, all at the first one's rate.
 
-    Returns
-    -------
-    pairs : list of (ImuRecording, ImuRecording)
-    left_out : list of (str, str)
-        Files that could not be used, each with the reason.
-
-    Raises
-    ------
-    ValueError
-        If there is none; the message says why.
+    Also returns the files that could not be used, each with the reason; a ValueError where none could.
     """
     pairs, left_out = [], []
     for recorded, moved in files:
@@ -103,12 +75,9 @@ def read_pairs(
 
 
 def files_together(real: Path, motion: Path) -> list[tuple[Path, Path]]:
-    """Recordings and motions that belong together: two files, or files of two folders by their names.
+    """Recordings and motions that belong together: two files, or files of the same name in two folders.
 
-    Raises
-    ------
-    ValueError
-        If none do.
+    A ValueError says why there are none.
     """
     for path in (real, motion):
         if not path.exists():
@@ -130,13 +99,7 @@ def files_together(real: Path, motion: Path) -> list[tuple[Path, Path]]:
 
 
 def _one_sensor(recording: ImuRecording) -> ImuRecording:
-    """The recording, its few lost samples bridged.
-
-    Raises
-    ------
-    ValueError
-        If it holds several sensors, or loses too much.
-    """
+    """The recording, its few lost samples bridged; a ValueError for several sensors, or too many lost."""
     if recording.n_sensors > 1:
         raise ValueError(f"it holds {recording.n_sensors} sensors: give each its own file")
     parts = []

@@ -30,20 +30,12 @@ from .clip_task import ClipTask
 from .folder import code_sha256, forget_running, remove_leftovers
 from .garments import fit_garments
 from .monitor import RunMonitor
-from .rank_in_workers import spread_here
-from .rank_on_cluster import spread_over
+from .rank_in_workers import spread_here, spread_over
 from .workers import Engine, clip_workers, run_tasks
 
 
 class StudyError(Exception):
-    """A study cannot be finished; the message says why and what to do.
-
-    Parameters
-    ----------
-    message : str
-    clips : sequence of ClipResult
-        What became of the clips until then.
-    """
+    """A study cannot be finished: why, what to do, and what became of the clips until then."""
 
     def __init__(self, message: str, clips: Sequence[ClipResult] = ()) -> None:
         super().__init__(message)
@@ -54,18 +46,7 @@ class StudyError(Exception):
 class RunPlan:
     """What a run is to do, whatever the body and the folder.
 
-    Parameters
-    ----------
-    library : Library
-    config : StudyConfig
-    engine : Engine
-        Who does the clips.
-    pictures : bool
-        Whether to draw heatmaps and save `study.blend`.
-    report : bool
-        Whether to write `report.html`.
-    more : tuple of str
-        What the command writes into the folder after the run.
+    `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run.
     """
 
     library: Library
@@ -77,24 +58,10 @@ class RunPlan:
 
 
 def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
-    """Bake every clip, rank every patch.
+    """Bake every clip and rank every patch, in a folder made by `make_folders`.
 
-    Parameters
-    ----------
-    plan : RunPlan
-    body : Body
-    out : Path
-        Output folder, made by `make_folders`.
-    monitor : RunMonitor
-
-    Raises
-    ------
-    StudyError
-        If no clip can be used or fewer than two activities can be told apart.
-    EngineError
-        If the workers cannot go on.
-    OSError
-        If the disk is full or the folder cannot be written.
+    Raises a StudyError where there is no result, an EngineError where the workers cannot go on, and an
+    OSError where the folder cannot be written.
     """
     config = plan.config
     with clip_workers(plan.engine, plan.library.clips) as workers:
@@ -105,7 +72,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
             clips = tuple(_bake(plan, out, monitor, workers))
     used = [result.clip for result in clips if result.used]
     if not used:
-        raise StudyError("no clip can be used; why each cannot stands in the table", clips)
+        raise StudyError("no clip can be used; the table lists the reasons", clips)
     remove_leftovers(out, {clip.name for clip in used})
     pooling = pooled.result()
     try:
@@ -166,16 +133,8 @@ def _bake(plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | Non
     ).hexdigest()
     out = out.resolve()
     tasks = [
-        ClipTask(
-            replace(clip, path=clip.path.absolute()),  # of a link its own name, which says its kind
-            out,
-            config,
-            inputs,
-            engine.limit_s,
-            engine.bone_maps,
-            engine.memory,
-            engine.pose,
-        )
+        # the absolute path keeps a link's own name, which says its kind
+        ClipTask(replace(clip, path=clip.path.absolute()), out, config, inputs, engine)
         for clip in plan.library.clips
     ]
     with monitor.bar("turning motions to signals", len(tasks), "Motions to signals") as advance:

@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
@@ -32,12 +31,11 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.motion_file import unreadable
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of
 
-from ..blender import inside_blender
-from ..needs_blender import NoBlenderError
+from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor
 from .clip import get_ready, record_death, work_in_worker
-from .clip_task import ClipTask
+from .clip_task import ClipTask, Engine
 from .cluster import EngineError, run_on_cluster
 from .guard import LIMIT_S, MEMORY, allowed_memory, end_with, guarded, timed_out
 from .load_clip import load_clip
@@ -47,37 +45,8 @@ Result = TypeVar("Result")
 MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
 
-
 KILL_S = 5.0
 """Seconds that killed workers are waited for."""
-
-
-@dataclass(frozen=True)
-class Engine:
-    """Who does the clips, and how they are read.
-
-    Parameters
-    ----------
-    workers : int
-        Processes on this machine that work on clips at the same time.
-    scheduler : str
-        Address or file of a Dask scheduler that brings its own workers; empty for none.
-    limit_s : float
-        Seconds after which a clip is given up.
-    bone_maps : tuple of BoneMap
-        The user's own, tried before the bundled ones.
-    memory : int
-        Bytes a worker may take for a clip.
-    pose : PoseFacts
-        What is known of joint positions from video.
-    """
-
-    workers: int = 1
-    scheduler: str = ""
-    limit_s: float = LIMIT_S
-    bone_maps: tuple[BoneMap, ...] = ()
-    memory: int = MEMORY
-    pose: PoseFacts = NO_FACTS
 
 
 @contextmanager
@@ -102,32 +71,11 @@ def run_tasks(
     told: Callable[[ClipResult], None],
     ready: Executor | None = None,
 ) -> list[ClipResult]:
-    """Do all tasks.
+    """Do all tasks; results in their order, and each to `told` as it comes.
 
-    Parameters
-    ----------
-    tasks : sequence of ClipTask
-    workers : int
-        Worker processes on this machine.
-    scheduler : str
-        Address of a Dask scheduler, or a scheduler file, that brings its own workers; empty
-        for this machine. Its workers must see the library and the output folder at the same
-        paths.
-    told : callable
-        Given each result as it comes.
-    ready : Executor, optional
-        Workers on this machine that wait for tasks, as from `clip_workers`; others are started where
-        they die.
-
-    Returns
-    -------
-    list of ClipResult
-        In the order of `tasks`.
-
-    Raises
-    ------
-    EngineError
-        If the scheduler cannot be reached or workers die again and again.
+    A Dask scheduler's workers must see the library and the output folder at the same paths. Without one,
+    `ready` workers of `clip_workers` do the tasks, and new ones where they die. An EngineError says that the
+    scheduler cannot be reached, or that workers die again and again.
     """
     if scheduler:
         results = run_on_cluster(tasks, scheduler, told)
@@ -163,12 +111,12 @@ def _on_this_machine(
 
 
 def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
-    """Do something in a worker process of its own; None if the worker dies of it."""
+    """Call a function in a worker process of its own; None if the worker dies of it."""
     return run_side_by_side([partial(work, *args)])[0]
 
 
 def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | None]:
-    """Do several things at once, each in a worker process of its own; None where that dies of it."""
+    """As `run_alone`, for several functions at once."""
     with ExitStack() as stack:
         executors = [stack.enter_context(local_executor(1)) for _ in works]
         with deaf_children():
@@ -213,7 +161,7 @@ def _collect(
 
 @contextmanager
 def local_executor(workers: int) -> Iterator[Executor]:
-    """So many worker processes on this machine, which end with the block or when this process is stopped."""
+    """Worker processes on this machine, which end with the block or when this process is stopped."""
     if inside_blender():
         executor = BlenderExecutor(workers)
         kill = executor.kill
@@ -251,15 +199,7 @@ Loaded = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
 def load_alone(
     clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = (), pose: PoseFacts = NO_FACTS
 ) -> Loaded:
-    """What `load_clip` gives, whatever the file does to the process that reads it.
-
-    Raises
-    ------
-    UnusableMotion
-        If it cannot be used; the message says why.
-    NoBlenderError
-        If it needs Blender, and Blender's module cannot be imported.
-    """
+    """As `load_clip`, in a worker process, whatever the file does to it."""
     found = run_alone(_load, clip, body, tuple(bone_maps), pose)
     if found is None:
         raise UnusableMotion(

@@ -16,9 +16,9 @@ from rich.console import Console
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_json, write_text
 from w2w.core.findings.versions import versions
+from w2w.headless.blender import needs_blender
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE
-from w2w.headless.needs_blender import needs_blender
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import ForeignFileError, check, claimed
 

@@ -27,7 +27,7 @@ from w2w.core.ranking.inputs import ArrayBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import StudyConfig, describe, record
-from w2w.headless.signal_options import sensor_settings
+from w2w.headless.options import sensor_settings
 
 
 def main() -> None:

@@ -233,11 +233,11 @@ def test_labels_of_one_activity_are_refused_before_any_work(place):
 
 
 def test_what_needs_blender_is_refused_before_any_work_where_it_is_not_installed(place, monkeypatch):
-    from w2w.headless import needs_blender
+    from w2w.headless import blender
 
     shutil.copy("clip.bvh", "motions/fast/one.fbx")
-    monkeypatch.setattr(needs_blender, "find_spec", lambda _: None)
-    monkeypatch.delitem(needs_blender.sys.modules, "bpy", raising=False)
+    monkeypatch.setattr(blender, "find_spec", lambda _: None)
+    monkeypatch.delitem(blender.sys.modules, "bpy", raising=False)
     before = everything(place)
     code, said = w2w("run", "motions", "--out", "out")
     assert (code, everything(place)) == (1, before)

@@ -17,7 +17,7 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.headless.app import APP
 from w2w.headless.options import _folder_name
-from w2w.headless.reports.pictures import picture_names
+from w2w.headless.runs.folder import picture_names
 from w2w.ranking import Ranking
 from w2w.studies.placements.score_table import ScoreRow, score_table
 from w2w.studies.placements.score_text import _cell, write_scores
@@ -209,7 +209,7 @@ def test_messages_name_the_options(tmp_path, options, message):
 
 def test_the_stride_follows_the_window():
     from w2w.core.ranking.windows import WindowSpec
-    from w2w.headless.window_options import window_spec
+    from w2w.headless.options import window_spec
 
     assert window_spec(0.5, None) == WindowSpec(0.5, 0.25)
     assert window_spec(2.0, None) == WindowSpec()
@@ -222,7 +222,7 @@ def test_pictures_and_bodies_have_names_that_every_system_takes():
     assert not {name.lower() for name in names} & {"aux", "con", "mean"}
     assert _folder_name("some/CON.npz") == "body_CON.npz"
     assert _folder_name("male height=1.") == "male_height_1"
-    assert _folder_name("nul.npz betas=1.2:0") == "body_nul.npz_betas_1.2_0"
+    assert _folder_name("nul.npz", "1.2:0") == "body_nul.npz_betas_1.2_0"
 
 
 def test_a_source_for_each_activity_is_warned_of(places, tmp_path):

@@ -14,7 +14,7 @@ from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import FURTHER, ImuRecording
 from w2w.core.study import StudyConfig
 from w2w.headless.app import APP
-from w2w.headless.signal_options import further_sensors
+from w2w.headless.options import further_sensors
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -23,7 +23,7 @@ from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe
 from w2w.headless.console import too_little_memory
 from w2w.headless.runs import clip as clip_work
-from w2w.headless.runs import clip_records
+from w2w.headless.runs import clip_task
 from w2w.headless.runs import guard as worker_guard
 from w2w.headless.runs import monitor as watch
 from w2w.headless.runs.clip import WORK, do_clip, record_death
@@ -127,9 +127,9 @@ def test_writing_a_clips_results_is_not_its_own_time(task, monkeypatch):
         )
     for module, name in (
         (clip_work, "file_sha256"),
-        (clip_records, "file_sha256"),
+        (clip_task, "file_sha256"),
         (clip_work, "write_features"),
-        (clip_records, "write_json"),
+        (clip_task, "write_json"),
         (clip_work, "load_clip"),
         (clip_work, "describe"),
     ):

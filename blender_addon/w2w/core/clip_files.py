@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a clip's work leaves for the ranking: its windows and those of its copies, and where they lie."""
+"""Files that the work on a clip leaves for the ranking: its windows and those of its copies."""
 
 from __future__ import annotations
 
@@ -37,41 +37,34 @@ def features_file(out: Path, clip: str) -> Path:
 
 
 def copy_file(out: Path, clip: str, copy: int) -> Path:
-    """The recording of a copy of a clip, where the classifier wants it."""
+    """The recording of a copy of a clip, where the classifier needs it."""
     return out / WORK / "copies" / f"{clip}.{copy}.npz"
 
 
 def write_features(
     path: Path, features: Sequence[np.ndarray], is_test: np.ndarray, signature: np.ndarray
 ) -> None:
-    """Write features of windows, shape (W, N, D): a clip's own, then each copy's, which are never tested.
+    """Write the features of a clip and then of each copy, each of shape (windows, N, D).
 
-    Equal motions are known by their `signature` (`motion_signature`).
+    `is_test` is of the clip's own windows, as copies are never tested; equal motions have equal signatures.
     """
     counts = np.array([len(part) for part in features])
     whole = np.zeros(counts.sum(), dtype=bool)
     whole[: len(is_test)] = is_test
-    write_npz(
-        path,
-        {
-            "features": np.concatenate(features),
-            "is_test": whole,
-            "signature": signature,
-            "counts": counts,
-        },
-    )
+    arrays = {"features": np.concatenate(features), "is_test": whole}
+    write_npz(path, arrays | {"signature": signature, "counts": counts})
 
 
 @dataclass(frozen=True, eq=False)
 class ClipWindows:
-    """Which windows of a clip may be tested on, shape (W,), its motion's signature, and windows by copy.
-
-    `counts` has the windows of the clip itself first.
-    """
+    """What the ranking must know of a clip's windows beside their signals."""
 
     is_test: np.ndarray
+    """Windows that may be tested on, shape (W,), bool."""
     signature: np.ndarray
+    """`motion_signature`: equal for equal motions."""
     counts: tuple[int, ...]
+    """Windows of the clip, then of each copy."""
 
     @classmethod
     def read(cls, out: Path, clip: str) -> ClipWindows:
@@ -90,7 +83,7 @@ def recordings_of(out: Path, clip: str, windows: ClipWindows) -> list[Path]:
 def ranking_inputs(
     clips: Sequence[tuple[Path, str]], windows: Sequence[ClipWindows], classifier: str, spec: WindowSpec
 ) -> PatchBlocks:
-    """What a classifier takes of clips and copies, served from disk; a clip by its folder and name there."""
+    """A classifier's inputs from clips, given by folder and name, and their copies, read from disk."""
     recordings = [
         path for clip, found in zip(clips, windows, strict=True) for path in recordings_of(*clip, found)
     ]
@@ -100,13 +93,13 @@ def ranking_inputs(
 
 
 STORED = "run-"
-"""How the key of signals in a results folder begins."""
+"""Prefix of keys of signals in a results folder."""
 
 
 def signals_key(out: Path, clip: str) -> str:
-    """By which a clip's stored signals and windows are known again; empty where they cannot be read.
+    """A key of a clip's stored signals and windows; empty where they cannot be read.
 
-    From the checksums that an npz file keeps of its arrays: the arrays themselves are not read.
+    It is made of the checksums that an npz file keeps of its arrays, which are not read themselves.
     """
     digest = hashlib.sha256()
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables as csv text: read as spreadsheets of any country save them, written so that none runs a formula."""
+"""Tables as csv text: read from spreadsheets of any country, written so that no cell runs as a formula."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """First bytes of xlsx, ods and xls files."""
 
 FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
-"""What makes Excel, LibreOffice or Sheets take a cell for a formula."""
+"""Beginnings of cells that Excel, LibreOffice or Sheets take for formulas."""
 
 
 class CsvError(ValueError):
@@ -33,36 +33,20 @@ class CsvError(ValueError):
 
 
 class CsvTable(NamedTuple):
-    """Rows of a csv file.
-
-    Attributes
-    ----------
-    rows : list of (int, dict)
-        The line a row ends on and its cells by column, without surrounding spaces.
-    note : str
-        What had to be assumed to read it; empty where nothing was.
-    """
+    """Rows of a csv file."""
 
     rows: list[tuple[int, dict[str, str]]]
+    """The line a row ends on and its cells by column, without surrounding spaces."""
     note: str
+    """What had to be assumed to read it, if anything."""
 
 
 def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> CsvTable:
     """Read named columns of a csv file.
 
-    The separator is the one of `SEPARATORS` by which the first line holds the required columns; case
-    does not count in their names. Text is UTF-8, UTF-16 or UTF-32, else Windows-1252.
-
-    Parameters
-    ----------
-    path : str or Path
-    required, optional : sequence of str
-        Columns in lower case; an optional one that is missing reads as empty.
-
-    Raises
-    ------
-    CsvError
-        If the file cannot be read as such a table, or has one of the columns twice.
+    The separator is the one of `SEPARATORS` by which the first line holds the required columns. Their names
+    are given in lower case, and case does not count; an optional column that is missing reads as empty. Text
+    is UTF-8, UTF-16 or UTF-32, else Windows-1252. A CsvError says why a file cannot be read.
     """
     text, note = decoded(Path(path))
     lines = io.StringIO(text, newline="")
@@ -102,14 +86,14 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
-    """Rows as csv text; text that a spreadsheet would run as a formula gets an apostrophe before it."""
+    """Rows as csv text; an apostrophe precedes text that a spreadsheet would run as a formula."""
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerows([_harmless(cell) for cell in row] for row in rows)
     return stream.getvalue()
 
 
 def apart(names: Sequence[str], others: Iterable[str]) -> list[str]:
-    """Names of activities to stand beside others in a table: those that are taken get a word more.
+    """Names of activities as headings beside others: those that are taken get a further word.
 
     Examples
     --------
@@ -140,13 +124,7 @@ def _harmless(cell: object) -> object:
 
 
 def decoded(path: Path) -> tuple[str, str]:
-    """The text of a file, and what had to be assumed to read it; empty where nothing was.
-
-    Raises
-    ------
-    CsvError
-        If it cannot be read or is no text.
-    """
+    """The text of a file, and what had to be assumed to read it; a CsvError where it is no text."""
     try:
         data = path.read_bytes()
     except OSError as error:

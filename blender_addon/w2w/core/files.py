@@ -33,7 +33,7 @@ DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt")
 """Names that Windows keeps for devices, in lower case: no file can bear one, whatever its ending."""
 
 UNFINISHED = ".w2w.part"
-"""How the name of a half-written file ends; nobody else's does."""
+"""Suffix of half-written files, which nobody else uses."""
 
 DIGITS = 6
 """Decimals of scores on file."""
@@ -41,18 +41,7 @@ DIGITS = 6
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
-    """Open a temporary file beside `path` and rename it to `path` when all went well.
-
-    Parameters
-    ----------
-    path : str or Path
-        Where the file shall stand; its folder must exist.
-
-    Yields
-    ------
-    BinaryIO
-        The temporary file, opened for writing in binary mode.
-    """
+    """Open a temporary file beside `path`, in binary mode, and rename it to `path` when all went well."""
     path = Path(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
@@ -68,16 +57,7 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
 
 
 def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = False) -> None:
-    """Write arrays to an npz file, atomically and with reproducible bytes.
-
-    Parameters
-    ----------
-    path : str or Path
-    arrays : mapping of str to array_like
-        No object arrays.
-    compress : bool
-        Deflate the members; slower to write, smaller on disk.
-    """
+    """Write arrays, but none of objects, to an npz file, atomically and with reproducible bytes."""
     method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
     with atomic_write(path) as stream, zipfile.ZipFile(stream, "w", method) as archive:
         for name, value in arrays.items():
@@ -95,14 +75,14 @@ def write_json(path: str | Path, content: Any) -> None:
 
 
 def json_number(value: float) -> float | None:
-    """A score as JSON has it: rounded, and null where it is not known."""
+    """A score for JSON: rounded, and null where it is not known."""
     return None if np.isnan(value) else round(float(value), DIGITS)
 
 
 def write_text(path: str | Path, text: str) -> None:
-    r"""Write UTF-8 text atomically, with the line ends as they stand in `text`.
+    r"""Write UTF-8 text atomically, with the line ends that `text` has.
 
-    What is no Unicode is written as ``\udce9``: one odd file name must not cost a whole result.
+    Characters that are no Unicode are written as ``\udce9``: one odd file name must not cost a whole result.
     """
     with atomic_write(path) as stream:
         stream.write(text.encode("utf-8", "backslashreplace"))
@@ -140,27 +120,19 @@ DAMAGED = (
     struct.error,
     zlib.error,
 )
-"""What Python's zip and numpy's npy reading raise on damaged files, beside ValueError and OSError."""
+"""Errors of Python's zip and numpy's npy reading on damaged files, beside ValueError and OSError."""
 
 MAX_CHARACTER = 0x10FFFF
 
 PIECE = 2**18
-"""Bytes that are unpacked at once: a zip's member takes as many again while it is read."""
+"""Bytes that are unpacked at once: reading a zip's member takes as many again."""
 
 PLAIN = "biufU"
-"""Kinds of numbers and text; dates, structures, complex numbers and objects are none of W2W's."""
+"""Kinds of numbers and text; W2W writes no dates, structures, complex numbers or objects."""
 
 
 def array_names(path: str | Path) -> list[str]:
-    """Names of the arrays in an npz file.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is no npz file.
-    """
+    """Names of the arrays in an npz file; an OSError or ValueError where it cannot be read."""
     try:
         with ZipFile(path) as archive:
             return [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
@@ -169,27 +141,15 @@ def array_names(path: str | Path) -> list[str]:
 
 
 def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> dict[str, np.ndarray]:
-    """Read arrays of an npz file, those of them that it holds.
-
-    Parameters
-    ----------
-    path : str or Path
-    names : collection of str
-        The arrays wanted; others are not even unpacked.
-    most_bytes : int
-        That the arrays may take together; a small file may claim to unpack to far more.
-
-    Returns
-    -------
-    dict of str to ndarray
-        Numbers and text only.
+    """Read those of some arrays that an npz file holds; others are not even unpacked.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ValueError
-        If it is damaged, holds other things than numbers and text, or unpacks to too much.
+        If it is damaged, holds other things than numbers and text, or claims to unpack to more than
+        `most_bytes`.
     """
     try:
         with ZipFile(path) as archive:
@@ -211,23 +171,10 @@ def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> di
 def load_arrays(
     path: str | Path, needed: Collection[str], wrong: str, optional: Collection[str] = ()
 ) -> dict[str, np.ndarray]:
-    """Read the arrays of a file that W2W wrote; one sentence says whatever is wrong with it.
+    """Read needed and optional arrays of a file that W2W wrote.
 
-    Parameters
-    ----------
-    path : str or Path
-    needed : collection of str
-        Arrays that must be there.
-    wrong : str
-        What the file then is, such as "is not a W2W body".
-    optional : collection of str
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is damaged or lacks an array; the message names the file.
+    A ValueError names the file where it is damaged or lacks a needed array, and says what is `wrong`, such as
+    "is not a W2W body".
     """
     try:
         arrays = read_arrays(path, (*needed, *optional), MOST_BYTES)
@@ -240,15 +187,7 @@ def load_arrays(
 
 
 def read_npy(path: str | Path) -> np.ndarray:
-    """Read an npy file of numbers or text.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is none, or is damaged; the message names the file.
-    """
+    """Read an npy file of numbers or text; a ValueError names the file where it is none, or damaged."""
     path = Path(path)
     try:
         with path.open("rb") as stream:
@@ -263,9 +202,9 @@ def _read_member(archive: ZipFile, member: str) -> np.ndarray:
 
 
 def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
-    """The array of an npy stream that holds so many bytes, whatever its header claims.
+    """The array of an npy stream that holds `held` bytes, whatever its header claims.
 
-    Parses the header once, where numpy's own `read_array` would have to do so again.
+    Parses the header once; numpy's own `read_array` would have to do so again.
     """
     shape, is_fortran, dtype = read_header(stream)
     size = math.prod(shape) * dtype.itemsize
@@ -283,7 +222,7 @@ def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
 
 
 def _fault(path: str | Path, error: Exception) -> str:
-    """What is wrong with the archive, without the bytes that zipfile quotes."""
+    """Why an archive cannot be read, without the bytes that zipfile quotes."""
     if isinstance(error, MemoryError):
         return "it takes more memory than there is"
     if isinstance(error, NotImplementedError):
@@ -294,7 +233,7 @@ def _fault(path: str | Path, error: Exception) -> str:
 
 
 def _is_text(array: np.ndarray) -> bool:
-    """Whether all characters exist: Python fails on others with an error of its own insides."""
+    """Whether all characters exist: on others Python fails with an internal error."""
     letters = (
         np.ascontiguousarray(array).reshape(-1).view(np.dtype(np.uint32).newbyteorder(array.dtype.byteorder))
     )

@@ -17,7 +17,7 @@ Part = TypeVar("Part")
 
 
 def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
-    """Do `work` on every part, in as many threads as this process may use.
+    """Do `work` on every part, in all threads that this process may use.
 
     The matrix library is kept to one thread meanwhile: two sets of threads would fight over the cores.
     """
@@ -38,12 +38,12 @@ def unthreaded_products() -> AbstractContextManager[None]:
 
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
-    """Those loaded at the first call, looked up once: all that is loaded is searched for them."""
+    """The libraries loaded at the first call: finding them is slow."""
     return ThreadpoolController()
 
 
 def n_threads() -> int:
-    """As many as ``OMP_NUM_THREADS`` allows (process pools set it), else one a usable core."""
+    """The number that ``OMP_NUM_THREADS`` allows (process pools set it), else that of usable cores."""
     allowed = os.environ.get("OMP_NUM_THREADS", "")
     if allowed.isdigit() and int(allowed) > 0:
         return int(allowed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How names and sentences are written for people, and read from them."""
+"""Names and sentences, written for people and read from them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ def capital(text: object) -> str:
 
 
 def plain_words(name: str) -> str:
-    """A name as it is compared: case and spaces do not count."""
+    """A name for comparing: case and runs of spaces do not count."""
     return " ".join(name.lower().split())
 
 
 def free_name(name: str, taken: Collection[str], form: str = "{} {}", first: int = 2) -> str:
-    """A name that is not taken: itself, or with the first free number behind it.
+    """The name itself where it is free, else with the first free number.
 
     Examples
     --------

@@ -25,18 +25,18 @@ LIGHTS = (((-0.45, -0.55, 0.7), 0.62), ((0.75, -0.5, 0.1), 0.2), ((0.0, -1.0, 0.
 """Directions towards lights as the front's camera sees them, x to the right and z up, and their strengths."""
 
 CREASE, CREASE_M = 12.0, 0.01
-"""Darkening of what lies a metre deeper than its surroundings, and how far these reach."""
+"""Darkening of a place a metre deeper than its surroundings, and the radius of these."""
 
 SHADE_DEPTH = 0.5
-"""How much darker than its colour the darkest shade of the body is."""
+"""Darkening of the darkest places of the body."""
 
 GLEAM = 0.06
-"""How far towards white the brightest parts are lifted, without which dark colours hide the shape."""
+"""How far the brightest parts are lifted towards white: else dark colours would hide the shape."""
 
 
 @dataclass(frozen=True)
 class ViewFrame:
-    """Where points of the world are in a square picture of `size` pixels, `width` metres across.
+    """Maps points of the world to a square picture of `size` pixels, `width` metres across.
 
     The camera is turned by `turn` radians about z (0 looks along +y) and looks at `centre`, shape (3,).
     """
@@ -71,11 +71,11 @@ class ViewFrame:
 
 @dataclass(frozen=True)
 class _Shade:
-    """Light and outline of one view, and where on the body its pixels lie: all of a picture but its colours.
+    """Light and outline of one view: all of a picture but its colours.
 
-    All is of the K pixels `shown`, flat indices of those that are not transparent. `share`, shape (K, V), is
-    how much of each vertex's colour shines there, `gleam`, shape (K, 1), what white is added, and `alpha`,
-    shape (K,), uint8, how much the body covers.
+    `shown` are the flat indices of the K pixels that are not transparent. `share`, shape (K, V), is how much
+    of each vertex's colour they show, `gleam`, shape (K, 1), the white that is added, and `alpha`, shape
+    (K,), uint8, their opacity.
     """
 
     share: csr_array
@@ -105,19 +105,19 @@ class _Shade:
         drawn = np.empty((len(self.shown), 4), dtype=np.uint8)
         drawn[:, :3] = _bytes(self.share @ colours.astype(np.float32) + self.gleam)
         drawn[:, 3] = self.alpha
-        picture = np.zeros(size * size, dtype=np.uint32)  # a pixel's bytes are put in their place at once
+        picture = np.zeros(size * size, dtype=np.uint32)  # moves a pixel's four bytes at once
         picture[self.shown] = drawn.view(np.uint32)[:, 0]
         return picture.view(np.uint8).reshape(size, size, 4)
 
 
 def _nearest(body: Body, frame: ViewFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The triangle (S, S) in each pixel's middle or -1, its corners' weights (S, S, 3), its depth (S, S)."""
+    """Triangle (S, S) at each pixel's centre or -1, its corners' weights (S, S, 3), its depth (S, S)."""
     size = frame.size
     points = frame.to_pixels(body.vertices)[body.faces]
     depths = ((body.vertices - frame.centre) @ -frame.towards_camera)[body.faces]
     edges = points[:, 1:] - points[:, :1]
     areas = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
-    facing = np.flatnonzero(areas < -1e-9)  # rows count downwards, so that what faces the camera turns left
+    facing = np.flatnonzero(areas < -1e-9)  # rows count downwards: triangles that face the camera turn left
     low = np.ceil(points[facing].min(axis=1) - 0.5).astype(np.intp)
     spans = np.maximum(np.floor(points[facing].max(axis=1) - 0.5).astype(np.intp) - low + 1, 0)
     counts = spans.prod(axis=1)
@@ -143,7 +143,7 @@ def _nearest(body: Body, frame: ViewFrame) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def _covered(body: Body, frame: ViewFrame) -> np.ndarray:
-    """How much of each pixel (S, S) the body covers, 0 to 1."""
+    """Share of each pixel (S, S) that the body covers."""
     size = frame.size * SAMPLES
     outline = Image.new("L", (size, size))
     draw = ImageDraw.Draw(outline)
@@ -153,7 +153,7 @@ def _covered(body: Body, frame: ViewFrame) -> np.ndarray:
 
 
 def _depth_below(depth: np.ndarray, frame: ViewFrame) -> np.ndarray:
-    """How much deeper than its surroundings each pixel lies, metres; 0 outside the body.
+    """Depth of each pixel below its surroundings, metres; 0 outside the body.
 
     Luft, Colditz and Deussen (2006), doi:10.1145/1141911.1142016.
     """
@@ -166,7 +166,7 @@ def _depth_below(depth: np.ndarray, frame: ViewFrame) -> np.ndarray:
 def _brightness(
     body: Body, frame: ViewFrame, corners: np.ndarray, weights: np.ndarray, below: np.ndarray
 ) -> np.ndarray:
-    """Light from 0 to 1 of places on the body: soft lamps, less in creases."""
+    """Brightness of places on the body, 0 to 1: soft lamps, less in creases."""
     normals = np.einsum("kc,kcx->kx", weights, body.vertex_normals[corners])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
     across, deep, up = normals @ frame.right, -normals @ frame.towards_camera, normals[:, 2]
@@ -179,27 +179,15 @@ def _brightness(
 
 
 def _bytes(values: np.ndarray) -> np.ndarray:
-    """From 0 to 1 as bytes."""
+    """Values from 0 to 1 as bytes."""
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
 class BodyPictures:
-    """Pictures of one body in many colours, softly shaded so that its shape can be read.
+    """Square pictures of one body in many colours, softly shaded so that its shape can be read.
 
-    The shading is computed once; then each picture is only coloured.
-
-    Parameters
-    ----------
-    body : Body
-    size : int
-        Width and height of the pictures, pixels.
-    views : sequence of str
-        Any of "front", "left", "back", "right".
-
-    Raises
-    ------
-    ValueError
-        If a view has another name.
+    The shading is computed once; then each picture is only coloured. Views are "front", "left", "back" and
+    "right"; another name raises a ValueError.
     """
 
     def __init__(self, body: Body, size: int = 900, views: Sequence[str] = ("front", "back")) -> None:
@@ -212,22 +200,10 @@ class BodyPictures:
         self._shades = [_Shade.of(body, frame) for frame in self.frames]
 
     def coloured(self, vertex_colours: np.ndarray) -> list[np.ndarray]:
-        """Pictures of the body in these colours, one a view.
+        """One picture for each view, in these colours of the vertices: sRGB, 0 to 1, shape (V, 3).
 
-        Parameters
-        ----------
-        vertex_colours : ndarray, shape (V, 3)
-            sRGB, 0 to 1.
-
-        Returns
-        -------
-        list of ndarray, shape (size, size, 4), uint8
-            sRGB and straight alpha, the upper row first; transparent around the body.
-
-        Raises
-        ------
-        ValueError
-            If there is not one colour a vertex.
+        A picture has shape (size, size, 4), uint8: sRGB and straight alpha, the upper row first; it is
+        transparent around the body.
         """
         colours = np.asarray(vertex_colours, dtype=np.float64)
         if colours.shape != self.body.vertices.shape:
@@ -237,17 +213,10 @@ class BodyPictures:
         return [shade.over(colours, self.size) for shade in self._shades]
 
     def locate(self, points: np.ndarray, normals: np.ndarray) -> list[tuple[int, float, float]]:
-        """In which picture, and at which column and row of it, places on the body are seen best.
+        """View, column and row at which each place on the body is seen best.
 
-        Parameters
-        ----------
-        points, normals : ndarray, shape (N, 3)
-            Positions on the body, metres, and outward normals there.
-
-        Returns
-        -------
-        list of (view, column, row)
-            Index of the view whose camera the place faces most, and its pixel there.
+        Places are points (N, 3), metres, with outward normals (N, 3); each is best seen in the view whose
+        camera it faces most.
         """
         facing = np.asarray(normals) @ np.stack([frame.towards_camera for frame in self.frames], axis=1)
         pixels = np.stack([frame.to_pixels(points) for frame in self.frames])

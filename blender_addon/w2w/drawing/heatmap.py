@@ -18,23 +18,23 @@ VIEW_SIZE = 4.3
 """Height that a square view is drawn with, inches."""
 
 VIEW_PIXELS = round(VIEW_SIZE * page.DPI)
-"""Height of a body, pixels, whose picture need not be scaled."""
+"""Height of a body, pixels, whose picture needs no scaling."""
 
 SPARE = 4
-"""So much lower than that, pixels, and a body is shown with a wider edge instead of larger."""
+"""Pixels by which a body may be lower: it then gets a wider edge instead of being scaled."""
 
 HEADER = 0.78
 """Height of the title and subtitle, inches."""
 
 BAR_COLUMN = 1.3
 BELOW_HAND = 6 / 72
-"""From a hand to the letter of its side, inches."""
+"""Distance from a hand to the letter of its side, inches."""
 
 BELOW_MARKERS = -0.5
-"""Order of what is drawn before a view's markers, and after the view."""
+"""Drawing order between a view and its markers."""
 
 Crop = tuple[int, int, int, int]
-"""First and last rows, first and last columns of a view that are shown."""
+"""First and last row, first and last column of a view that are shown."""
 
 SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
 """Which of the body's sides is on the left and on the right of a view."""
@@ -54,26 +54,9 @@ def heatmap_figure(
 ) -> None:
     """Write a picture of a heatmap: the views side by side, a title and a labelled colour bar.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file to write: its suffix decides the kind, as Matplotlib knows it.
-    views : sequence of ndarray, shape (H, W, 4), uint8
-        From `BodyPictures.coloured`.
-    title : str
-        What the heatmap is of, such as the activity.
-    low, high : float
-        Scores at the two ends of the colour bar.
-    label : str
-        What the colours stand for.
-    subtitle : str
-        A second, quieter line.
-    view_names : sequence of str
-        What to write under each view.
-    colour_map : str
-        The colour map that the views were coloured with.
-    note : str
-        What to write below the colour bar.
+    `views` are pictures (H, W, 4), uint8, of `BodyPictures.coloured`, coloured by `colour_map` from the score
+    `low` to `high`; `note` goes below the bar. The path's suffix decides the kind of file, as Matplotlib
+    knows it.
     """
     crop = _crop(views)
     figure, left = _page(views, crop, BAR_COLUMN, title, subtitle)
@@ -100,45 +83,13 @@ def subset_figure(
 ) -> None:
     """Write a picture of chosen sensors: numbered markers on the body and a list beside it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file to write: its suffix decides the kind, as Matplotlib knows it.
-    views : sequence of ndarray, shape (H, W, 4), uint8
-        From `BodyPictures.coloured`.
-    title : str
-        What was chosen.
-    markers : sequence of (view, column, row)
-        Where each sensor is, in order of choice, from `BodyPictures.locate`.
-    names : sequence of str
-        Body region of each sensor.
-    scores : sequence of float, each 0 to 1
-        Score that the sensors up to and with this one reach together.
-    label : str
-        What the scores are.
-    target : float, optional
-        The score that was asked for, drawn as a line.
-    subtitle : str
-        A second, quieter line.
-    view_names : sequence of str
-        What to write under each view.
-    scale : (low, high), optional
-        Scores at the two ends of a colour bar, where the body is coloured by score.
-    colour_map : str
-        The colour map that the views were coloured with.
-    scale_label : str
-        What the colours stand for; `label` by default.
-    note : str
-        What to write below the colour bar.
-
-    Raises
-    ------
-    ValueError
-        If markers, names and scores differ in number.
+    `markers` are places of the sensors, in order of choice, from `BodyPictures.locate`. `scores`, from 0 to
+    1, are reached with the sensors up to each one, and `target` is drawn as a line. With the two ends of a
+    `scale` there is a colour bar, as in `heatmap_figure`.
     """
     if not len(markers) == len(names) == len(scores):
         raise ValueError(
-            f"markers ({len(markers)}), names ({len(names)}) and scores ({len(scores)}) must be as many"
+            f"markers ({len(markers)}), names ({len(names)}) and scores ({len(scores)}) differ in number"
         )
     crop = _crop(views)
     bar = BAR_COLUMN if scale else 0.0
@@ -160,7 +111,7 @@ def subset_figure(
 
 
 def _crop(views: Sequence[np.ndarray]) -> Crop:
-    """Rows and columns to show: those that hold the body, or a few more where nothing then is scaled."""
+    """Rows and columns to show: those that hold the body, or a few more if that avoids scaling."""
     top, bottom, first, last = page.common_crop(views)
     spare = VIEW_PIXELS - (bottom - top)
     if 0 < spare <= SPARE and len(views[0]) >= VIEW_PIXELS:
@@ -170,7 +121,7 @@ def _crop(views: Sequence[np.ndarray]) -> Crop:
 
 
 def _place(number: int, crop: Crop) -> tuple[float, float, float, float]:
-    """Where a view is on the page, inches: left, bottom, width and height."""
+    """Left, bottom, width and height of a view on the page, inches."""
     top, bottom, first, last = crop
     width = VIEW_SIZE * (last - first) / (bottom - top)
     return page.MARGIN + number * (width + page.MARGIN), page.MARGIN, width, VIEW_SIZE
@@ -208,7 +159,7 @@ def _draw_views(figure: Figure, views: Sequence[np.ndarray], crop: Crop, names: 
 def _draw_sides(
     figure: Figure, shown: np.ndarray, place: tuple[float, float, float, float], sides: tuple[str, str]
 ) -> None:
-    """A faint letter below each hand: which side of the body it is."""
+    """Write a faint letter below each hand for its side of the body."""
     covered = shown[..., 3] > 127
     columns = np.flatnonzero(covered.any(axis=0))
     if not columns.size:

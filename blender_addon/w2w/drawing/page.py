@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pages of pictures: what is placed in inches, numbered markers on the body, and the list beside it."""
+"""Pages of pictures: things placed in inches, numbered markers on the body, and the list beside it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from ..core.files import atomic_write
 
 DPI = 200
 PACKED = {"compress_level": 1, "compress_type": zlib.Z_RLE, "dpi": (DPI, DPI)}
-"""How a PNG is packed: by run lengths, in three quarters of the usual time and no larger."""
+"""PNGs are packed by run lengths: three quarters of the usual time, and no larger."""
 
 INK, FAINT, HAIRLINE, ACCENT = "#1d2530", "#7a8391", "#d9dde3", "#31688e"
 OTHER_SCRIPTS = ("Noto Sans CJK SC", "Noto Sans CJK JP", "Microsoft YaHei", "PingFang SC", "Noto Sans Arabic")
 FONT = ["DejaVu Sans", *(name for name in OTHER_SCRIPTS if name in fontManager.get_font_names())]
-"""The first comes with matplotlib, so that a figure looks the same on every machine; the others
-are for letters that it lacks."""
+"""The first comes with matplotlib, so that figures look the same everywhere; the others have letters that it
+lacks."""
 
 MARGIN = 0.45
 """White edge around everything, inches."""
@@ -77,7 +77,6 @@ class _Laid(Artist):
         self._pixels, self._left, self._bottom = pixels, left, bottom
 
     def draw(self, renderer: RendererBase) -> None:
-        """Put them there."""
         context = renderer.new_gc()
         scale = self.figure.dpi / DPI  # pages of vectors count in points
         renderer.draw_image(context, self._left * scale, self._bottom * scale, self._pixels)
@@ -104,7 +103,7 @@ def write(
 
 
 def fit(figure: Figure, text: Text, width: float) -> None:
-    """Shrink a text until it is no wider than so many inches."""
+    """Shrink a text until it is at most `width` inches wide."""
     renderer = figure.canvas.get_renderer()
     # hinting makes widths jump, so one step may not be enough
     while (extent := text.get_window_extent(renderer).width / DPI) > width:
@@ -172,7 +171,7 @@ def draw_list(
     bottom: float,
     height: float,
 ) -> None:
-    """One row a sensor: its badge, its name, and a bar of the score reached with it."""
+    """Draw a row for each sensor: its badge, its name, and a bar of the score reached with it."""
     width = LIST_COLUMN - 0.3
     row = min(ROW, (height - 0.55) / max(len(names), 1))
     axes = axes_at(figure, left, bottom, width, height)

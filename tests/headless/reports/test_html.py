@@ -22,7 +22,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise, best_single
 from w2w.core.selection.headline import CANNOT_RANK, more_clips
 from w2w.headless.app import APP
-from w2w.headless.reports.advice_text import show_best_spot
+from w2w.headless.reports.console_tables import show_best_spot
 from w2w.headless.reports.html import write_report
 from w2w.headless.reports.report_data import as_script_json, packed, title
 

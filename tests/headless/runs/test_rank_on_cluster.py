@@ -8,7 +8,7 @@ import pytest
 
 from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.utility import utility_map
-from w2w.headless.runs.rank_on_cluster import spread_over
+from w2w.headless.runs.rank_in_workers import spread_over
 from w2w.headless.runs.workers import EngineError
 
 from .made_patches import NAMES, made_patches, ranked

@@ -107,7 +107,8 @@ def loaded():
 
 @pytest.mark.slow
 def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
-    bad = HangingTask(tasks[0].clip, tasks[0].out, tasks[0].config, "inputs", 8.0, safe_process=os.getpid())
+    first, engine = tasks[0], workers.Engine(limit_s=8.0)
+    bad = HangingTask(first.clip, first.out, first.config, "inputs", engine, safe_process=os.getpid())
     start = time.monotonic()
     results = run_tasks([bad, tasks[1]], 2, "", told)
     assert time.monotonic() - start < 60

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from w2w.headless.needs_blender import NoBlenderError, missing_library, needs_blender
+from w2w.headless.blender import NoBlenderError, needs_blender
+from w2w.headless.system_libraries import missing_library
 
 ROOT = Path(__file__).resolve().parents[2]
 NOT_THERE = "cannot open shared object file: No such file or directory"
