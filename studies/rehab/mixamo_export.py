@@ -23,6 +23,8 @@ from .skeleton import BONE_PARENTS, BONES, PREFIX
 TAKE = "mixamo.com"
 """Name of the animation in every file that Mixamo hands out."""
 
+_ARMATURE = "Armature"
+
 _TO_ARMATURE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """World axes (z up, facing -y) to Mixamo's (y up, facing z)."""
 
@@ -60,7 +62,7 @@ def write_mixamo_fbx(clip: RehabClip, path: str | Path) -> None:
         raise RuntimeError("Blender's FBX exporter is off: switch on the add-on 'FBX format' (io_scene_fbx)")
     partial = path.with_name(f".{path.name}.part")
     try:
-        with _scene(clip.rate, clip.n_frames) as scene:
+        with _names_free(), _scene(clip.rate, clip.n_frames) as scene:
             armature = _build_armature(scene, clip.figure.rest())
             _key(armature, clip)
             _export(scene, partial)
@@ -105,6 +107,24 @@ def _tails(rest: np.ndarray) -> np.ndarray:
 
 
 @contextlib.contextmanager
+def _names_free() -> Iterator[None]:
+    """Lend the names that are written to the file: beside a block of the same name ours would end in .001."""
+    taken = [
+        (block, name)
+        for blocks, name in ((bpy.data.objects, _ARMATURE), (bpy.data.scenes, TAKE))
+        for block in blocks
+        if block.name == name and not block.library
+    ]
+    for block, name in taken:
+        block.name = f"{name} of the open file"
+    try:
+        yield
+    finally:
+        for block, name in taken:
+            block.name = name
+
+
+@contextlib.contextmanager
 def _scene(rate: float, n_frames: int) -> Iterator[bpy.types.Scene]:
     """A scene of its own, taken away afterwards with all that was put into it."""
     kept = {kind: set(getattr(bpy.data, kind)) for kind in ("objects", "armatures", "actions")}
@@ -128,8 +148,8 @@ def _scene(rate: float, n_frames: int) -> Iterator[bpy.types.Scene]:
 
 
 def _build_armature(scene: bpy.types.Scene, rest: np.ndarray) -> bpy.types.Object:
-    data = bpy.data.armatures.new("Armature")
-    armature = bpy.data.objects.new("Armature", data)
+    data = bpy.data.armatures.new(_ARMATURE)
+    armature = bpy.data.objects.new(_ARMATURE, data)
     armature.rotation_euler = (np.pi / 2, 0.0, 0.0)
     armature.scale = (1 / _CENTIMETRES,) * 3
     scene.collection.objects.link(armature)

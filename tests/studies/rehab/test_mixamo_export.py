@@ -113,6 +113,19 @@ def test_the_same_clip_gives_the_same_bytes_in_another_process(exported, tmp_pat
         assert elsewhere.read_bytes() == path.read_bytes()
 
 
+def test_blocks_of_the_open_file_do_not_change_the_bytes(exported, tmp_path):
+    """As other tests of the same process, or a user, leave them."""
+    clip, path = exported
+    left = [bpy.data.objects.new("Armature", None), bpy.data.scenes.new("mixamo.com")]
+    names = [block.name for block in left]
+    try:
+        write_mixamo_fbx(clip, tmp_path / "again.fbx")
+        assert (tmp_path / "again.fbx").read_bytes() == path.read_bytes()
+        assert [block.name for block in left] == names == ["Armature", "mixamo.com"]
+    finally:
+        bpy.data.batch_remove(left)
+
+
 def test_the_open_scene_is_left_as_it_was(tmp_path):
     before = {kind: set(getattr(bpy.data, kind)) for kind in KINDS}
     scene, rate = bpy.context.window.scene, bpy.context.window.scene.render.fps
