@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
-from w2w.core.exports.bids import labels_of
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.vendor_formats import read_xsens_txt
 from w2w.core.motion.motion import SMPL_PELVIS, Motion, read_amass
@@ -190,13 +189,6 @@ def test_bids_motion(results, tmp_path):
     whole = recording_of(results)
     patch = whole.sites.index(channels[0][3].replace("_", " "))
     np.testing.assert_array_equal(values, np.concatenate([whole.acc[:, patch], whole.gyr[:, patch]], axis=1))
-
-
-def test_bids_labels_are_letters_and_digits_and_distinct():
-    assert labels_of(["a_b", "ab"]) == {"a_b": "aB", "ab": "ab2"}
-    found = labels_of(["sit to stand", "Sit-to-stand!", "走", "跑", "a_b", "ab"])
-    assert all(label.isalnum() and label.isascii() for label in found.values())
-    assert len({label.lower() for label in found.values()}) == 6
 
 
 @pytest.mark.slow
