@@ -44,7 +44,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
-from w2w.core.patches.skin import SkinDistances
+from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling

@@ -20,7 +20,7 @@ import numpy as np
 from w2w.core.clip_files import signals_file
 from w2w.core.clip_ranking import rank_windows, set_tests
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.patches.skin import SkinDistances
+from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults

@@ -18,8 +18,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.library import Clip
-from w2w.core.motion.motion import Motion
-from w2w.core.motion.variants import smoothed_root
+from w2w.core.motion.motion import Motion, smoothed_root
 from w2w.core.ranking.agreement import Agreement, rank_agreement
 from w2w.headless.runs.load_clip import load_clip
 

@@ -23,7 +23,7 @@ from scipy.stats import spearmanr
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
-from w2w.core.patches.skin import SkinDistances
+from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import HALVINGS
 

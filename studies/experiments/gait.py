@@ -31,11 +31,10 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize
 from w2w.core.imu.virtual import sensors_at
 from w2w.core.motion.bvh import read_bvh
-from w2w.core.motion.motion import Motion
+from w2w.core.motion.motion import Motion, smoothed_root
 from w2w.core.motion.retarget import retarget
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.motion.source import SourceMotion
-from w2w.core.motion.variants import smoothed_root
 
 from ..datasets.gait import GaitTrial, read_gait
 from ..datasets.gait_sites import SITES

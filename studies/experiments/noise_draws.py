@@ -21,7 +21,7 @@ import numpy as np
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows
 from w2w.core.imu.virtual import at_patches
-from w2w.core.patches.skin import SkinDistances
+from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.inputs import ArrayBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling

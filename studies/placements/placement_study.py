@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.console import Console
 
 from w2w.core.files import write_text
+from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.patches.naming import placement_patches
-from w2w.core.patches.products import PLACEMENTS
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
 

@@ -47,7 +47,8 @@ def score_colours(
         )
     # equal ends leave no range to spread over: everything there is takes the middle colour
     shares = (scores - low) / (high - low) if high > low else np.where(np.isnan(scores), np.nan, 0.5)
-    colours = colour_table(colour_map)[_table_rows(shares)]
+    table = colour_table(colour_map)
+    colours = table[np.rint(np.clip(np.nan_to_num(shares, nan=0.0), 0, 1) * (len(table) - 1)).astype(np.intp)]
     colours[np.isnan(scores)] = NEUTRAL_GREY
     return colours
 
@@ -110,8 +111,3 @@ def _own_range(scores: np.ndarray | Sequence[float]) -> tuple[float, float]:
 def colour_table(colour_map: str = COLOUR_MAP, steps: int = 1024) -> np.ndarray:
     """A colour map from its low to its high end, sRGB, shape (steps, 3)."""
     return np.asarray(Colormap(colour_map)(np.linspace(0, 1, steps)), dtype=np.float64)[:, :3]
-
-
-def _table_rows(shares: np.ndarray, steps: int = 1024) -> np.ndarray:
-    clipped = np.clip(np.nan_to_num(shares, nan=0.0), 0, 1)
-    return np.rint(clipped * (steps - 1)).astype(np.intp)

@@ -22,8 +22,7 @@ from .imu.sensor_file import sensor_of_plain
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
 from .motion.duplicates import POSES, mirrored_signatures, move_alike
-from .motion.motion import Motion
-from .motion.variants import low_passed, smoothed_root
+from .motion.motion import Motion, low_passed, smoothed_root
 from .parameters import parameter, parameters_of, read_record
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches

@@ -7,9 +7,8 @@ import json
 
 import bpy
 
-from ..core.patches.body_parts import MIDDLE, PARTS, SIDES, find_patches
+from ..core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCTS, SIDES, find_patches
 from ..core.patches.patches import PatchSet
-from ..core.patches.products import PLACEMENTS, PRODUCTS
 from ..core.study import StudyConfig
 from .counting import list_activities
 from .state import COST, FORBID, MUST, ONLY, run_of, usable, without_updates

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from w2w.core.motion.variants import at_rate
+from w2w.core.motion.motion import at_rate
 
 
 def test_frames_that_both_rates_share_stay(waving):

@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.motion.motion import Motion
-from w2w.core.motion.variants import smoothed_root
+from w2w.core.motion.motion import Motion, smoothed_root
 
 RATE = 100.0
 

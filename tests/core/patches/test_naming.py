@@ -15,10 +15,10 @@ from w2w.core.body.landmarks import SENSOR_SITES, has_smpl_topology
 from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
+from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.patches.naming import place, placement_patches, resolve
 from w2w.core.patches.own_placements import patches_at
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.core.patches.products import PLACEMENTS
 
 SIDES = ("left", "right")
 SITES = {site.name: site for site in SENSOR_SITES}

@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from w2w.core.body.regions import regions_of
-from w2w.core.patches.body_parts import ALL, find_patches
+from w2w.core.patches.body_parts import ALL, PRODUCTS, find_patches
 from w2w.core.patches.naming import place
 from w2w.core.patches.patches import sample_patches
-from w2w.core.patches.products import PRODUCTS
 
 
 @pytest.fixture(scope="module")

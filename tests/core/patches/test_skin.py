@@ -8,7 +8,7 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
-from w2w.core.patches.skin import SkinDistances
+from w2w.core.patches.strip_graph import SkinDistances
 
 
 @pytest.fixture(scope="module")

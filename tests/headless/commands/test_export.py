@@ -13,9 +13,8 @@ from typer.testing import CliRunner
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.vendor_formats import read_xsens_txt
-from w2w.core.motion.motion import SMPL_PELVIS, Motion, read_amass
+from w2w.core.motion.motion import SMPL_PELVIS, Motion, at_rate, read_amass
 from w2w.core.motion.skinning import joint_transforms
-from w2w.core.motion.variants import at_rate
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 from w2w.headless.app import APP

@@ -14,8 +14,8 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from w2w.core.motion.library import Clip, Library
+from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.patches.naming import placement_patches
-from w2w.core.patches.products import PLACEMENTS
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.commands.study_mixamo import show_placements

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from w2w.core.colours import score_colours
-from w2w.core.patches.products import PLACEMENTS
+from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.studies.placements.placement_figure import CELL_HEIGHT, CELL_WIDTH, placement_figure
 from w2w.studies.placements.score_table import ScoreRow
 

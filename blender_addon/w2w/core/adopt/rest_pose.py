@@ -166,8 +166,9 @@ def with_smpl_shoulders(
         along = bone / np.linalg.norm(bone)
         share = weights[:, arm].sum(axis=1)
         joints[arm[0]] += TOWARDS_MIDDLE * np.linalg.norm(bone) * _middle(place, along, share)
-        wanted, held = _blend(place * [outward, 1, 1])
-        share = np.clip(share + held * (wanted - share), 0, 1)
+        depth, aside = outward * place[:, 0], np.linalg.norm(place[:, 1:], axis=1)
+        held = (1 - _smoothstep(aside, *AROUND)) * (np.abs(depth) < WITHIN)
+        share = np.clip(share + held * (_smoothstep(depth, *BLEND) - share), 0, 1)
         _share_out(weights, arm, JOINT_INDEX[f"{side}_collar"], share)
     return joints, weights
 
@@ -181,12 +182,6 @@ def _middle(place: np.ndarray, along: np.ndarray, share: np.ndarray) -> np.ndarr
     offset = (place[of_arm].min(axis=0) + place[of_arm].max(axis=0)) / 2
     aside = offset - along * (offset @ along)
     return aside * [1, 0, 1]  # front to back the joints agree already
-
-
-def _blend(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """SMPL's share of the arm at each vertex, and how much that counts there, both shape (V,)."""
-    depth, aside = place[:, 0], np.linalg.norm(place[:, 1:], axis=1)
-    return _smoothstep(depth, *BLEND), (1 - _smoothstep(aside, *AROUND)) * (np.abs(depth) < WITHIN)
 
 
 def _share_out(weights: np.ndarray, arm: list[int], collar: int, share: np.ndarray) -> None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..body.body import TEMPLATES
+from ..body.shapes import volume
 from ..files import load_arrays
 
 N_VERTICES, N_TRIANGLES = 6890, 13776
@@ -60,7 +61,8 @@ def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
         Counter({4: N_QUADS, 3: N_LONE_TRIANGLES}),
     ):
         return None
-    if _signed_volume(polygons, vertices) < 0:
+    # of a mesh listed clockwise, the first three corners of every face enclose a negative volume
+    if volume(vertices - vertices.mean(axis=0), polygons[:, :3]) < 0:
         faces = [face[::-1] for face in faces]
     walk = canonical_walk(faces, N_VERTICES)
     if walk is None or walk_digest(walk, N_VERTICES) != (QUADS_SHA256 if sizes[4] else TRIANGLES_SHA256):
@@ -80,12 +82,6 @@ def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
 
 def _numbering(name: str) -> np.ndarray:
     return load_arrays(NUMBERING, (name,), "does not hold SMPL's vertex numbers")[name]
-
-
-def _signed_volume(polygons: np.ndarray, vertices: np.ndarray) -> float:
-    """Volume of the first three corners of every face with the mesh's middle: its sign tells the winding."""
-    a, b, c = (vertices - vertices.mean(axis=0))[polygons[:, :3].T]
-    return float(np.einsum("fa,fa->", a, np.cross(b, c))) / 6
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,7 +43,9 @@ def arm_names(body: Body, vertices: np.ndarray, side: str) -> np.ndarray:
     names = np.char.add(np.char.add(section, " "), place)
     names[(section == "shoulder") & (lateral == "medial")] = "armpit"
     hand = section == "hand"
-    names[hand] = _hand_names(body.vertex_normals[vertices[hand]] @ dorsal, angle[hand])
+    facing = body.vertex_normals[vertices[hand]] @ dorsal
+    edge = np.where(angle[hand] > 0, "hand thumb side", "hand little finger side")
+    names[hand] = np.select([facing > 0.35, facing < -0.35], ["back of hand", "palm"], edge)
     for finger, members in _fingers(body, vertices[along > 2], joints, dorsal).items():
         names[np.isin(vertices, members)] = finger
     return np.char.add(f"{side} ", names)
@@ -70,29 +72,21 @@ def leg_names(body: Body, vertices: np.ndarray, side: str) -> np.ndarray:
     return np.char.add(f"{side} ", names)
 
 
-def _hand_names(facing: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Names on the hand without fingers, by which way the skin faces."""
-    edge = np.where(angle > 0, "hand thumb side", "hand little finger side")
-    return np.select([facing > 0.35, facing < -0.35], ["back of hand", "palm"], edge)
-
-
 def _foot_names(points: np.ndarray, upward: np.ndarray, joints: np.ndarray, height: float) -> np.ndarray:
     """Names on the foot; `upward` is the vertical part of the normals."""
     ankle, ball = joints[2], joints[3]
     forward = (points[:, 1] - ankle[1]) / (ball[1] - ankle[1])
     line = ankle[0] + forward * (ball[0] - ankle[0])
     lateral = (points[:, 0] - line) * np.sign(ankle[0]) > 0
-    return np.select(
-        [
-            points[:, 1] < ball[1] - 0.004 * height,
-            upward < -0.6,
-            points[:, 1] > ankle[1] + 0.012 * height,
-            upward > 0.5,
-            lateral,
-        ],
-        ["toes", "sole", "heel", "instep", "foot lateral"],
-        "foot medial",
-    )
+    rules = [
+        (points[:, 1] < ball[1] - 0.004 * height, "toes"),
+        (upward < -0.6, "sole"),
+        (points[:, 1] > ankle[1] + 0.012 * height, "heel"),
+        (upward > 0.5, "instep"),
+        (lateral, "foot lateral"),
+    ]
+    conditions, called = zip(*rules, strict=True)
+    return np.select(conditions, called, "foot medial")
 
 
 def _fingers(

@@ -90,41 +90,24 @@ def head_names(body: Body, vertices: np.ndarray) -> np.ndarray:
     chin = np.argmin(np.where(middle & (level < 0), points[:, 1] + 0.5 * points[:, 2], np.inf))
     under_jaw = level < level[chin] - 0.06
     azimuth = _azimuth_about(body, vertices, (points[:, 1].min() + points[:, 1].max()) / 2)
-    names = np.select(
-        [
-            _ears(points, x, level),
-            under_jaw & (azimuth < 40),
-            under_jaw & (azimuth < 100),
-            level > 0.82,
-            azimuth > 125,
-            (azimuth > 100) & (level < 0.35),
-            (azimuth > 75) & (level > 0.1),
-            (azimuth > 48) & (level > 0.25),
-            azimuth > 48,
-            level > 0.42,
-            (azimuth < 16) & (level > -0.12),
-            (azimuth < 22) & (level > -0.33),
-            level < -0.33,
-            level > 0.15,
-        ],
-        [
-            "* ear",
-            "throat",
-            "* neck",
-            "scalp crown",
-            "back of head",
-            "* behind ear",
-            "* side of head",
-            "* temple",
-            "* jaw",
-            "forehead",
-            "nose",
-            "mouth",
-            "chin",
-            "* eye",
-        ],
-        "* cheek",
-    )
+    rules = [
+        (_ears(points, x, level), "* ear"),
+        (under_jaw & (azimuth < 40), "throat"),
+        (under_jaw & (azimuth < 100), "* neck"),
+        (level > 0.82, "scalp crown"),
+        (azimuth > 125, "back of head"),
+        ((azimuth > 100) & (level < 0.35), "* behind ear"),
+        ((azimuth > 75) & (level > 0.1), "* side of head"),
+        ((azimuth > 48) & (level > 0.25), "* temple"),
+        (azimuth > 48, "* jaw"),
+        (level > 0.42, "forehead"),
+        ((azimuth < 16) & (level > -0.12), "nose"),
+        ((azimuth < 22) & (level > -0.33), "mouth"),
+        (level < -0.33, "chin"),
+        (level > 0.15, "* eye"),
+    ]
+    conditions, called = zip(*rules, strict=True)
+    names = np.select(conditions, called, "* cheek")
     return _with_side(body, vertices, names)
 
 

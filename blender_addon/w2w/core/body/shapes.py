@@ -142,7 +142,10 @@ def shaped(
     """
     given = {"gender": gender, "muscle": muscle, "age": age, "arms": arms, "legs": legs}
     given |= {name: value for name, value in (("height", height), ("weight", weight)) if value is not None}
-    _check_ranges(given)
+    for name, value in given.items():
+        low, high = RANGES[name]
+        if not (isinstance(value, Real) and low <= value <= high):
+            raise ValueError(f"{name} must lie between {low:g} and {high:g}, not {value!r}")
     targets = bundled_targets()
     if not targets.fit(body):
         raise ValueError(f"{body.name!r} cannot be reshaped: the shape targets fit only W2W's bundled body")
@@ -254,13 +257,6 @@ def _solve(measure: Callable[[float], float], wanted: float, name: str, unit: st
             f"choose {low:.3g} to {high:.3g} {unit}"
         )
     return float(brentq(lambda value: measure(value) - wanted, -1.0, 1.0, xtol=1e-12))
-
-
-def _check_ranges(given: dict[str, float]) -> None:
-    for name, value in given.items():
-        low, high = RANGES[name]
-        if not (isinstance(value, Real) and low <= value <= high):
-            raise ValueError(f"{name} must lie between {low:g} and {high:g}, not {value!r}")
 
 
 def _name(name: str, given: dict[str, float]) -> str:

@@ -16,9 +16,8 @@ from ..body.skeleton import N_JOINTS
 from ..clip_files import signals_file
 from ..imu.recording import READINGS, ImuRecording, Reading
 from ..imu.sensor import SensorModel
-from ..motion.motion import Motion
+from ..motion.motion import Motion, at_rate
 from ..motion.skinning import patch_matrices
-from ..motion.variants import at_rate
 from ..patches.naming import place, resolve
 from ..patches.own_placements import patches_at
 from ..patches.patches import PatchSet

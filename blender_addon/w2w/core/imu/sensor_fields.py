@@ -97,9 +97,16 @@ def sensor_with(base: SensorModel, content: Mapping[str, Any], name: str) -> Sen
         field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content
     }
     if "zero_phase" in content:
-        given["zero_phase"] = _switch(content["zero_phase"])
+        given["zero_phase"] = content["zero_phase"]
+        if not isinstance(given["zero_phase"], bool):
+            raise ValueError(f"'zero_phase' must be true or false, not {given['zero_phase']}")
     if "worn_turn_deg" in content:
-        given["worn_turn_deg"] = _turn(content["worn_turn_deg"])
+        turn = content["worn_turn_deg"]
+        if not isinstance(turn, list) or len(turn) != 3:
+            raise ValueError(
+                f"'worn_turn_deg' must be a list of three angles in degrees, such as [0, 0, 90], not {turn}"
+            )
+        given["worn_turn_deg"] = tuple(TURN.read(angle, "worn_turn_deg") for angle in turn)
     for kind, quantities in TRIADS.items():
         given[kind] = _read_triad(content.get(kind, {}), kind, quantities, getattr(base, kind))
     return replace(base, name=_name(content.get("name", name)), **given)
@@ -130,20 +137,6 @@ def _read_triad(content: Any, kind: str, quantities: Mapping[str, Quantity], bas
                 raise ValueError(f"'{kind}' gives both 'lowpass_hz' and 'lowpass_of_rate': leave one out")
             given[other] = None  # the base's own filter goes
     return replace(base, **given)
-
-
-def _switch(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(f"'zero_phase' must be true or false, not {value}")
-    return value
-
-
-def _turn(value: Any) -> tuple[float, ...]:
-    if not isinstance(value, list) or len(value) != 3:
-        raise ValueError(
-            f"'worn_turn_deg' must be a list of three angles in degrees, such as [0, 0, 90], not {value}"
-        )
-    return tuple(TURN.read(angle, "worn_turn_deg") for angle in value)
 
 
 def _name(value: Any) -> str:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..files import array_names, read_arrays, read_npy
 from ..motion.joint_files import POSITION_KEYS
 from ..motion.motion_file import size_and_head, unreadable
 from ..motion.source import UnusableMotion, reason_of, refuse_few_frames, refuse_rate, refuse_too_long
-from .facts import UNITS, PoseFacts, facts_of, side_car_facts
+from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import KeypointFit, Up, fit_keypoints, guess_up
 from .joint_sets import JOINT_SETS, JointSet
 from .naming import RawPose, plain_joint, told_by
@@ -93,10 +93,7 @@ SHORTEST_M, TALLEST_M = 0.4, 2.6
 
 NO_FACTS = PoseFacts()
 
-FACT_KEYS = (
-    "rate", "fps", "framerate", "frame_rate", "mocap_framerate", "rate_hz", "unit", "units", "up", "up_axis",
-    "joint_set", "skeleton",
-)  # fmt: skip
+FACT_KEYS = (*(item.name for item in fields(PoseFacts)), *SPELLINGS)
 
 
 @dataclass(frozen=True, eq=False)

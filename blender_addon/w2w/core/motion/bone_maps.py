@@ -17,20 +17,9 @@ from ..body.skeleton import JOINT_INDEX, JOINT_NAMES
 BONE_MAPS = TEMPLATES / "bone_maps"
 
 REQUIRED_JOINTS: tuple[str, ...] = (
-    "pelvis",
-    "left_hip",
-    "right_hip",
-    "left_knee",
-    "right_knee",
-    "left_ankle",
-    "right_ankle",
-    "left_shoulder",
-    "right_shoulder",
-    "left_elbow",
-    "right_elbow",
-    "left_wrist",
-    "right_wrist",
-)
+    "pelvis", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
+    "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
+)  # fmt: skip
 """Joints without which a motion cannot be retargeted to the body."""
 
 SHARED_PREFIX = 0.8
@@ -132,15 +121,10 @@ def _best_bundled(bones: tuple[str, ...]) -> Match:
 
 
 def _best(matches: Iterable[Match]) -> Match:
-    """The first of those that find most; none where they find nothing."""
-    return max([(None, {}), *matches], key=lambda match: _rank(match[1]))
+    """The first of those that find most required joints, then most joints; none where they find nothing."""
+    return max([(None, {}), *matches], key=lambda match: (-len(missing_joints(match[1])), len(match[1])))
 
 
 def missing_joints(matched: dict[int, int]) -> list[str]:
     """Required joints that a match lacks."""
     return [name for name in REQUIRED_JOINTS if JOINT_INDEX[name] not in matched]
-
-
-def _rank(matched: dict[int, int]) -> tuple[int, int]:
-    """A match is as good as its required joints, then as all its joints."""
-    return len(REQUIRED_JOINTS) - len(missing_joints(matched)), len(matched)

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..body.skeleton import JOINT_INDEX
-from ..rotations import smallest_rotation
+from ..body.skeleton import JOINT_INDEX, midpoint, trunk_line
+from ..rotations import smallest_rotation, unit
 from .bone_maps import best_match, missing_joints
 from .source import SourceMotion, unscaled_rotations
 from .structure_match import match_by_structure
@@ -91,9 +91,9 @@ def _turned_up(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
     """
     frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
     places = {joint: source.matrices[frames, bone, :3, 3] for joint, bone in matched.items()}
-    along = _middle(places, "hip") - _middle(places, "ankle") + _trunk(places)
+    along = midpoint(places, "hip") - midpoint(places, "ankle") + trunk_line(places)
     up = (along / np.linalg.norm(along, axis=-1, keepdims=True)).mean(axis=0)
-    hips = np.median(_middle(places, "hip"), axis=0)
+    hips = np.median(midpoint(places, "hip"), axis=0)
     legs = [
         np.linalg.norm(places[JOINT_INDEX[f"left_{a}"]] - places[JOINT_INDEX[f"left_{b}"]], axis=-1)
         for a, b in (("hip", "knee"), ("knee", "ankle"))
@@ -110,13 +110,13 @@ def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
     frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
     places = {joint: source.matrices[frames, bone, :3, 3] for joint, bone in matched.items()}
     bend = np.zeros(len(frames))
-    trunk = _unit(_trunk(places))
+    trunk = unit(trunk_line(places))
     for side in ("left", "right"):
         for start, middle, end in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")):
             a, b, c = (places[JOINT_INDEX[f"{side}_{part}"]] for part in (start, middle, end))
-            bend += 1 - np.sum(_unit(b - a) * _unit(c - b), axis=-1)
+            bend += 1 - np.sum(unit(b - a) * unit(c - b), axis=-1)
         hip, ankle = (places[JOINT_INDEX[f"{side}_{part}"]] for part in ("hip", "ankle"))
-        bend += 1 + np.sum(_unit(ankle - hip) * trunk, axis=-1)
+        bend += 1 + np.sum(unit(ankle - hip) * trunk, axis=-1)
     best = int(bend.argmin())
     rest = _turned(source.matrices[frames[best]], trunk[best])
     for side in ("left", "right"):
@@ -128,7 +128,7 @@ def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
 
 def _upright(rest: np.ndarray, matched: dict[int, int]) -> np.ndarray:
     """Rest matrices on their feet: some offsets are z-up and the root's rotation makes up for it."""
-    trunk = _unit(_trunk(_places(rest, matched)))
+    trunk = unit(trunk_line(_places(rest, matched)))
     if trunk[2] > LEANING:
         return rest
     longest = np.abs(trunk).argmax()
@@ -181,7 +181,7 @@ def _flat_footed(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
 def _on_its_foot(heads: np.ndarray) -> int | None:
     """The frame in which a foot stands stillest, of heads (T, 3, 3) of knee, ankle and toe."""
     low = heads[:, 1, 2] <= np.percentile(heads[:, 1, 2], LOW_PERCENTILE)
-    under = _unit(heads[:, 0] - heads[:, 1])[:, 2] > SHANK_UPRIGHT
+    under = unit(heads[:, 0] - heads[:, 1])[:, 2] > SHANK_UPRIGHT
     speed = np.linalg.norm(np.gradient(heads[:, 1:], axis=0), axis=-1).max(axis=1)
     standing = np.flatnonzero(low & under)
     return int(standing[speed[standing].argmin()]) if len(standing) else None
@@ -189,14 +189,14 @@ def _on_its_foot(heads: np.ndarray) -> int | None:
 
 def _standing(places: dict[int, np.ndarray]) -> bool:
     """Whether a pose is one that a person can rest in: legs below the trunk, shoulders along hips."""
-    trunk = _unit(_trunk(places))
+    trunk = unit(trunk_line(places))
     legs = [
-        _unit(places[JOINT_INDEX[f"{side}_{end}"]] - places[JOINT_INDEX[f"{side}_{start}"]])
+        unit(places[JOINT_INDEX[f"{side}_{end}"]] - places[JOINT_INDEX[f"{side}_{start}"]])
         for side in ("left", "right")
         for start, end in (("hip", "knee"), ("knee", "ankle"))
     ]
     across = [
-        _unit(places[JOINT_INDEX[f"left_{part}"]] - places[JOINT_INDEX[f"right_{part}"]])
+        unit(places[JOINT_INDEX[f"left_{part}"]] - places[JOINT_INDEX[f"right_{part}"]])
         for part in ("hip", "shoulder")
     ]
     return bool(min(-leg @ trunk for leg in legs) > STANDING and across[0] @ across[1] > STANDING)
@@ -204,15 +204,3 @@ def _standing(places: dict[int, np.ndarray]) -> bool:
 
 def _places(matrices: np.ndarray, matched: dict[int, int]) -> dict[int, np.ndarray]:
     return {joint: matrices[bone, :3, 3] for joint, bone in matched.items()}
-
-
-def _middle(places: dict[int, np.ndarray], part: str) -> np.ndarray:
-    return (places[JOINT_INDEX[f"left_{part}"]] + places[JOINT_INDEX[f"right_{part}"]]) / 2
-
-
-def _trunk(places: dict[int, np.ndarray]) -> np.ndarray:
-    return _middle(places, "shoulder") - _middle(places, "hip")
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)

@@ -16,7 +16,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..body.body import Body
-from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
+from ..body.skeleton import (
+    JOINT_INDEX,
+    JOINT_NAMES,
+    LEG,
+    N_JOINTS,
+    PARENTS,
+    limb_length,
+    midpoint,
+    trunk_line,
+)
 from ..rotations import frame_of, smallest_rotation
 from .bone_maps import BoneMap, best_match, missing_joints
 from .motion import Motion
@@ -44,11 +53,10 @@ BY_STRUCTURE = "unknown (matched by its structure)"
 """What to call a skeleton whose names say nothing."""
 
 ABSURD_BOB = 5.0
-"""Hips that rise and fall by more leg lengths than this are given in another unit."""
+"""Hips that rise and fall by more leg lengths than this are in another unit than the legs: some takes travel
+in centimetres on a rig in metres."""
 
 CENTIMETRES = 100.0
-
-LEG = ("hip", "knee", "ankle")
 
 UPRIGHT = np.cos(np.radians(20))
 """A rest pose whose trunk leans less than this stands upright: its own up is the world's."""
@@ -85,7 +93,7 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
             "its legs have no length in its frames: its joints lie on each other, or its values are so large "
             "that nothing between them is left"
         )
-    scale = _leg_length(body.joints) / length
+    scale = limb_length(body.joints) / length
     motion = Motion(
         rotations=relative_to_parents(rotations),
         pelvis=_pelvis_path(source, matched, body, rotations[:, 0], scale),
@@ -153,32 +161,23 @@ def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
 
 def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     """Rotation from the body's rest axes (left +x, up +z) to those of the source's torso."""
-    left = _across(rest, "hip")
-    left = left / np.linalg.norm(left)
-    shoulders = _across(rest, "shoulder")
-    left = left + shoulders / np.linalg.norm(shoulders)
-    trunk = _trunk(rest)
+    left = _unit(_across(rest, "hip")) + _unit(_across(rest, "shoulder"))
+    trunk = _unit(trunk_line(rest))
     if trunk[2] >= UPRIGHT:
         up = np.array([0.0, 0.0, 1.0])
     else:
-        own = _trunk({joint: body.joints[joint] for joint in rest})
+        own = _unit(trunk_line({joint: body.joints[joint] for joint in rest}))
         own_frame = frame_of(np.array([1.0, 0.0, 0.0]), own)
         return frame_of(left, trunk) @ own_frame.T
     return frame_of(left, up)
 
 
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
+
+
 def _across(positions: dict[int, np.ndarray], part: str) -> np.ndarray:
     return positions[JOINT_INDEX[f"left_{part}"]] - positions[JOINT_INDEX[f"right_{part}"]]
-
-
-def _middle(positions: dict[int, np.ndarray] | np.ndarray, part: str) -> np.ndarray:
-    return (positions[JOINT_INDEX[f"left_{part}"]] + positions[JOINT_INDEX[f"right_{part}"]]) / 2
-
-
-def _trunk(positions: dict[int, np.ndarray]) -> np.ndarray:
-    """Unit direction from between the hips to between the shoulders."""
-    trunk = _middle(positions, "shoulder") - _middle(positions, "hip")
-    return trunk / np.linalg.norm(trunk)
 
 
 def _laid_along(
@@ -237,23 +236,10 @@ def _pelvis_path(
     """Path of the pelvis that puts the point between the hips where the source has it."""
     hips = [matched[JOINT_INDEX["left_hip"]], matched[JOINT_INDEX["right_hip"]]]
     path = source.matrices[:, hips][..., :3, 3].mean(axis=1) * scale
-    path /= _path_unit(path, _leg_length(body.joints))
-    offset = body.joints[0] - _middle(body.joints, "hip")
+    if np.ptp(path[:, 2]) > ABSURD_BOB * limb_length(body.joints):
+        path /= CENTIMETRES
+    offset = body.joints[0] - midpoint(body.joints, "hip")
     return path + turned @ offset
-
-
-def _path_unit(path: np.ndarray, leg_length: float) -> float:
-    """How many times too long the root path is; the legs themselves do not tell.
-
-    Some takes travel in centimetres on a rig in metres, and bob up and down by many leg lengths.
-    """
-    return CENTIMETRES if np.ptp(path[:, 2]) > ABSURD_BOB * leg_length else 1.0
-
-
-def _leg_length(joints: np.ndarray) -> float:
-    """Mean length of the body's two legs from hip over knee to ankle."""
-    legs = joints[[JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right") for part in LEG]]
-    return float(np.linalg.norm(np.diff(legs.reshape(2, len(LEG), 3), axis=1), axis=-1).sum() / 2)
 
 
 def _moving_leg_length(source: SourceMotion, matched: dict[int, int]) -> float:

@@ -20,7 +20,7 @@ from trimesh.triangles import closest_point, points_to_barycentric
 from ..adopt.rest_pose import metres_per_unit
 from ..body.body import Body, vertex_normals
 from ..body.shapes import RANGES, shaped
-from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
+from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, LEG, N_JOINTS, PARENTS, limb_length, trunk_line
 from ..motion.retarget import SEGMENT_END, rest_alignment
 
 SAME_PART = 0.06
@@ -102,7 +102,7 @@ def lay_on(character: Character, body: Body, weights: np.ndarray) -> np.ndarray:
     `weights` (V, 24) are the character's, every row summing to 1.
     """
     turns = rest_alignment(body, dict(character.joints)).swapaxes(-1, -2)
-    scale = _leg(body.joints) / _leg(character.joints)
+    scale = limb_length(body.joints) / limb_length(character.joints)
     joints = _all_joints(character.joints, body, turns, scale)
     laid = np.zeros((len(character.vertices), 3))
     for joint in range(N_JOINTS):
@@ -154,14 +154,6 @@ def _axis(part: int, joints: np.ndarray) -> np.ndarray:
     return along / np.linalg.norm(along)
 
 
-def _leg(joints: Mapping[int, np.ndarray] | np.ndarray) -> float:
-    legs = [
-        [joints[JOINT_INDEX[f"{side}_{part}"]] for part in ("hip", "knee", "ankle")]
-        for side in ("left", "right")
-    ]
-    return float(np.linalg.norm(np.diff(np.array(legs), axis=1), axis=-1).sum() / 2)
-
-
 def _whole_weights(character: Character) -> np.ndarray:
     """Weights whose rows sum to 1; a vertex that no bone moves is with the nearest that one does."""
     sums = character.weights.sum(axis=1)
@@ -206,11 +198,7 @@ def _nearest_points(points: np.ndarray, body: Body, faces: np.ndarray) -> Surfac
     )
 
 
-Joints = Mapping[int, np.ndarray] | np.ndarray
-
-LIMBS = {"arms": ("shoulder", "elbow", "wrist"), "legs": ("hip", "knee", "ankle")}
-
-SIDES = ("left", "right")
+LIMBS = {"arms": ("shoulder", "elbow", "wrist"), "legs": LEG}
 
 
 def likeness(character: Character, body: Body) -> dict[str, float]:
@@ -219,11 +207,11 @@ def likeness(character: Character, body: Body) -> dict[str, float]:
     Length of arms and legs by that of the trunk, within the range of shapes; and the height, where it is that
     of a person and can be reached.
     """
-    joints, trunk = character.joints, _trunk(character.joints)
+    joints, trunk = character.joints, trunk_line(character.joints)
     found = {}
     for name, parts in LIMBS.items():
-        ratio = _length(joints, parts) / np.linalg.norm(trunk)
-        own = _length(body.joints, parts) / np.linalg.norm(_trunk(body.joints))
+        ratio = limb_length(joints, parts) / np.linalg.norm(trunk)
+        own = limb_length(body.joints, parts) / np.linalg.norm(trunk_line(body.joints))
         found[name] = float(np.clip(ratio / own, *RANGES[name]))
     height = float(np.ptp(character.vertices @ trunk) / np.linalg.norm(trunk))
     try:
@@ -234,17 +222,3 @@ def likeness(character: Character, body: Body) -> dict[str, float]:
     except ValueError:  # it is nobody's height, or none that goes with these limbs
         pass
     return found
-
-
-def _length(joints: Joints, parts: tuple[str, ...]) -> float:
-    chains = np.array([[joints[JOINT_INDEX[f"{side}_{part}"]] for part in parts] for side in SIDES])
-    return float(np.linalg.norm(np.diff(chains, axis=1), axis=-1).sum() / 2)
-
-
-def _trunk(joints: Joints) -> np.ndarray:
-    """From between the hips to between the shoulders."""
-    hips, shoulders = (
-        np.mean([joints[JOINT_INDEX[f"{side}_{part}"]] for side in SIDES], axis=0)
-        for part in ("hip", "shoulder")
-    )
-    return shoulders - hips

@@ -18,9 +18,8 @@ from ..body.body import Body
 from ..body.landmarks import PLACES, SENSOR_SITES
 from ..body.regions import regions_of
 from ..wording import plain_words
-from .body_parts import SIDES, patches_named
+from .body_parts import PLACEMENTS, PRODUCTS, SIDES, patches_named
 from .patches import PatchSet
-from .products import PLACEMENTS, PRODUCTS
 
 DEFAULT_SIDE = "left"
 """Side meant when a sided placement is named without one: where most people wear a watch."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..body.body import Body
 from ..patches.patches import PatchSet
-from ..patches.skin import SkinDistances
+from ..patches.strip_graph import SkinDistances
 
 WIDTH_M = 0.05
 """Standard deviation of the kernel over the skin. Widths from 0 to 25 cm, and widths that halves of the clips
