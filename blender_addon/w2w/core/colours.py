@@ -22,7 +22,7 @@ DIFFERENCE_MAP = "vik"
 doi:10.5281/zenodo.1243862)."""
 
 LEAST_SPAN = 0.1
-"""F1 that the colours of a map span at least: scores that hardly differ shall not look far apart."""
+"""Least F1 that the colours of a map span: scores that hardly differ shall not look far apart."""
 
 ROUNDING = 1e-6
 
@@ -96,7 +96,7 @@ def difference_range(scores: np.ndarray) -> tuple[float, float]:
 
 
 def span_note(scores: np.ndarray | Sequence[float], low: float, high: float) -> str:
-    """What a legend adds where the colours span more than the scores do: where these lie; else empty."""
+    """A legend's note on the range of the scores, where the colours span more; else empty."""
     own_low, own_high = _own_range(scores)
     wider = high - low > own_high - own_low + ROUNDING
     return f"scores {own_low:.2f} to {own_high:.2f}" if wider else ""

@@ -39,7 +39,7 @@ TOWARDS_POINT = 0.2
 """Pull along the surface, towards the closest point itself, against the pull across it."""
 
 SKELETON_SAMPLE = 5
-"""Every so many-th vertex is enough to fit the skeleton."""
+"""Every fifth vertex is enough to fit the skeleton."""
 
 STIFFNESS = (300.0, 100.0, 30.0, 10.0, 3.0, 1.0, 0.3, 0.1, 0.03, 0.01, 0.01)
 """Weight of the displacement's smoothness against the match, round after round."""

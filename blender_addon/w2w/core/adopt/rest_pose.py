@@ -70,7 +70,7 @@ def in_t_pose(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Straighten and raise limbs until a body stands as in W2W's rest pose.
 
-    Limbs that already point as the T-pose's do, but for a body's own build, stay as they are; others turn
+    Limbs that already point as the T-pose's do, apart from a body's own build, stay as they are; others turn
     first in the frontal plane, as an A-pose was made from a T-pose. Posing the result back with linear blend
     skinning gives the vertices that were passed.
 
@@ -123,7 +123,7 @@ def _raised(reach: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def _below(joint: int) -> np.ndarray:
-    """Which joints move with a joint, itself among them, shape (24,)."""
+    """Whether each joint moves with a joint, itself included, shape (24,)."""
     below = np.zeros(N_JOINTS, dtype=bool)
     below[joint] = True
     for other in range(joint + 1, N_JOINTS):

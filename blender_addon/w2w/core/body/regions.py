@@ -37,7 +37,7 @@ SMALLEST_REGION = 3
 
 @lru_cache(maxsize=8)
 def regions_of(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
-    """What `label_regions` finds on a body, kept for the next call."""
+    """`label_regions` of a body, kept for the next call."""
     codes, names = label_regions(body)
     codes.setflags(write=False)
     return codes, names

@@ -33,7 +33,7 @@ ACROSS = np.diag([-1.0, 1.0, 1.0])
 
 @dataclass(frozen=True)
 class Augmentation:
-    """Which variants of a clip to train on; each part has its own switch.
+    """Variants of a clip to train on; each part has its own switch.
 
     Raises ValueError if a number is out of its range.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a worn sensor differs from the simulated one: fitted to recordings of both of the same motion.
 
-What is fitted is a property of the sensor and its site, not of a motion: how it sat, the soft tissue under
-it, its noise. Each recording's shift in time is found too, and forgotten.
+The fit is a property of the sensor and its site, not of a motion: how it sat, the soft tissue under it, its
+noise. Each recording's shift in time is found on the way.
 """
 
 from __future__ import annotations
@@ -57,29 +57,29 @@ ROUNDS = 2
 DAMPINGS = (0.1, 0.2, 0.4, 0.8)
 STIFFNESSES = 14
 SOFTEST_HZ, STIFFEST_HZ = 3.0, 25.0
-"""Natural frequencies tried. Where the softest fits best it is no tissue: a noisy motion asks for less of
-itself, too."""
+"""Natural frequencies tried. Where the softest fits best it is not tissue: a noisy motion, too, asks for
+a weaker signal."""
 
 STIFFEST_OF_RATE = 0.4
 """Highest natural frequency tried, of the sensors' rate; stiffer tissue moves with the bone."""
 
 NEARER = (0.8, 0.87, 0.93, 1.0, 1.07, 1.15, 1.25)
-"""Factors by which the best of them is looked at more closely."""
+"""Factors by which frequency and damping are then varied around the best of them."""
 
 DELAYS = (0, 1, 2)
 """Samples by which tissue may have delayed the signal."""
 
 PARTS = 4
-"""Parts that the recordings are dealt to: tissue is believed where it helps on parts it was not fitted to."""
+"""Parts of the recordings for cross-validation: tissue must help on parts it was not fitted to."""
 
 LEAST_GAIN = 0.01
-"""Least share of the squared difference that tissue must take away there."""
+"""Least share of the squared difference there that tissue must explain."""
 
 BLOCK_S = 2.0
-"""Long recordings are dealt in blocks of so many seconds."""
+"""Seconds of the blocks that long recordings are dealt in."""
 
 QUIET = 0.1
-"""Noise is what the quietest tenth of the signal has."""
+"""Noise is measured on the quietest tenth of the signal."""
 QUIET_SAMPLES = 16
 FIT_BELOW_HZ = 15.0
 """Both signals are compared below this."""
@@ -95,7 +95,7 @@ class Tissue(NamedTuple):
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a site's worn sensor was found to do to the simulated signal."""
+    """The difference between a site's worn sensor and the simulated one."""
 
     turn: Rotation  # from the axes of the simulated sensor to those of the worn one
     tissue: Tissue | None  # None where it explains nothing
@@ -105,7 +105,7 @@ class Calibration:
     shifts_s: tuple[float, ...]  # how much later each worn recording began to show the motion
 
     def applied(self, made: ImuRecording) -> ImuRecording:
-        """A simulated recording as the worn sensor would have it, but for its noise."""
+        """A simulated recording as the worn sensor would have it, without its noise."""
         return turned(ridden(made, self.tissue), self.turn)
 
     def sensor(self, base: SensorModel, name: str) -> SensorModel:
@@ -189,7 +189,7 @@ def shift_between(real: ImuRecording, made: ImuRecording, longest_s: float) -> i
 
 
 def shifted(real: ImuRecording, made: ImuRecording, shift: int) -> Pair:
-    """Both, from where both show the motion to where one ends."""
+    """Both recordings, cut to the time that both show."""
     first, second = max(0, shift), max(0, -shift)
     n = min(real.n_samples - first, made.n_samples - second)
     return tuple(
@@ -206,7 +206,7 @@ def smooth(values: np.ndarray, rate: float) -> np.ndarray:
 
 
 def _tissue_and_delay(pairs: Sequence[Pair], shifts: Sequence[int]) -> tuple[Tissue | None, int]:
-    """The tissue, and the samples by which the shifts are too long: what tissue delays looks like a shift."""
+    """The tissue, and the samples by which the shifts are too long: its delay looks like a shift."""
     found = {}
     for late in DELAYS:
         together = [shifted(*pair, shift - late) for pair, shift in zip(pairs, shifts, strict=True)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a calibration is worth: on recordings, or people, that it was not fitted to."""
+"""The gain from a calibration, on recordings or people that it was not fitted to."""
 
 from __future__ import annotations
 

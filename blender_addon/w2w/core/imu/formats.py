@@ -28,10 +28,10 @@ from .text_tables import (
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
 CHANNELS = tuple(channel for reading in READINGS[:2] for channel in reading.channels)
-"""What a CSV must have."""
+"""Columns that a CSV must have."""
 
 HELD = {"npz": tuple(FURTHER), "csv": tuple(FURTHER), "xsens": ("orientation",), "x-io": ("orientation",)}
-"""What each format holds beside acc and gyr."""
+"""Readings that each format holds beside acc and gyr."""
 
 
 def write_csv(
@@ -172,7 +172,7 @@ def _read_xsens(path: str | Path) -> ImuRecording:
 
 
 def _format_of(path: Path) -> str:
-    """The format that a suffix stands for."""
+    """The format of a suffix."""
     kinds = {".npz": "npz", ".csv": "csv", ".txt": "xsens", "": "x-io"}
     suffix = "" if path.is_dir() else path.suffix.lower()
     if suffix not in kinds:

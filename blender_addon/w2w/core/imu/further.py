@@ -34,7 +34,7 @@ MOST_UT = 100.0
 
 @dataclass(frozen=True)
 class FurtherSensors:
-    """What is recorded beside specific force and angular velocity, and with which errors.
+    """Readings beside specific force and angular velocity, and their errors.
 
     Random constants are drawn anew for every sensor and clip, Gaussian, with the given value as their
     standard deviation. A part without errors (`SensorModel.is_ideal`) has none here either.
@@ -199,7 +199,7 @@ def _each_sample(turns: np.ndarray, n_samples: int) -> Rotation:
 
 
 def _streams(clip: str, seed: int, name: str, numbers: range) -> SensorStreams:
-    """Streams of their own, so that what acc and gyr draw stays as it was."""
+    """Streams of their own, so that the draws of acc and gyr stay as they were."""
     return SensorStreams(seed, f"{clip}\0{name}", numbers)
 
 

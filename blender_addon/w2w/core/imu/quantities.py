@@ -36,7 +36,7 @@ def rooted(units: Mapping[str, float], under: str) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a field may hold."""
+    """The values that a field may have."""
 
     units: Mapping[str, float]  # unit -> its size in the first one, which a bare number is in
     least: float = 0.0  # in the first unit

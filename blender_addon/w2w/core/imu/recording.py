@@ -33,7 +33,7 @@ READINGS = (
 """In the order that every file has them; the first two are always there."""
 
 FURTHER = {reading.name: len(reading.channels) for reading in READINGS[2:]}
-"""What else may be recorded -> the numbers in a sample of it."""
+"""Readings beside acc and gyr -> the numbers in a sample of each."""
 
 
 FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip", *FURTHER)
@@ -43,7 +43,7 @@ MAX_BYTES = 8 * 2**30
 
 @dataclass(frozen=True, eq=False)
 class ImuRecording:
-    """What accelerometers and gyroscopes read, sensor by sensor, at one fixed rate.
+    """Readings of accelerometers and gyroscopes, sensor by sensor, at one fixed rate.
 
     Parameters
     ----------
@@ -110,13 +110,13 @@ class ImuRecording:
 
     @property
     def further(self) -> dict[str, np.ndarray]:
-        """What is recorded beside acc and gyr, by name."""
+        """The readings beside acc and gyr, by name."""
         held = {name: getattr(self, name) for name in FURTHER}
         return {name: array for name, array in held.items() if array is not None}
 
     @property
     def readings(self) -> tuple[Reading, ...]:
-        """What it holds, acc and gyr first."""
+        """The readings that it holds, acc and gyr first."""
         return tuple(reading for reading in READINGS if getattr(self, reading.name) is not None)
 
     @property

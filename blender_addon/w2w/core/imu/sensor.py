@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a real inertial sensor does to the ideal signal, part by part, each with its own switch."""
+"""A real inertial sensor's effect on the ideal signal, part by part, each with its own switch."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .errors import SensorStreams
 from .recording import ImuRecording
 
 CHUNK_VALUES = 400_000
-"""Values of a chunk of sensors, about, so that it stays in cache."""
+"""About the values of a chunk of sensors: few enough to stay in cache."""
 
 SAMPLES_TURNED = 512
-"""Samples turned from time by time to sensor by sensor at once."""
+"""Samples transposed at once, from time first to sensor first."""
 
 ALL_CLIPS = "\0all clips"
-"""Stands for a clip's name where a draw is the same in all of them; no clip is called that."""
+"""The clip's name in draws that are the same in all clips; no clip is called that."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ class SensorModel:
         return replace(self, name="ideal", rate_hz=None) == SensorModel()
 
     def apply(self, recording: ImuRecording, seed: int, first_sensor: int = 0) -> ImuRecording:
-        """What this sensor would have read where the recording holds the truth.
+        """This sensor's readings of a motion whose true signals the recording holds.
 
         Parameters
         ----------
@@ -229,7 +229,7 @@ class SensorModel:
     def _misalign(
         self, acc: np.ndarray, gyr: np.ndarray, rate: float, seed: int, sensors: range
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Turn all sensors as one was worn, then each by what is its own in all clips."""
+        """Turn all sensors as one was worn, then each by its own misalignment, the same in all clips."""
         if any(self.worn_turn_deg):
             turns = np.tile(np.radians(self.worn_turn_deg), (len(sensors), 1))
             acc, gyr = errors.mount(acc, gyr, rate, turns, np.zeros_like(turns))
@@ -294,7 +294,7 @@ class SensorModel:
 
 
 def _sensor_by_sensor(samples: np.ndarray) -> np.ndarray:
-    """Samples (T, n, 3) as (n, 3, T), some at a time: each axis is one more pass over them."""
+    """Samples (T, n, 3) as (n, 3, T), some at a time, since each axis is one more pass over them."""
     axes = np.empty((*samples.shape[1:], len(samples)), dtype=np.float32)
     for start in range(0, len(samples), SAMPLES_TURNED):
         part = slice(start, start + SAMPLES_TURNED)

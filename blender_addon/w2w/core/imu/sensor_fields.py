@@ -160,7 +160,7 @@ class Figure(NamedTuple):
 
     @property
     def quantity(self) -> Quantity:
-        """What the file allows."""
+        """Its units and range in the file."""
         return (TRIADS[self.kind] if self.kind else WHOLE)[self.field]
 
     @property

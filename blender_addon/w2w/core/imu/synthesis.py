@@ -80,7 +80,7 @@ LARGEST_BAND = 0.4
 CHUNK_SENSORS = 128
 CHUNK_BYTES = 192 * 2**20
 BYTES_PER_POSE = 400
-"""Sensors are worked on in chunks of at most so many, fewer where a long clip would take more memory."""
+"""Most sensors of a chunk; fewer where a long clip would take more bytes than this."""
 
 
 CONVENTIONS = ("physical", "paper")
@@ -160,7 +160,7 @@ class Synthesis:
 
 
 class Poses(Protocol):
-    """World matrices that can be had in parts: an ndarray, a memory map, or made when asked for."""
+    """World matrices to be read in parts: an ndarray, a memory map, or made when asked for."""
 
     @property
     def shape(self) -> tuple[int, ...]:

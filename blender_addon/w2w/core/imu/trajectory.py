@@ -40,7 +40,7 @@ GENTLE = 1e9
 """Weights of the roughness up to which normal equations, once corrected, are exact to 1e-9."""
 
 WINDOW_SAMPLES = 128
-"""Samples a window should yield, about: many against its overlap, few enough to stay in cache."""
+"""About the samples of a window: many against its overlap, few enough to stay in cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +175,7 @@ def _roughness(knots: np.ndarray, degree: int) -> csr_array:
     at = (edges[:-1, None] + half * (nodes + 1)).ravel()
     width = degree + 1
     n_splines = len(knots) - width
-    # only so many neighbours are not zero in an interval, so every so many can share a column
+    # only `width` neighbouring splines are not zero in an interval, so splines `width` apart share a column
     neighbours = BSpline(knots, np.eye(width)[np.arange(n_splines) % width], degree)
     found = neighbours(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]
     columns = np.arange(len(half)).repeat(len(nodes))[:, None] + np.arange(width)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sensors all over a moving body would record: skinning, synthesis and sensor model, part by part."""
+"""Recordings of sensors all over a moving body: skinning, synthesis and sensor model, part by part."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ IDEAL = SensorModel.ideal()
 
 SENSORS_AT_ONCE = 128
 BYTES_AT_ONCE = 48 * 2**20
-"""Sensors whose ideal signals are kept until the sensor model has run: so many, fewer if they take more."""
+"""Sensors, at most, and bytes of the ideal signals that are kept until the sensor model has run."""
 
 
 def record_motion(

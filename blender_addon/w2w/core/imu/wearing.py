@@ -20,7 +20,7 @@ def error_sentence(model: SensorModel) -> str:
 
 
 def wearing_sentences(model: SensorModel) -> str:
-    """What is in the signals of the way a sensor is worn, then what is not.
+    """How much of the way a sensor is worn its signals contain, and how much they do not.
 
     Examples
     --------

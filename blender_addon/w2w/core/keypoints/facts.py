@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What must be known of joint positions beside them: rate, unit, which way is up, which joints they are."""
+"""Facts about joint positions: their rate and unit, which way is up, which joints they are."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MAX_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class PoseFacts:
-    """What is said of joint positions; None where nothing is.
+    """Facts about joint positions; None where unknown.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class PoseFacts:
                 raise ValueError(f"the pose's {name} must be one of {', '.join(known)}, not {value!r}")
 
     def completed(self, other: PoseFacts) -> PoseFacts:
-        """These facts, and where there is none the other's."""
+        """These facts, the missing ones from the other."""
         missing = {item.name for item in fields(self) if getattr(self, item.name) is None}
         return replace(self, **{name: getattr(other, name) for name in missing})
 
@@ -101,7 +101,7 @@ def _fact(name: str, value: Any) -> float | str:
 
 
 def side_car(path: Path) -> Path | None:
-    """The file NAME.json with the facts of NAME.csv, NAME.npy or NAME.npz; None where there is none."""
+    """The file NAME.json with the facts of NAME.csv, NAME.npy or NAME.npz, if there is one."""
     beside = path.with_suffix(".json")
     return beside if path.suffix.lower() != ".json" and beside.is_file() else None
 

@@ -128,7 +128,7 @@ def _named_joints(body: Body) -> dict[str, np.ndarray]:
 
 
 def _scale(paths: Paths, joints: dict[str, np.ndarray]) -> float:
-    """Body metres in one unit, by the bones of the limbs; the trunk, which bends, only where none is seen."""
+    """Body metres in one unit, by the limbs' bones; by the trunk, which bends, only where no limb is seen."""
     if not paths.lengths:
         return float(np.linalg.norm(middle(joints, "shoulder") - middle(joints, "hip")) / paths.trunk)
     ours = sum(np.linalg.norm(joints[end] - joints[start]) for start, end in paths.lengths)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Joint sets that pose estimators write, and which landmark of the body each of their joints stands for."""
+"""Joint sets that pose estimators write, and the landmarks of the body that their joints are."""
 
 from __future__ import annotations
 
@@ -71,6 +71,6 @@ _HIDDEN = (
 
 
 def unseen(joint_set: JointSet) -> tuple[str, ...]:
-    """What of a body's motion a joint set cannot show, in words; sensors there see less than real ones."""
+    """Parts of a body's motion that a joint set cannot show, in words: real sensors there read more."""
     hidden = [what for needed, what in _HIDDEN if not set(needed) <= set(joint_set.landmarks)]
     return (*hidden, "the shoulder blades", "the fingers")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which joint set an array holds: by the joints' names, by their number, by the body they make."""
+"""Find the joint set of an array: by the joints' names, by their number, by the body they make."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAME_JOINTS = ("mm-fit-17", "joint-centres")
 """Sets with joints that another one has: only taken where they are named."""
 
 CLEARLY = 0.6
-"""A set is told by the body it makes where its bones change in length at most so much of the next best's."""
+"""A set is chosen by its body where the bones vary in length at most this much of the next best's."""
 
 LOWEST_STEADINESS = 1e-9
 

@@ -29,7 +29,7 @@ C3D_LABELS = {
     "FEP": "hip", "FEO": "knee", "TIO": "ankle", "HUP": "shoulder", "HUO": "elbow", "RAO": "wrist",
     "HNO": "hand", "TOE": "toe", "FIN": "hand",
 }  # fmt: skip
-"""What follows L or R in a label: joint centres (CGM, Theia, Visual3D), the segments' ends that Plug-in Gait
+"""Labels after their L or R: joint centres (CGM, Theia, Visual3D), the segments' ends that Plug-in Gait
 writes (a femur's P is the hip, its O the knee), and the markers of toe and finger."""
 
 C3D_MIDDLE = {"HEDO": "head", "C7": "neck"}
@@ -138,7 +138,7 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions
 
     Facts that the file does not say itself may lie in ``NAME.json`` beside it; `given` are known better.
 
-    Raises UnusableMotion, with the reason, if it is no such file, or its rate or joints are not known.
+    Raises UnusableMotion, with the reason, if it is another file, or its rate or joints are not known.
     """
     path = Path(path)
     size_and_head(path)

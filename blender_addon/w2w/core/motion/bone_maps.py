@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which bone of a named skeleton plays which of the 24 joints."""
+"""Find the bones of a named skeleton that play the 24 joints."""
 
 from __future__ import annotations
 

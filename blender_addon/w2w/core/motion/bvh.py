@@ -49,7 +49,7 @@ def as_it_stands(text: BvhText, take: str) -> SourceMotion:
 def _local_matrices(text: BvhText) -> np.ndarray:
     """Matrix of each joint against its parent, shape (T, B, 4, 4).
 
-    A joint's first rotation channel turns last, and positions stand in place of its offset.
+    A joint's first rotation channel turns last, and positions replace its offset.
     """
     local = np.zeros((len(text.values), len(text.joints), 4, 4))
     local[..., 3, 3] = 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a BVH file says: its joints, its frame rate, the numbers of its frames; or what is wrong with it."""
+"""Read a BVH file's joints, frame rate and numbers, or say what is wrong with it."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class BvhJoint:
 
 @dataclass(frozen=True, eq=False)
 class BvhText:
-    """What a BVH file says."""
+    """Content of a BVH file."""
 
     joints: list[BvhJoint]  # B of them, parents before their children
     rate: float  # frames per second

@@ -64,7 +64,7 @@ def motion_signature(motion: Motion) -> np.ndarray:
 
 
 def move_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Which pairs of motions (L,) move alike for what they move, and last alike where that is little.
+    """Pairs of motions (L,) that move alike, and last alike where they move little.
 
     Poses alone do not tell: whoever stands and nods stands like whoever shakes the head. Signatures are (L,
     K).

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an import of files would take, how it would label each, and what it would leave out and why."""
+"""Plan an import: the files to take, their labels, and the files to leave out, each with the reason."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .library import (
 )
 
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
-"""What labels the clips; automatic is the folder's labels.csv, else folders in it, else file names."""
+"""Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
 
 LABELS = "labels.csv"
 
@@ -36,7 +36,7 @@ SAYS_NOTHING = re.compile(
 
 @dataclass(frozen=True)
 class ImportPlan:
-    """What an import would do."""
+    """The clips that an import would take, and the files that it would not."""
 
     clips: tuple[Clip, ...]  # clips it would take; one without an activity is taken, too, and not ranked
     left_out: tuple[tuple[str, str], ...] = ()  # files that it would leave out, each with the reason
@@ -132,7 +132,7 @@ def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
 
 
 def _digest(path: Path) -> bytes:
-    """What a file holds, as a hash; empty where it cannot be read: whoever imports it says why."""
+    """Hash of a file's content; empty where it cannot be read, and its import says why."""
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").digest()

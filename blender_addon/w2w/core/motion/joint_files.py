@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which files hold joint positions from video: told by their first bytes, before anyone reads them whole."""
+"""Recognise files of joint positions from video by their first bytes, before reading them whole."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ class LibraryError(ValueError):
 
 @dataclass(frozen=True)
 class LabelCheck:
-    """What stood out when labels were read."""
+    """Problems and assumptions when labels were read."""
 
     no_such_file: tuple[str, ...] = ()  # files that a row names and the library does not hold
     no_activity: tuple[str, ...] = ()  # files whose row has no activity; the row's line where it has no file
@@ -84,7 +84,7 @@ def read_labels(path: Path, folder: Path, inside: Sequence[str], exact: bool = F
 
 
 def same_label(label: str) -> str:
-    """What labels have in common that differ only in case, spaces and underscores.
+    """The common form of labels that differ only in case, spaces and underscores.
 
     Examples
     --------
@@ -104,7 +104,7 @@ def by_label(values: Mapping[str, Any], labels: Iterable[str]) -> dict[str, Any]
 def _one_spelling(
     activities: Iterable[str],
 ) -> tuple[dict[str, str], tuple[tuple[str, tuple[str, ...]], ...]]:
-    """The spelling that stands for each: the commonest, in lower case where as many are."""
+    """One spelling for each: the commonest, of equals that in lower case; and those with several ways."""
     uses = Counter(activities)
     groups: dict[str, list[str]] = {}
     for text in sorted(uses, key=lambda text: (-uses[text], text != text.lower(), text)):

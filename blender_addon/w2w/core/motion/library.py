@@ -33,7 +33,7 @@ MOTION_SUFFIXES = (
 
 WORK_FOLDER = ".w2w"
 RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz")
-"""What a run writes into its output folder, which may lie in the library."""
+"""Files that a run writes into its output folder, which may lie in the library."""
 
 
 @dataclass(frozen=True)

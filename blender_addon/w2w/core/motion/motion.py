@@ -120,7 +120,7 @@ class Motion:
 
 
 LABELS = ("activity", "subject", "clip")
-"""What `Motion.save` writes beside what AMASS has."""
+"""Arrays that `Motion.save` adds to those of AMASS."""
 
 SMPL_SUFFIXES = (".npz", ".smpl")
 """Kinds of files read here, in lower case with the dot."""

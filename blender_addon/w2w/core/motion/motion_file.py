@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What may be opened as a motion file: a regular file of a reasonable size, and nothing that never ends."""
+"""Open only regular files of a reasonable size as motion files, nothing that never ends."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def size_and_head(path: Path) -> tuple[int, bytes]:
 
 
 def unreadable(error: OSError) -> str:
-    """What the system said against reading a file."""
+    """The system's reason against reading a file."""
     return f"it cannot be read: {error.strerror or type(error).__name__}"
 
 

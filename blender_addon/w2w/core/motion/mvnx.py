@@ -46,7 +46,7 @@ UNIT_LENGTH = 0.05
 
 
 class _Content:
-    """What is kept of the stream of tags."""
+    """The part of the stream of tags that is kept."""
 
     def __init__(self) -> None:
         self.segments: list[str] = []

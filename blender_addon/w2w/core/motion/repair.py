@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What BVH files leave unsaid, put right: a leading T-pose, the axis that is up, a rest pose of a person.
+"""Correct BVH files: drop a leading T-pose, find the axis that is up and a rest pose that people can take.
 
 A BVH file has no rest pose: its offsets are one only where the exporter's bones were not turned. Many
 start with a T-pose that is no part of the motion, and some are z-up though the format is y-up.
@@ -73,7 +73,7 @@ def repaired(source: SourceMotion) -> SourceMotion:
 
 
 def _without_leading_pose(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
-    """Drop a first frame that the motion does not lead on from."""
+    """Drop a first frame that does not lead into the motion."""
     if source.n_frames < MIN_FRAMES + 1:
         return source
     heads = source.matrices[:, list(matched.values())][..., :3, 3]

@@ -50,7 +50,7 @@ SEGMENT_END = {
 """Joints whose segment is laid along the source's: the joint at its far end."""
 
 BY_STRUCTURE = "unknown (matched by its structure)"
-"""What to call a skeleton whose names say nothing."""
+"""Name of a skeleton whose bones' names say nothing."""
 
 ABSURD_BOB = 5.0
 """Hips that rise and fall by more leg lengths than this are in another unit than the legs: some takes travel

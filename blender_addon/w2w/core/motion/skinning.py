@@ -11,7 +11,7 @@ from ..body.skeleton import N_JOINTS, PARENTS
 from .motion import Motion
 
 GROUND_SAMPLE = 15
-"""Every so many-th vertex is enough to find the lowest point of the body."""
+"""Every fifteenth vertex is enough to find the lowest point of the body."""
 
 GROUND_PERCENTILE = 2.0
 """The ground is where the lowest point of the body is in all but this share of the frames."""

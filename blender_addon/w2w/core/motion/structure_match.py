@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which bone plays which joint on a skeleton whose names say nothing: by chains, symmetry and positions.
+"""Match bones to joints on a skeleton whose names say nothing, by chains, symmetry and positions.
 
 Arms and legs are the two longest pairs of chains that part at one bone and are alike in length; the
 spine runs between the two partings, the neck beyond them. Left and right follow from the names'
@@ -36,7 +36,7 @@ SIDES = tuple(
 
 ARM_TO_LEG = (0.4, 1.15)
 LEG_TO_TRUNK = (0.8, 4.0)
-"""What upper arm and forearm are of thigh and shank, and legs of the trunk, in people."""
+"""Length of the arm relative to the leg, and of the leg relative to the trunk, in people."""
 
 SPINE = tuple(JOINT_INDEX[f"spine{number}"] for number in (1, 2, 3))
 CARRIED = tuple(JOINT_INDEX[joint] for joint in ("left_shoulder", "right_shoulder", "neck", "head"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which three vertices carry a patch: a triangle whose frame is steady when the body moves.
+"""Choose the three vertices that carry a patch: a triangle whose frame is steady when the body moves.
 
 A frame on a sliver turns float noise into rotation noise, and where skin folds a small triangle
 turns over. So the carrier of a patch is chosen among triples of vertices around its centre: tall

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which point of our body a point of somebody's own character is: a map and its sensors are carried by it.
+"""Find the point of our body for each point of a user's own character, which then shows maps and sensors.
 
 The character is laid on our body: each part of it is turned, and scaled along and across its bone, so that
 the joints of both are at the same places. Then each of its vertices belongs to the point of our surface
@@ -147,7 +147,7 @@ def _stretch(
 
 
 def _axis(part: int, joints: np.ndarray) -> np.ndarray:
-    """Unit direction of our body's bone that begins at a joint; zero where none does."""
+    """Unit direction of our body's bone that begins at a joint; zero where no bone does."""
     if part not in ONWARD:
         return np.zeros(3)
     along = joints[ONWARD[part]] - joints[part]
@@ -169,7 +169,7 @@ def _whole_weights(character: Character) -> np.ndarray:
 
 
 def _features(vertices: np.ndarray, normals: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """What the distance between points of two bodies is measured in, shape (V, 3 + parts + 3)."""
+    """Coordinates (V, 3 + parts + 3) in which points of two bodies are compared."""
     parts = np.stack([weights[:, part == PARTS].sum(axis=1) for part in np.unique(PARTS)], axis=1)
     return np.concatenate([vertices, SAME_PART * parts, SAME_SIDE * normals], axis=1)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places by name: where on a body they are, and which patch of a map stands for them.
+"""Places by name: where on a body they are, and the patch of a map that represents them.
 
 A name means a vertex of the skin, on any body: a sensor that is simulated for it sits right there. In a
 map it means the nearest patch, if that is near enough.
@@ -25,14 +25,14 @@ DEFAULT_SIDE = "left"
 """Side meant when a sided placement is named without one: where most people wear a watch."""
 
 NEAR_M, FAR_M = 0.05, 0.1
-"""How far from a place the patch that stands for it may lie: without a word, and at all."""
+"""How far from a place its patch may lie: without a note, and at most."""
 
 OUTER = ("lateral", "dorsal")
-"""The side of a limb that is meant where none is named: most straps have their sensor there."""
+"""The side of a limb that is meant where no side is named: most straps have their sensor there."""
 
 
 class Nearest(NamedTuple):
-    """The patch that stands for a place in a map, and how far from the place its centre lies, metres."""
+    """The patch that represents a place in a map, and the distance of its centre from the place, metres."""
 
     patch: int
     away_m: float
