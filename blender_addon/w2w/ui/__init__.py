@@ -17,6 +17,7 @@ from . import (
     job_windows,
     jobs,
     menus,
+    on_character,
     open_results,
     overlay,
     own_placement_panel,
@@ -27,8 +28,10 @@ from . import (
     preferences,
     properties,
     result_panels,
+    rows,
     run_all,
     save_results,
+    shape,
     source_view,
     step1_body,
     step2_motions,
@@ -39,46 +42,27 @@ from . import (
 )
 
 MODULES: tuple[ModuleType, ...] = (
-    preferences,
-    garment_properties,
-    properties,
-    jobs,
-    job_windows,
-    step1_body,
-    step2_motions,
-    import_dialog,
-    source_view,
-    step3_patches,
-    step4_signals,
-    step5_ranking,
-    choosing,
-    run_all,
-    menus,
-    open_results,
-    save_results,
-    exports,
-    panels,
-    character,
-    own_placement_panel,
-    own_sensor_panel,
-    garments,
-    result_panels,
-    placement_panels,
-    pick_tool,
-    overlay,
-    upkeep,
-)
-"""Modules with classes to register; those with a `register` of their own do it themselves."""
+    preferences, garment_properties, shape, rows, on_character, properties, jobs, job_windows,
+    step1_body, step2_motions, import_dialog, source_view, step3_patches, step4_signals, step5_ranking,
+    choosing, run_all, menus, open_results, save_results, exports, panels, character,
+    own_placement_panel, own_sensor_panel, garments, result_panels, placement_panels, pick_tool,
+    overlay, upkeep,
+)  # fmt: skip
+"""Modules with classes to register, in their order, and those that also have a `register` of their own."""
+
+KINDS = (
+    bpy.types.AddonPreferences, bpy.types.FileHandler, bpy.types.Menu, bpy.types.Operator, bpy.types.Panel,
+    bpy.types.PropertyGroup, bpy.types.UIList,
+)  # fmt: skip
 
 
 def register() -> None:
     """Register every class, menu entry, tool and handler."""
     for module in MODULES:
+        for cls in _classes(module):
+            bpy.utils.register_class(cls)
         if hasattr(module, "register"):
             module.register()
-        else:
-            for cls in module.CLASSES:
-                bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
@@ -86,6 +70,11 @@ def unregister() -> None:
     for module in reversed(MODULES):
         if hasattr(module, "unregister"):
             module.unregister()
-        else:
-            for cls in reversed(module.CLASSES):
-                bpy.utils.unregister_class(cls)
+        for cls in reversed(_classes(module)):
+            bpy.utils.unregister_class(cls)
+
+
+def _classes(module: ModuleType) -> list[type]:
+    """Classes that a module defines for Blender, in the order in which it does."""
+    found = [item for item in vars(module).values() if isinstance(item, type) and issubclass(item, KINDS)]
+    return [cls for cls in found if cls.__module__ == module.__name__]

@@ -156,6 +156,3 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
         about = layout.column()
         about.active = False
         draw_text(about, context, body.w2w.fit)
-
-
-CLASSES = (W2W_OT_use_character, W2W_OT_forget_character, W2W_PT_character)

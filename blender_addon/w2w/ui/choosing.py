@@ -164,6 +164,3 @@ def _pooling(finished: SceneResults) -> Pooling:
         _poolings.clear()
         _poolings[digest] = Pooling.on(body, patches)
     return _poolings[digest]
-
-
-CLASSES = (W2W_OT_choose_sensors,)

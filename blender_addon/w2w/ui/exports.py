@@ -258,6 +258,3 @@ def _mean_title(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
 
 def _title(activity: str) -> str:
     return activity.replace("_", " ").capitalize()
-
-
-CLASSES = (W2W_OT_export_map, W2W_OT_export_table, W2W_OT_export_report, W2W_OT_export_signals, W2W_MT_export)

@@ -108,6 +108,3 @@ def covers_steps(
         return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
     run = json.loads(study.parameters).get("garments") if study.parameters else None
     return load_covers(Path(study.results_folder) / FITTED) if run else {}
-
-
-CLASSES = (W2W_PG_garment,)

@@ -144,6 +144,3 @@ class W2W_PT_garments(W2WPanel, bpy.types.Panel):
                 "Patches below are baked on the cloth, which takes minutes a clip. Not yet checked against "
                 "worn garments.",
             )
-
-
-CLASSES = (W2W_OT_add_garment, W2W_OT_wear_garment, W2W_OT_take_off, W2W_PT_garments)

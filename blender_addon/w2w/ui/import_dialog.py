@@ -288,6 +288,3 @@ def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: 
 
 def _cut(text: str, longest: int = LONGEST) -> str:
     return text if len(text) <= longest else f"{text[: longest - 1]}…"
-
-
-CLASSES = (W2W_OT_import_labelled, W2W_OT_use_scene_animation)

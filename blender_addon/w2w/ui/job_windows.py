@@ -125,17 +125,11 @@ def _set_status(context: bpy.types.Context, text: str | None) -> None:
             window.workspace.status_text_set(text)
 
 
-def register() -> None:
-    """Register the operator."""
-    bpy.utils.register_class(W2W_OT_run_job)
-
-
 def unregister() -> None:
-    """Take it back, with the running job, which nobody would end any more."""
+    """End the running job, which nobody would end any more."""
     job = jobs.running
     if job is not None:
         abandon(job)
         for timer in job.windows.values():
             bpy.context.window_manager.event_timer_remove(timer)
         _clear_windows()
-    bpy.utils.unregister_class(W2W_OT_run_job)

@@ -266,6 +266,3 @@ def views(context: bpy.types.Context) -> list[bpy.types.Area]:
     """Every 3D view."""
     screens = [window.screen for window in context.window_manager.windows]
     return [area for screen in screens for area in screen.areas if area.type == "VIEW_3D"]
-
-
-CLASSES = (W2W_OT_dismiss_message,)

@@ -137,13 +137,8 @@ def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.operator("w2w.import_motions", text=f"Motions for W2W ({'/'.join(MOTION_SUFFIXES)})")
 
 
-CLASSES = (W2W_MT_study, W2W_MT_tick_clips, W2W_MT_study_presets, W2W_OT_add_study_preset, W2W_FH_motions)
-
-
 def register() -> None:
-    """Register the menus and hang them into Blender's own."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    """Hang the menus into Blender's own."""
     bpy.types.VIEW3D_MT_mesh_add.append(_add_menu)
     bpy.types.VIEW3D_MT_object.append(_object_menu)
     bpy.types.TOPBAR_MT_file_import.append(_import_menu)
@@ -167,5 +162,3 @@ def unregister() -> None:
     bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
     bpy.types.VIEW3D_MT_object.remove(_object_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(_add_menu)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

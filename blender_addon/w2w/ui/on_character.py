@@ -123,6 +123,3 @@ def remove_marks(body: bpy.types.Object) -> None:
     if study.marks is not None:
         marks = [item for item in study.marks.objects if character.MARK in item]
         bpy.data.batch_remove([*marks, study.marks])
-
-
-CLASSES = (W2W_PG_character_mesh,)

@@ -230,13 +230,8 @@ def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.operator("w2w.open_results", text=f"Results of W2W ({SUMMARY})")
 
 
-CLASSES = (W2W_OT_open_results, W2W_OT_locate_results, W2W_FH_results)
-
-
 def register() -> None:
-    """Register the operators and their menu; look at every file opened or saved, and soon at the open one."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    """Add the menu; look at every file opened or saved, and soon at the open one."""
     bpy.types.TOPBAR_MT_file_import.append(_import_menu)
     bpy.app.handlers.load_post.append(loaded)
     bpy.app.handlers.save_pre.append(saving)
@@ -251,5 +246,3 @@ def unregister() -> None:
     bpy.app.handlers.save_pre.remove(saving)
     bpy.app.handlers.load_post.remove(loaded)
     bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

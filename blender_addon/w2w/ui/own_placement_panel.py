@@ -170,12 +170,3 @@ def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
     rank = f"rank {scores['rank']} of {scores['of']} beside the sampled patches"
     score = f"expected F1 {scores['expected_f1']:.3f} ({interval})"
     return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."
-
-
-CLASSES = (
-    W2W_OT_add_placement,
-    W2W_OT_load_placements,
-    W2W_OT_remove_placement,
-    W2W_UL_placements,
-    W2W_PT_own_placements,
-)

@@ -151,6 +151,3 @@ def _draw_part(study: bpy.types.PropertyGroup, layout: bpy.types.UILayout) -> No
         for field in ("range", "noise", "bias", "drift"):
             column.prop(study, f"{kind}_{field}")
     layout.prop(study, "misalignment")
-
-
-CLASSES = (W2W_OT_start_sensor, W2W_OT_load_sensor, W2W_OT_save_sensor, W2W_PT_sensor)

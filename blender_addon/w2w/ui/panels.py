@@ -325,15 +325,3 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
             layout.label(text="Settings or clips have changed: rank again", icon="INFO")
         elif ranked and is_reweighed(study, utility_of(study)):
             draw_text(layout, context, "Activities count otherwise now: rank again", icon="INFO")
-
-
-CLASSES = (
-    W2W_UL_clips,
-    W2W_PT_main,
-    W2W_PT_body,
-    W2W_PT_shape,
-    W2W_PT_motions,
-    W2W_PT_patches,
-    W2W_PT_signals,
-    W2W_PT_utility,
-)

@@ -112,13 +112,8 @@ def spot_at(
     return int(np.linalg.norm(points - point, axis=1).argmin()), -1
 
 
-CLASSES = (W2W_OT_pick_patch,)
-
-
 def register() -> None:
-    """Register the operator, and the tool where there are toolbars."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    """Register the tool where there are toolbars."""
     if not bpy.app.background:
         bpy.utils.register_tool(W2W_WT_pick, after={"builtin.cursor"}, separator=True)
 
@@ -127,5 +122,3 @@ def unregister() -> None:
     """Take back what `register` did."""
     if not bpy.app.background:
         bpy.utils.unregister_tool(W2W_WT_pick)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -203,6 +203,3 @@ def _some(names: Sequence[str]) -> str:
 
 def _sentence(text: str) -> str:
     return capital(text) if text.endswith(".") else f"{capital(text)}."
-
-
-CLASSES = (W2W_OT_add_wish, W2W_OT_wish_picked, W2W_OT_remove_wish, W2W_PT_placement)

@@ -168,9 +168,7 @@ class W2W_OT_clear_cache(bpy.types.Operator):
 
 
 def register() -> None:
-    """Register, and let what was saved apply."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    """Let what was saved apply."""
     addon = bpy.context.preferences.addons.get(EXTENSION)
     preferences = addon.preferences if addon is not None else None
     if preferences is None:
@@ -186,8 +184,3 @@ def register() -> None:
 def unregister() -> None:
     """Take back what `register` did."""
     leave_torch_folders()
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
-
-
-CLASSES = (W2W_AddonPreferences, W2W_OT_clear_cache)

@@ -17,7 +17,7 @@ from bpy.props import (
 from ..core.imu.presets import PRESETS
 from ..core.ranking.utility import CLASSIFIERS
 from ..scene.patches import EMPTY_SIZE
-from . import on_character, rows, shape, updates
+from . import rows, shape, updates
 from .declared import declared
 from .garment_properties import Wardrobe
 from .on_body import is_there
@@ -272,13 +272,8 @@ class W2W_PG_scene(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (*shape.CLASSES, *rows.CLASSES, *on_character.CLASSES, W2W_PG_study, W2W_PG_scene)
-
-
 def register() -> None:
-    """Register the groups and hang them on objects and scenes."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    """Hang the groups on objects and scenes."""
     bpy.types.Object.w2w = PointerProperty(type=W2W_PG_study)
     bpy.types.Scene.w2w = PointerProperty(type=W2W_PG_scene)
 
@@ -287,5 +282,3 @@ def unregister() -> None:
     """Take back what `register` did."""
     del bpy.types.Scene.w2w
     del bpy.types.Object.w2w
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -208,13 +208,3 @@ def draw_rows(
         value.alignment = "RIGHT"
         interval = f" ({short(entry.low)}–{short(entry.high)})" if entry.high > 0 else ""
         value.label(text=f"{short(entry.f1)}{interval}" if interval else f"{entry.f1:.3f}")
-
-
-CLASSES = (
-    W2W_OT_side_by_side,
-    W2W_UL_activities,
-    W2W_PT_activities,
-    W2W_PT_findings,
-    W2W_PT_heatmap,
-    W2W_PT_regions,
-)

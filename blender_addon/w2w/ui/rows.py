@@ -164,6 +164,3 @@ class W2W_PG_own(bpy.types.PropertyGroup):
         update=updates.rename_placement,
     )
     vertex: IntProperty(name="Vertex", description="Vertex of the body that it is at")
-
-
-CLASSES = (W2W_PG_clip, W2W_PG_activity, W2W_PG_place, W2W_PG_own, W2W_PG_wish)

@@ -144,6 +144,3 @@ def _done(mesh: bpy.types.Object) -> tuple[object, ...]:
     study = mesh.w2w
     signals = tuple(clip.signals for clip in study.clips)
     return study.patches_key, signals, study.utility_key, study.advice_text
-
-
-CLASSES = (W2W_OT_run_all,)

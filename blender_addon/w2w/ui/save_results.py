@@ -157,18 +157,11 @@ def _export_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.operator("w2w.save_results", text="Results of W2W (folder)")
 
 
-CLASSES = (W2W_OT_save_results,)
-
-
 def register() -> None:
-    """Register the operator and its place in File > Export."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    """Add the operator to File > Export."""
     bpy.types.TOPBAR_MT_file_export.append(_export_menu)
 
 
 def unregister() -> None:
     """Take back what `register` did."""
     bpy.types.TOPBAR_MT_file_export.remove(_export_menu)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -114,6 +114,3 @@ def draw_sliders(layout: bpy.types.UILayout, shape: bpy.types.bpy_struct) -> Non
         value.prop(shape, name, text="", slider=True)
     for name in ALWAYS[1:]:
         layout.prop(shape, name, slider=True)
-
-
-CLASSES = (W2W_PG_shape,)

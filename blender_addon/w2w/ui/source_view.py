@@ -47,6 +47,3 @@ def has_source(clip: bpy.types.PropertyGroup) -> bool:
     """Whether a clip's own armature can be shown; of a run's clips only the name of the file is known."""
     file = Path(clip.file)
     return clip.action is not None and file.suffix.lower() in (".fbx", ".bvh") and file.is_absolute()
-
-
-CLASSES = (W2W_OT_show_source,)

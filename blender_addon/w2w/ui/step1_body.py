@@ -179,6 +179,3 @@ def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
         other.select_set(False)
     item.select_set(True)
     context.view_layer.objects.active = item
-
-
-CLASSES = (W2W_OT_add_body, W2W_OT_reset_shape, W2W_OT_load_body, W2W_OT_use_mesh, W2W_OT_select_body)

@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from ..core.motion.import_plan import plan_files, plan_folder
+from ..core.motion.import_plan import ImportPlan, plan_files, plan_folder
 from ..core.motion.library import MOTION_SUFFIXES, LibraryError
 from ..core.motion.source import UnusableMotion
 from ..scene.actions import FIRST_FRAME, keep_pace, key_rate, show_action
@@ -26,67 +26,66 @@ from .state import current_body, selected, without_updates
 Context = bpy.types.Context
 
 
-class W2W_OT_import_motions(AsksForFile, OnBody, bpy.types.Operator):
+class _Import(AsksForFile, OnBody):
+    """Import motions at once; of those chosen in the browser, show first how they would be labelled."""
+
+    bl_options = {"REGISTER"}
+    asked = False
+    """Whether they were chosen in Blender's file browser."""
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        self.asked = True
+        return super().invoke(context, event)
+
+    def execute(self, context: Context) -> set[str]:
+        if self.asked:
+            files = [{"name": name} for name in self.names()]
+            bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory, files=files)
+            return {"FINISHED"}
+        try:
+            plan = self.plan(Path(self.directory))
+        except LibraryError as error:
+            return jobs.show_error(self, str(error))
+        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
+        return jobs.start(self, context, "Import Motions", steps)
+
+    def names(self) -> list[str]:
+        """Names of the files that were chosen; of none in a folder."""
+        return []
+
+
+class W2W_OT_import_motions(_Import, bpy.types.Operator):
     """Import motion files (FBX, BVH, AMASS npz, smpl) onto the body; the files' own armatures are left out"""
 
     bl_idname = "w2w.import_motions"
     bl_label = "Import Motions onto Body"
-    bl_options = {"REGISTER"}
 
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     filter_glob: StringProperty(
         default=";".join(f"*{suffix}" for suffix in MOTION_SUFFIXES), options={"HIDDEN"}
     )
-    asked = False
-    """Whether the files were chosen in Blender's file browser."""
 
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        if any(file.name for file in self.files):
-            return self.execute(context)
-        self.asked = True
-        return super().invoke(context, event)
+        dropped = self.names()
+        return self.execute(context) if dropped else super().invoke(context, event)
 
-    def execute(self, context: Context) -> set[str]:
-        names = [file.name for file in self.files if file.name]
-        if self.asked:
-            files = [{"name": name} for name in names]
-            bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory, files=files)
-            return {"FINISHED"}
-        try:
-            plan = plan_files(Path(self.directory) / name for name in names)
-        except LibraryError as error:
-            return jobs.show_error(self, str(error))
-        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
-        return jobs.start(self, context, "Import Motions", steps)
+    def names(self) -> list[str]:
+        return [file.name for file in self.files if file.name]
+
+    def plan(self, folder: Path) -> ImportPlan:
+        return plan_files(folder / name for name in self.names())
 
 
-class W2W_OT_import_folder(AsksForFile, OnBody, bpy.types.Operator):
+class W2W_OT_import_folder(_Import, bpy.types.Operator):
     """Import all motion files of a folder; a labels.csv, the folders in it or file names label them"""
 
     bl_idname = "w2w.import_folder"
     bl_label = "Import Folder"
-    bl_options = {"REGISTER"}
 
     directory: StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"})
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-    asked = False
-    """Whether the folder was chosen in Blender's file browser."""
-
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        self.asked = True
-        return super().invoke(context, event)
-
-    def execute(self, context: Context) -> set[str]:
-        if self.asked:
-            bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory)
-            return {"FINISHED"}
-        try:
-            plan = plan_folder(Path(self.directory))
-        except LibraryError as error:
-            return jobs.show_error(self, str(error))
-        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
-        return jobs.start(self, context, "Import Motions", steps)
+    plan = staticmethod(plan_folder)
 
 
 class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
@@ -223,14 +222,3 @@ class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
 def last_frame(clip: bpy.types.PropertyGroup) -> int:
     """Last frame of a clip on the time line that its action is keyed on."""
     return round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)
-
-
-CLASSES = (
-    W2W_OT_import_motions,
-    W2W_OT_import_folder,
-    W2W_OT_add_armature_motion,
-    W2W_OT_preview_clip,
-    W2W_OT_relabel_clips,
-    W2W_OT_remove_clips,
-    W2W_OT_tick_clips,
-)

@@ -74,6 +74,3 @@ def remove_all(mesh: bpy.types.Object) -> None:
     study.patches_text = study.patches_key = study.own_placed = ""
     if collection is not None and all(item.parent is mesh for item in collection.objects):
         remove_patches(collection)
-
-
-CLASSES = (W2W_OT_place_patches, W2W_OT_remove_patches)

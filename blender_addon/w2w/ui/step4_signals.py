@@ -60,6 +60,3 @@ class W2W_OT_bake_signals(bpy.types.Operator):
         jobs.message = jobs.Message("All signals are up to date", False, self.bl_label)
         self.report({"INFO"}, jobs.message.text)
         return {"FINISHED"}
-
-
-CLASSES = (W2W_OT_bake_signals,)

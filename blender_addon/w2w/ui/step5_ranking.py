@@ -124,11 +124,3 @@ def pick(
         context.view_layer.objects.active = empty
     elif not compare:
         context.view_layer.objects.active = body
-
-
-CLASSES = (
-    W2W_OT_rank_patches,
-    W2W_OT_select_patch,
-    W2W_OT_clear_pick,
-    W2W_OT_fit_range,
-)
