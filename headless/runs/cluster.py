@@ -144,7 +144,7 @@ def run_on_cluster(
     with connected(scheduler) as client:
         from distributed import KilledWorker
 
-        suspects, futures = [], {client.submit(work_in_worker, task, pure=False): task for task in tasks}
+        suspects, futures = [], {_submit(client, task): task for task in tasks}
         for future in _finished(client, list(futures)):
             try:
                 keep(future.result())
@@ -155,6 +155,10 @@ def run_on_cluster(
     return results
 
 
+def _submit(client: Client, task: ClipTask) -> Future:
+    return client.submit(work_in_worker, task, pure=False)
+
+
 def _alone(client: Client, task: ClipTask) -> ClipResult:
     """Give a task that may have killed workers a worker with nothing else of ours to do."""
     from distributed import KilledWorker
@@ -163,7 +167,7 @@ def _alone(client: Client, task: ClipTask) -> ClipResult:
     for _ in range(TRIES):
         task.marker.unlink(missing_ok=True)  # it says how another try ended
         with suppress(KilledWorker):
-            return wait_for(client, client.submit(work_in_worker, task, pure=False)).result()
+            return wait_for(client, _submit(client, task)).result()
         crashes += crashed(task.marker)
         if timed_out(task.marker) or crashes == CRASHES:
             return record_death(task)
