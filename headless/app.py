@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import sys
 from itertools import pairwise
@@ -24,7 +23,6 @@ from .commands.status import status
 from .commands.synth import synth
 from .console import NOTHING_TO_DO, too_little_memory
 from .reports.html import report
-from .standard_streams import end_where_output_fails
 from .stopping import ignore_signals, stop_on_signals
 from .studies import add_studies
 from .temporary import use_own_temporary_folder
@@ -80,10 +78,6 @@ add_studies(APP)
 def main(arguments: list[str] | None = None, program: str = "w2w") -> None:
     """Run the command line; ends the process with its exit code."""
     os.environ["PYTHONUTF8"] = "1"  # workers read text as Blender's own Python does, whatever the locale
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a name the terminal cannot spell must not end a run
-            stream.reconfigure(errors="backslashreplace")
-    end_where_output_fails()
     stop_on_signals()
     use_own_temporary_folder()
     try:

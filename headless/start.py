@@ -1,20 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the `w2w` command begins: in a terminal, in the Blender program, or by a script's path."""
+"""Where the `w2w` command begins: in a terminal, in the Blender program, or by a script's path.
+
+Standard streams may be closed, full, or read by nobody: that gives a sentence, never a traceback.
+"""
 
 from __future__ import annotations
 
+import io
+import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
+from typing import Any
 
 from .blender import find_libraries
-from .standard_streams import open_closed_streams
 from .stopping import stop_on_signals
+
+STREAMS = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))
 
 
 def main() -> None:
     """Run the command line; ends the process with its exit code."""
-    open_closed_streams()
+    _ready_streams()
     stop_on_signals()
     _commands()()
 
@@ -22,13 +30,13 @@ def main() -> None:
 def run_script(*command: str) -> None:
     """Run `command` with the arguments after ``--``, or after the script's name; ends the process."""
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    open_closed_streams()
+    _ready_streams()
     _run([*command, *arguments], "w2w")
 
 
 def run_arguments(arguments: list[str]) -> int:
     """Run ``blender --command w2w`` with its arguments; returns the exit code."""
-    open_closed_streams()
+    _ready_streams()
     try:
         _run(arguments, "blender --command w2w")
     except SystemExit as ended:
@@ -55,3 +63,71 @@ def _commands() -> Callable[..., None]:
             raise
         raise SystemExit("There is too little memory for W2W to start (see ulimit -v).") from None
     return main
+
+
+def _ready_streams() -> None:
+    """Lead closed standard streams to nowhere, before a file that is opened gets their numbers.
+
+    Output that cannot be written then ends the process with a sentence; errors that cannot be are dropped.
+    A name that the terminal cannot spell does no harm.
+    """
+    for number, (name, mode) in enumerate(STREAMS):
+        try:
+            os.fstat(number)
+        except OSError:
+            _lead_nowhere(number)
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, mode, closefd=False))
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper) and number:
+            stream.reconfigure(errors="backslashreplace")
+        if number and not isinstance(stream, _Output):
+            setattr(sys, name, _Output(stream, number))
+
+
+class _Output:
+    """A stream that leads nowhere once it has failed.
+
+    If the standard output fails, the process ends: the main thread's next write raises SystemExit, which
+    no `except` for errors of files takes for one of its own.
+    """
+
+    def __init__(self, stream: Any, number: int) -> None:
+        self._stream, self._number, self._problem = stream, number, ""
+
+    def write(self, text: str) -> int:
+        try:
+            return self._stream.write(text)
+        except OSError as error:
+            self._fail(error)
+            return len(text)
+        finally:
+            self._end()
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self._fail(error)
+        self._end()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def _fail(self, error: OSError) -> None:
+        _lead_nowhere(self._number)  # what is in the buffer, too
+        if self._number == 1:
+            self._problem = f"Stopped, because the output cannot be written: {error.strerror}."
+
+    def _end(self) -> None:
+        if self._problem and threading.current_thread() is threading.main_thread():
+            problem, self._problem = self._problem, ""
+            raise SystemExit(problem)
+
+
+def _lead_nowhere(number: int) -> None:
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    if nowhere != number:
+        os.dup2(nowhere, number)
+        os.close(nowhere)
+    os.set_inheritable(number, True)

@@ -8,15 +8,16 @@ import inspect
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import typer
 from rich.console import Console
 
 from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
 from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.parameters import Parameter, parameters_of
 from w2w.core.patches.own_placements import read_placements
 from w2w.core.ranking.utility import unavailable
 from w2w.core.ranking.weights import read_weights
@@ -24,7 +25,6 @@ from w2w.core.selection.constraints import Constraints
 from w2w.core.study import FILES, StudyConfig
 
 from . import options
-from .declared import DeclaredOptions
 from .runs.garments import parse_garments
 from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
@@ -32,6 +32,56 @@ from .runs.workers import Engine
 from .stopping import STOPPED, say_for_machines
 
 RUN = "How the run is done"
+
+NAMES = {"max_places": "--max", "costs": "--cost"}
+"""Options with another name than their parameter."""
+
+
+def declared(name: str, or_none: bool = False, **other: Any) -> Any:
+    """The annotation of the option for a parameter that `StudyConfig` or a record in it declares.
+
+    `or_none` allows None for "not given"; `other` arguments of `typer.Option` replace declared ones.
+    """
+    parameter = parameters_of(StudyConfig)[name]
+    kind = _kind(parameter)
+    about = {"help": parameter.help, "min": parameter.least, "max": parameter.most}
+    about |= {"rich_help_panel": parameter.group or None} | other
+    names = (NAMES[name],) if name in NAMES else ()
+    return Annotated[kind | None if or_none else kind, typer.Option(*names, **about)]
+
+
+def _default(name: str) -> Any:
+    """An option's default: empty for a list, None for a table."""
+    parameter = parameters_of(StudyConfig)[name]
+    if parameter.default == ():
+        return "" if _kind(parameter) is str else None
+    return parameter.default
+
+
+def _kind(parameter: Parameter) -> Any:
+    """The type of an option: words for a list, a file for a table, 0 for no limit."""
+    if get_origin(parameter.kind) is tuple:
+        return str if get_args(parameter.kind)[0] is str else Path | None
+    if get_origin(parameter.kind) is Literal:
+        return str
+    if type(None) in get_args(parameter.kind) and parameter.default is not None:
+        return get_args(parameter.kind)[0]
+    return parameter.kind
+
+
+DeclaredOptions = make_dataclass(
+    "DeclaredOptions",
+    [
+        (name, declared(name), field(default=_default(name)))
+        for name, parameter in parameters_of(StudyConfig).items()
+        if parameter.group is not None
+    ],
+    frozen=True,
+)
+"""An option for every parameter that is not the panel's alone."""
+
+DEFAULTS = DeclaredOptions()
+"""The default of each."""
 
 
 @dataclass(frozen=True)

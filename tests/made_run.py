@@ -8,8 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from w2w.headless.reports.draw import draw_alone
-from w2w.headless.reports.pictures import write_blend
+from w2w.headless.reports.draw import draw_alone, write_blend
 
 ACTIVITIES = ("bow", "run", "walk-left")
 N_PATCHES = 48

@@ -159,7 +159,7 @@ def rank(
         windows or the folds are not valid; the message says why.
     """
     if not isinstance(signals, Signals) or not len(signals):
-        raise ValueError("there are no signals to rank: make some with synthesize")
+        raise ValueError("signals must come from synthesize, of one motion at least")
     if isinstance(background, str) or not isinstance(weights or {}, Mapping):
         raise ValueError(
             "background is a list of activities, and weights give each a number: {'falling': 3.0}"

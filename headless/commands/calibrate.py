@@ -16,11 +16,11 @@ from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.sensor_file import write_sensor
 
 from ..console import NOTHING_TO_DO, USAGE, ending
-from ..declared import DEFAULTS, declared
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, chosen_sensor, pose_facts
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
 from ..runs.own_sensor import Simulate, files_together, read_pairs
+from ..study_options import DEFAULTS, declared
 
 
 def calibrate_sensor(

@@ -5,21 +5,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import typer
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
+from w2w.core.files import json_number, write_json
+from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.finished_study import Study
 from w2w.core.findings.summary import study_counts, write_failure, write_results
 from w2w.core.motion.library import BLENDER_SUFFIXES
+from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
 
 from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
 from ..options import parse_bodies
-from ..reports import comparison, console_tables, draw, html, pictures
+from ..reports import console_tables, draw, html
 from ..runs.folder import (
     HEATMAPS,
     SUMMARY,
@@ -36,6 +41,8 @@ from ..runs.study import RunPlan, StudyError, run_study, write_config
 from ..runs.workers import EngineError
 from ..stopping import STOPPED
 from ..study_options import StudyOptions
+
+COMPARISON = "bodies.json"
 
 
 def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
@@ -94,7 +101,7 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
         why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
         monitor.announce("failed", why)
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
-            results = {*TABLES, pictures.BLEND, html.REPORT, *plan.more} - {SUMMARY}
+            results = {*TABLES, draw.BLEND, html.REPORT, *plan.more} - {SUMMARY}
             remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
         write_failure(out, plan.library, why, error.clips if isinstance(error, StudyError) else ())
         if isinstance(error, StudyError):
@@ -126,7 +133,7 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
         check_installed()
     bodies = parse_bodies(asked.bodies)
     if len(bodies) > 1:
-        check(out, [comparison.COMPARISON])
+        check(out, [COMPARISON])
     for name, _ in bodies:
         check_folder(plan, out if len(bodies) == 1 else out / name)
     return bodies
@@ -134,7 +141,7 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
 
 def _written_by(plan: RunPlan) -> list[str]:
     """All that a run writes into its folder but clips, heatmaps and what its command adds."""
-    return [*TABLES, *([pictures.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
+    return [*TABLES, *([draw.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
 
 
 def execute_bodies(
@@ -148,8 +155,53 @@ def execute_bodies(
         (name, execute(plan, body, out if len(bodies) == 1 else out / name, monitor)) for name, body in bodies
     ]
     if len(bodies) > 1:
-        console_tables.show_comparison(comparison.write_comparison(studies, out), monitor.console)
+        console_tables.show_comparison(write_comparison(studies, out), monitor.console)
     skipped = plan.library.skipped
     if strict and any(len(study.used) < len(study.clips) + len(skipped) for _, study in studies):
         raise ended("Clips were skipped, and --strict was given.", SKIPPED, monitor)
     return studies
+
+
+def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
+    """Write and return `bodies.json`: each body's best spot and set to wear, and how far their maps agree."""
+    content = {
+        "bodies": {
+            name: {
+                "body": study.body.name,
+                "height_m": round(study.body.height, 3),
+                "best_single_patch": patch_content(
+                    study.advice.best, study.results.utility, study.results.patches
+                ),
+                "worn_together": _worn(study),
+            }
+            for name, study in studies
+        },
+        "agreement": [
+            {"bodies": [first, second], **_agreement(a, b)}
+            for (first, a), (second, b) in combinations(studies, 2)
+        ],
+    }
+    with claimed(out, [COMPARISON]):
+        write_json(out / COMPARISON, content)
+    return content
+
+
+def _worn(study: Study) -> list[str] | None:
+    worn = study.advice.worn
+    return None if worn is None else [study.results.patches.names[patch] for patch in worn.order]
+
+
+def _agreement(first: Study, second: Study) -> dict[str, Any]:
+    """Spearman's rho of two maps over the same patches, of the mean and by activity."""
+    a, b = first.results.utility, second.results.utility
+    mean = rank_agreement(a.mean, b.mean, a.mean_samples, b.mean_samples)
+    shared = [name for name in a.activities if name in b.activities]
+    by_activity = {
+        name: rank_agreement(a.f1[:, a.activities.index(name)], b.f1[:, b.activities.index(name)]).spearman
+        for name in shared
+    }
+    return {
+        "spearman_mean": json_number(mean.spearman),
+        "interval": [json_number(mean.low), json_number(mean.high)],
+        "spearman_by_activity": {name: json_number(value) for name, value in by_activity.items()},
+    }

@@ -19,12 +19,12 @@ from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
 from ..console import BUSY, USAGE, ending
-from ..declared import declared
 from ..reports.console_tables import show_best_spot, show_worn
 from ..reports.redraw import check_redraw, copied, redraw
 from ..runs.folder import FolderBusyError
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
+from ..study_options import declared
 
 
 def place(

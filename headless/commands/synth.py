@@ -21,9 +21,9 @@ from w2w.core.study import record as record_at
 
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, ending
-from ..declared import DEFAULTS, declared
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
+from ..study_options import DEFAULTS, declared
 
 
 def synth(

@@ -34,7 +34,7 @@ from ..console import show_left_out
 from ..options import window_warning
 from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
-from . import html, pictures
+from . import draw, html
 
 
 def _table(title: str, headings: Sequence[str], right: Sequence[str] = ()) -> Table:
@@ -75,7 +75,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     if plan.pictures:
-        for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", pictures.BLEND)):
+        for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", draw.BLEND)):
             if name not in failed:
                 console.print(f"{title} {out / name}")
     if plan.report:

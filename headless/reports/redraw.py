@@ -23,7 +23,7 @@ from w2w.core.study import StudyConfig
 from ..runs.folder import HEATMAPS, only_run, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, claimed, note
-from . import draw, html, pictures
+from . import draw, html
 
 LEFT_BEHIND = ("lock", "holder", "running")
 """Parts of the work folder that belong to the process at work: they are not copied."""
@@ -47,7 +47,7 @@ def copied(results: Path, folder: Path) -> Iterator[Path]:
 def check_redraw(study: StudyResults) -> None:
     """Refuse a results folder, by a ForeignFileError, in which a foreign file is where a choice is drawn."""
     files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
-    check(study.out, [pictures.BLEND, html.REPORT, *files])
+    check(study.out, [draw.BLEND, html.REPORT, *files])
 
 
 def redraw(
@@ -71,7 +71,7 @@ def redraw(
         check_redraw(study)
         placements = study.config().placements
         content = {**content, **map_content(utility, study.patches, placements)}
-        with claimed(out, [pictures.BLEND]):
+        with claimed(out, [draw.BLEND]):
             if again:
                 write_map(out, utility, study.patches, clusters)
             changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}

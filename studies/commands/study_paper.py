@@ -16,8 +16,8 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital
 from w2w.headless import options
 from w2w.headless.console import USAGE
-from w2w.headless.declared import declared
 from w2w.headless.runs.own_files import check, claimed
+from w2w.headless.study_options import declared
 
 from ..paper.sets import PaperSets, paper_sets, sets_content
 from .consoles import wide_console

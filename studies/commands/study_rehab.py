@@ -20,16 +20,15 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import best_single
 from w2w.core.study import StudyConfig
 from w2w.headless.commands.execute import check_folder, execute, refused
-from w2w.headless.declared import declared
 from w2w.headless.options import sensor_settings
 from w2w.headless.reports.console_tables import show_labels
-from w2w.headless.reports.draw import draw_alone
-from w2w.headless.reports.pictures import MAX_LISTED
+from w2w.headless.reports.draw import MAX_LISTED, draw_alone
 from w2w.headless.reports.report_data import title
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import claimed
 from w2w.headless.runs.study import RunPlan
 from w2w.headless.runs.workers import Engine
+from w2w.headless.study_options import declared
 
 from ..paper.sets import paper_sets
 from ..paper.subsets import Subset

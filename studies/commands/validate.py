@@ -16,10 +16,10 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE, why_not
-from w2w.headless.declared import declared
 from w2w.headless.options import chosen_sensor
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
+from w2w.headless.study_options import declared
 
 from ..comparisons.by_protocol import run_protocol
 from ..comparisons.dsads import compare_dsads

@@ -8,8 +8,7 @@ import pytest
 from w2w.core.parameters import parameters_of
 from w2w.core.study import StudyConfig
 from w2w.headless.app import APP
-from w2w.headless.declared import DEFAULTS, NAMES
-from w2w.headless.study_options import StudyOptions
+from w2w.headless.study_options import DEFAULTS, NAMES, StudyOptions
 
 typer_testing = pytest.importorskip("typer.testing")
 

@@ -12,8 +12,7 @@ import pytest
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
-from w2w.headless.reports.draw import draw_alone
-from w2w.headless.reports.pictures import marked, write_pictures
+from w2w.headless.reports.draw import draw_alone, marked, write_pictures
 from w2w.studies.commands.study_rehab import FIGURE, draw_figure
 from w2w.studies.paper.subsets import Subset
 
