@@ -13,13 +13,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from w2w.core.findings.advice_content import next_worn
-from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import counts_sentence, interval_caution, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.label_notes import copies_sentence, label_notes
-from w2w.core.findings.own_placements import own_content
 from w2w.core.findings.sources import shown_in, source_caution
-from w2w.core.findings.summary import study_counts, window_content
+from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
 from w2w.core.garments.findings import caught_sentences, garment_content, garment_sentence
 from w2w.core.motion.library import Library
 from w2w.core.patches.patches import PatchSet
@@ -70,7 +68,8 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     _show_garments(study, console)
     show_best_spot(study.advice, utility, study.results.patches, console)
     _show_regions(study.results, console)
-    show_own_placements(own_content(study), console)
+    placements = [name for name, _ in study.config.placements]
+    show_own_placements(own_scores(placements, utility, study.results.patches), console)
     show_worn(study.advice, study.results.patches, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")

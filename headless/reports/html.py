@@ -14,7 +14,6 @@ from rich.console import Console
 
 from w2w.core.body.body import Body
 from w2w.core.files import write_text
-from w2w.core.findings.best_regions import best_regions
 from w2w.core.findings.counts import (
     clip_counts,
     counts_sentence,
@@ -23,6 +22,7 @@ from w2w.core.findings.counts import (
     left_out_sentences,
 )
 from w2w.core.findings.label_notes import copies_sentence
+from w2w.core.findings.summary import best_regions
 from w2w.core.garments.findings import caught_sentences, garment_sentence
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap

@@ -11,8 +11,8 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.colours import colour_table
-from w2w.core.findings.best_regions import AT_MOST
 from w2w.core.findings.counts import few_clips
+from w2w.core.findings.summary import MOST_REGIONS
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import mean_caution, mean_title
@@ -50,7 +50,7 @@ def view_data(
         "titles": [mean_title(utility), *(title(name) for name in utility.activities)],
         "level": utility.level,
         "cautions": [mean_caution(utility), *(few_clips(count) for count in utility.tested_clips())],
-        "regions_listed": AT_MOST,
+        "regions_listed": MOST_REGIONS,
         "colour_span": utility.colour_span,
         "corner": corner.round(6).tolist(),
         "step": step,

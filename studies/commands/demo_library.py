@@ -15,7 +15,7 @@ from rich.console import Console
 
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_json, write_text
-from w2w.core.findings.versions import versions
+from w2w.core.findings.summary import versions
 from w2w.headless.blender import needs_blender
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE

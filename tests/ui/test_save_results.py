@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 import w2w
 from w2w.core.files import file_sha256
-from w2w.core.findings.versions import versions
+from w2w.core.findings.summary import versions
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP

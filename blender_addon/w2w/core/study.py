@@ -26,8 +26,7 @@ from .motion.motion import Motion, low_passed, smoothed_root
 from .parameters import parameter, parameters_of, read_record
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
-from .ranking.features import window_features
-from .ranking.further_features import further_features
+from .ranking.features import further_features, window_features
 from .ranking.same_motion import same_motion_groups
 from .ranking.utility import inputs_of
 from .ranking.windows import WindowSpec, cut_windows

@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from ..core.findings.own_placements import own_scores
+from ..core.findings.summary import own_scores
 from ..core.patches.own_placements import (
     check_apart,
     check_names,

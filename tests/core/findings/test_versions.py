@@ -8,7 +8,7 @@ from importlib import metadata
 import numpy as np
 
 import w2w
-from w2w.core.findings.versions import versions
+from w2w.core.findings.summary import versions
 
 
 def test_the_versions_are_those_at_work():
@@ -23,7 +23,7 @@ def test_a_library_that_is_missing_is_left_out_and_without_the_tree_pip_is_asked
             raise metadata.PackageNotFoundError(name)
         return "9.9"
 
-    monkeypatch.setattr("w2w.core.findings.versions.PACKAGE", tmp_path / "lib" / "w2w")
+    monkeypatch.setattr("w2w.core.findings.summary.PACKAGE", tmp_path / "lib" / "w2w")
     monkeypatch.setattr(metadata, "version", version)
     assert versions()["w2w"] == "9.9"
     assert "scipy" not in versions()

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.further_features import further_features
+from w2w.core.ranking.features import further_features
 from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
 
 RATE, SPEC = 50.0, WindowSpec(2.0, 1.0)

@@ -57,12 +57,9 @@ class Windows(torch.utils.data.Dataset):
 
 
 def write_arrays(folder: Path, signals: StudySignals) -> int:
-    """Write X.npy, y.npy and what belongs to each window; gives the number of windows.
+    """Write X.npy, y.npy and the labels of each window; returns the number of windows.
 
-    Raises
-    ------
-    ValueError
-        If no clip gives a window.
+    A ValueError says that no clip gives a window.
     """
     windows, labels, clips, subjects, is_test = [], [], [], [], []
     spec = signals.config.windows
@@ -108,7 +105,7 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
 
 
 def write_torch(folder: Path, signals: StudySignals) -> int:
-    """Write the arrays and a PyTorch dataset that reads them; gives the number of windows."""
+    """Write the arrays and a PyTorch dataset that reads them; returns the number of windows."""
     count = write_arrays(folder, signals)
     write_text(folder / DATASET_FILE, DATASET)
     return count

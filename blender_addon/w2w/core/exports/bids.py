@@ -31,7 +31,7 @@ FRAMES = {
     "world": {"RotationRule": "right-hand", "Description": "z up; quaternions turn the sensor's axes to it"},
     "n/a": {"Description": "A reading without a direction"},
 }
-"""Reference frame -> what it is, in BIDS's words."""
+"""Reference frame -> its description, in BIDS's words."""
 
 FRAME_OF = {"orientation": "world", "barometer": "n/a"}
 """Reading -> its reference frame where that is not the sensor's."""
@@ -40,11 +40,11 @@ COLUMNS = {
     "participants.json": {"name": {"Description": "As the labels of the run call this person"}},
     "scans.json": {"clip": {"Description": "The clip of the run that this recording was simulated from"}},
 }
-"""File -> what the columns mean that BIDS does not know."""
+"""File -> descriptions of the columns that BIDS does not know."""
 
 
 def write_bids(folder: Path, signals: StudySignals) -> int:
-    """Write a dataset: a folder a subject, a run a clip, tsv with json beside; gives the number of clips."""
+    """Write a dataset, a folder a subject, a run a clip, tsv and json; returns the number of clips."""
     subjects = labels_of(clip.subject or "unknown" for clip in signals.study.clips)
     tasks = labels_of(clip.activity for clip in signals.study.clips)
     runs: Counter[tuple[str, str]] = Counter()

@@ -45,16 +45,7 @@ def write_xsens(folder: Path, clips: Iterable[Worn]) -> int:
 
 
 def write_trc(path: Path, positions: np.ndarray, rate: float, names: Iterable[str]) -> None:
-    """Write points as OpenSim's track row column file, metres.
-
-    Parameters
-    ----------
-    path : Path
-    positions : ndarray, shape (T, N, 3)
-    rate : float
-    names : iterable of str
-        Of the N points.
-    """
+    """Write N named points (T, N, 3) as OpenSim's track row column file, metres."""
     names = tuple(names)
     n_frames = len(positions)
     head = [

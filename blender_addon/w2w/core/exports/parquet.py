@@ -21,12 +21,9 @@ FRAMES = {
 
 
 def write_parquet(folder: Path, signals: StudySignals) -> int:
-    """Write clip, activity, subject, place, time_s, then what is recorded; gives the number of clips.
+    """Write clip, activity, subject, place, time_s, then the readings; returns the number of clips.
 
-    Raises
-    ------
-    ValueError
-        If pyarrow is missing.
+    A ValueError says how to get pyarrow where it is missing.
     """
     try:
         import pyarrow as arrow

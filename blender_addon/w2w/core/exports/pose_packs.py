@@ -28,7 +28,7 @@ from .study_signals import Worn
 RATE_HZ = 60.0
 
 METHODS = {"transpose": "TransPose", "imuposer": "IMUPoser", "mobileposer": "MobilePoser"}
-"""Whose published sites are worn by default."""
+"""Methods whose published sites are the default."""
 
 ORDER = (
     "left forearm",
@@ -40,10 +40,10 @@ ORDER = (
     "head",
     "pelvis",
 )
-"""In which the methods number their sensors."""
+"""Order in which the methods number their sensors."""
 
 FEWEST_FRAMES = 13
-"""Their own preprocessing discards what is shorter."""
+"""Their own preprocessing discards shorter clips."""
 
 CONTACT_M = 0.008
 """A foot that moves less from frame to frame stands, as in MobilePoser's preprocessing."""
@@ -65,12 +65,9 @@ def write_pose_pack(
     clips: Iterable[Worn],
     gravity: tuple[float, ...],
 ) -> int:
-    """Write the files of a method; gives the number of clips.
+    """Write the files of a method; returns the number of clips.
 
-    Raises
-    ------
-    ValueError
-        If PyTorch is missing or every clip is too short.
+    `gravity` (3,) is in m/s2. A ValueError says that PyTorch is missing or that every clip is too short.
     """
     try:
         import torch

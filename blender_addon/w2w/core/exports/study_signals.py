@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an export is made of: a finished run's clips, its signals at chosen places, its motions at a rate."""
+"""A finished run for exports: its clips, its signals at chosen places, its motions at a rate."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
 from ..body.skeleton import N_JOINTS
 from ..clip_files import signals_file
 from ..imu.recording import READINGS, ImuRecording, Reading
@@ -28,19 +27,12 @@ from ..wording import plain_words
 ALL = "all"
 
 STILL_FRAMES = 50
-"""Of a T-pose that is recorded for its orientations."""
+"""Length of the T-pose that is recorded for its orientations."""
 
 
 @dataclass(frozen=True)
 class StudySignals:
-    """A finished run, seen at some of its places.
-
-    Parameters
-    ----------
-    study : StudyResults
-    patches : tuple of int
-        Of the run.
-    """
+    """A finished run, at some of its patches."""
 
     study: StudyResults
     patches: tuple[int, ...]
@@ -51,19 +43,26 @@ class StudySignals:
     ) -> StudySignals:
         """The run at places given by their names, ``all`` of them, or by default those it chose.
 
-        `say` is told how far the patch that stands for a place is from it.
-
-        Raises
-        ------
-        ValueError
-            If a name means no place, or no patch is near it (`naming.resolve`), or two mean the same.
+        `say` is given the distance of a place's patch from it. A ValueError says which name means no place,
+        is near no patch (`naming.resolve`), or means the same as another.
         """
         if places.strip().lower() == ALL:
             return cls(study, tuple(range(len(study.patches))))
         if not places.strip():
-            return cls(study, _chosen(study))
-        found = [resolve(name, study.body(), study.patches, say, 0.0) for name in _names(places)]
-        _refuse_same(_names(places), [study.patches.names[patch] for patch in found])
+            chosen = (study.summary.get("worn_together") or {}).get("places")
+            return cls(
+                study,
+                tuple(int(patch["patch"]) for patch in chosen or [study.summary["best_single_patch"]]),
+            )
+        names = [name.strip() for name in places.split(",") if name.strip()]
+        found = [resolve(name, study.body(), study.patches, say, 0.0) for name in names]
+        for later, patch in enumerate(found):
+            earlier = found.index(patch)
+            if earlier < later:
+                place = study.patches.names[patch]
+                raise ValueError(
+                    f"'{names[earlier]}' and '{names[later]}' are both the place {place}: leave one out"
+                )
         return cls(study, tuple(found))
 
     @property
@@ -73,7 +72,7 @@ class StudySignals:
 
     @property
     def readings(self) -> tuple[Reading, ...]:
-        """What the run recorded at each place."""
+        """The readings recorded at each place."""
         names = ("acc", "gyr", *self.config.further.record)
         return tuple(reading for reading in READINGS if reading.name in names)
 
@@ -83,13 +82,7 @@ class StudySignals:
         return self.study.config()
 
     def recordings(self) -> Iterator[ImuRecording]:
-        """What the run recorded of each clip, at the places, under the clip's labels.
-
-        Raises
-        ------
-        ValueError, OSError
-            If a recording is missing or damaged.
-        """
+        """The run's recording of each clip, at the places, under the clip's labels."""
         chosen = list(self.patches)
         for clip in self.study.clips:
             found = ImuRecording.load(signals_file(self.study.out, clip.name)).at(chosen)
@@ -100,10 +93,7 @@ class StudySignals:
 def placed(study: StudyResults, names: list[str]) -> PatchSet:
     """Sensors at vertices: of the run's patches, of vertex numbers, and right at named places.
 
-    Raises
-    ------
-    ValueError
-        If a name means nothing, or two mean one vertex.
+    A ValueError says which name means nothing, or which two mean one vertex.
     """
     body = study.body()
     patch_at = dict(zip(map(str.lower, study.patches.names), study.patches.vertices.tolist(), strict=True))
@@ -119,33 +109,18 @@ def placed(study: StudyResults, names: list[str]) -> PatchSet:
 
 @dataclass(frozen=True, eq=False)
 class Worn:
-    """Sensors through one clip, with what no sensor knows.
-
-    Parameters
-    ----------
-    recording : ImuRecording
-        T samples of N sensors.
-    motion : Motion
-        The clip at the recording's rate, T frames.
-    orientations : ndarray, shape (T, N, 3, 3)
-        Sensor to world, z up: as recorded where the run records orientation, else the true ones.
-    rest : ndarray, shape (N, 3, 3)
-        The same in the T-pose, as a calibration finds them.
-    """
+    """N sensors through one clip of T samples, with the truth that no sensor knows."""
 
     recording: ImuRecording
-    motion: Motion
-    orientations: np.ndarray
-    rest: np.ndarray
+    motion: Motion  # at the recording's rate, T frames
+    orientations: np.ndarray  # (T, N, 3, 3), sensor to world, z up: recorded where the run does, else true
+    rest: np.ndarray  # (N, 3, 3): the same in the T-pose, as a calibration finds them
 
 
 def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorModel) -> Iterator[Worn]:
     """Each clip of a run recorded anew at a rate, with the true pose and the orientations at its samples.
 
-    Raises
-    ------
-    ValueError
-        If the run's signals are not physical, or a motion is missing or damaged.
+    A ValueError says that the run's signals are not physical or are on garments.
     """
     config = study.config()
     if config.synthesis.convention != "physical":
@@ -161,11 +136,14 @@ def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorMode
     body = study.body()
     synthesis = replace(config.synthesis, rate_hz=rate)
     config = replace(config, synthesis=synthesis, sensor=sensor.name, own_sensor=sensor)
+    t_pose = Motion(
+        np.tile(np.eye(3), (STILL_FRAMES, N_JOINTS, 1, 1)), np.tile(body.joints[0], (STILL_FRAMES, 1)), rate
+    )
     for clip in study.clips:
         motion = study.motion(clip.name).labelled(clip.activity, clip.subject, clip.name)
         recording = record(body, patches, motion, config)
         sampled = at_rate(motion, rate)
-        still = _t_pose(body, rate).labelled(clip.activity, clip.subject, clip.name)
+        still = t_pose.labelled(clip.activity, clip.subject, clip.name)
         if recording.orientation is None:
             moved, rested = (patch_matrices(body, patches.triangles, pose) for pose in (sampled, still))
             yield Worn(recording, sampled, moved[..., :3, :3], rested[0, :, :3, :3])
@@ -174,35 +152,9 @@ def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorMode
             yield Worn(recording, sampled, _as_read(recording.orientation), rested[0])
 
 
-def _t_pose(body: Body, rate: float) -> Motion:
-    return Motion(
-        np.tile(np.eye(3), (STILL_FRAMES, N_JOINTS, 1, 1)), np.tile(body.joints[0], (STILL_FRAMES, 1)), rate
-    )
-
-
 def _as_read(quaternions: np.ndarray) -> np.ndarray:
     """Orientations (T, N, 3, 3) of quaternions w, x, y, z; where samples are lost, the last that arrived."""
     arrived = np.isfinite(quaternions).all(axis=2)
     last = np.maximum.accumulate(np.where(arrived, np.arange(len(quaternions))[:, None], 0), axis=0)
     held = np.take_along_axis(quaternions, last[..., None], axis=0)[..., [1, 2, 3, 0]]
     return Rotation.from_quat(held.reshape(-1, 4)).as_matrix().reshape(*held.shape[:2], 3, 3)
-
-
-def _chosen(study: StudyResults) -> tuple[int, ...]:
-    """The patches that the run chose to be worn together, else its single best."""
-    summary = study.summary
-    places = (summary.get("worn_together") or {}).get("places") or [summary["best_single_patch"]]
-    return tuple(int(place["patch"]) for place in places)
-
-
-def _names(places: str) -> list[str]:
-    return [name.strip() for name in places.split(",") if name.strip()]
-
-
-def _refuse_same(given: list[str], found: list[str]) -> None:
-    for later, name in enumerate(found):
-        earlier = found.index(name)
-        if earlier < later:
-            raise ValueError(
-                f"'{given[earlier]}' and '{given[later]}' are both the place {name}: leave one out"
-            )

@@ -39,7 +39,7 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
             "weights": dict(zip(utility.activities, utility.weights.tolist(), strict=True)),
             "sentence": mean_sentence(utility),
         },
-        "map_reliability": None if np.isnan(utility.reliability) else _f1(utility.reliability),
+        "map_reliability": None if np.isnan(utility.reliability) else rounded(utility.reliability),
         "more_clips_per_activity": more_clips(utility),
         "map_sentence": confidence_sentence(utility, advice.best),
         "interval_caution": interval_caution(utility),
@@ -48,7 +48,7 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
 
 
 def worn_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
-    """Patches chosen to be worn together, with what the first, the first two, and so on would reach."""
+    """Patches chosen to be worn together, with the expected F1 of the first, the first two, and so on."""
     worn, made = advice.worn, advice.worn.promise
     return {
         "sentence": worn.sentence(),
@@ -57,12 +57,12 @@ def worn_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict
         "reached": worn.reached,
         "cost": worn.cost,
         **expected_content(made, len(worn.order)),
-        "f1": {name: _f1(value) for name, value in zip(worn.activities, made.f1[-1], strict=True)},
+        "f1": dict(zip(worn.activities, map(rounded, made.f1[-1]), strict=True)),
         "places": [
             {
                 **patch_content(patch, utility, patches),
                 **expected_content(made, number, "_so_far"),
-                "mean_f1_so_far": _f1(worn.raw_mean[number - 1]),
+                "mean_f1_so_far": rounded(worn.raw_mean[number - 1]),
             }
             for number, patch in enumerate(worn.order, start=1)
         ],
@@ -72,7 +72,7 @@ def worn_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict
 
 
 def next_worn(worn: JointSet, patches: PatchSet) -> dict[str, Any] | None:
-    """What goes best with a set; None where no more sensors are allowed."""
+    """The best sensor to add to a set; None where no more sensors are allowed."""
     made = worn.with_next
     if made is None:
         return None
@@ -86,10 +86,10 @@ def next_worn(worn: JointSet, patches: PatchSet) -> dict[str, Any] | None:
 
 
 def expected_content(made: Promise, sensors: int, suffix: str = "") -> dict[str, Any]:
-    """What the first so many sensors of a set would reach on other clips."""
+    """Expected F1 of the first `sensors` of a set on other clips."""
     name = f"expected_f1{suffix}"
-    interval = [_f1(made.low[sensors - 1]), _f1(made.high[sensors - 1])]
-    return {name: _f1(made.mean[sensors - 1]), f"{name}_interval": interval}
+    interval = [rounded(made.low[sensors - 1]), rounded(made.high[sensors - 1])]
+    return {name: rounded(made.mean[sensors - 1]), f"{name}_interval": interval}
 
 
 def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
@@ -99,14 +99,15 @@ def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[st
         "name": patches.names[patch],
         "region": patches.regions[patch],
         "vertex": int(patches.vertices[patch]),
-        "mean_f1": _f1(utility.mean[patch]),
-        "mean_f1_interval": [_f1(utility.mean_low[patch]), _f1(utility.mean_high[patch])],
-        "expected_f1": _f1(utility.expected_mean[patch]),
-        "expected_f1_interval": [_f1(utility.expected_low[patch]), _f1(utility.expected_high[patch])],
+        "mean_f1": rounded(utility.mean[patch]),
+        "mean_f1_interval": [rounded(utility.mean_low[patch]), rounded(utility.mean_high[patch])],
+        "expected_f1": rounded(utility.expected_mean[patch]),
+        "expected_f1_interval": [rounded(utility.expected_low[patch]), rounded(utility.expected_high[patch])],
         "rank_interval": [int(utility.rank_low[patch]), int(utility.rank_high[patch])],
-        "f1": {name: _f1(value) for name, value in zip(utility.activities, utility.f1[patch], strict=True)},
+        "f1": dict(zip(utility.activities, map(rounded, utility.f1[patch]), strict=True)),
     }
 
 
-def _f1(value: float) -> float:
+def rounded(value: float) -> float:
+    """As numbers are written to files."""
     return round(float(value), DIGITS)

@@ -9,27 +9,21 @@ from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
 
 TOO_FEW = "too few clips"
-"""Stands in a table's cell where an interval would."""
+"""In a table's cell, instead of an interval."""
 
 
 def clip_counts(found: int, used: Sequence[str], utility: UtilityMap) -> dict[str, int]:
     """Clips found, used, ranked and skipped.
 
-    Parameters
-    ----------
-    found : int
-        Motion files of the library.
-    used : sequence of str
-        The activity of each clip that was turned into signals.
-    utility : UtilityMap
-        Only clips of its activities are trained on and tested.
+    `found` are the motion files of the library, `used` the activities of the clips turned into signals;
+    ranked are those of the map's activities.
     """
     ranked = sum(activity in utility.activities for activity in used)
     return {"found": found, "used": len(used), "ranked": ranked, "skipped": found - len(used)}
 
 
 def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
-    """The counts in words: what was found, used, ranked and left out."""
+    """The counts in words."""
     names, left_out = len(utility.activities), len(utility.left_out)
     text = f"{clips['ranked']} of {clips['found']} clips ranked, in {names} activities"
     if left_out:
@@ -53,7 +47,10 @@ def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
     for name, reason in left_out.items():
         shared = reason.removeprefix(f"{name} ")
         names.setdefault(shared, []).append(name if shared != reason else "")
-    return [_sentence(reason, group) for reason, group in names.items()]
+    return [
+        f"{', '.join(group)}{': each' * (len(group) > 1)} {reason}" if group[0] else reason
+        for reason, group in names.items()
+    ]
 
 
 def few_clips(count: int) -> str:
@@ -79,9 +76,3 @@ def interval_caution(utility: UtilityMap) -> str:
 def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str:
     """An interval, or in its place that there are too few clips for one."""
     return TOO_FEW if caution else f"{low:.{digits}f} to {high:.{digits}f}"
-
-
-def _sentence(reason: str, group: list[str]) -> str:
-    if not group[0]:
-        return reason
-    return f"{group[0]} {reason}" if len(group) == 1 else f"{', '.join(group)}: each {reason}"

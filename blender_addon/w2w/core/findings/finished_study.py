@@ -16,12 +16,12 @@ from ..study import StudyConfig
 
 @dataclass(frozen=True)
 class ClipResult:
-    """What became of a clip: why it was skipped, or details for the summary; and the hash of its file."""
+    """A clip, used or skipped."""
 
     clip: Clip
-    reason: str
-    details: dict[str, Any]
-    source_sha256: str
+    reason: str  # why it was skipped; empty where it is used
+    details: dict[str, Any]  # of a used clip: take, frames, rate, duration, windows, skeleton
+    source_sha256: str  # of the clip's file
 
     @property
     def used(self) -> bool:
@@ -31,14 +31,14 @@ class ClipResult:
 
 @dataclass(frozen=True)
 class Study:
-    """A finished study, ready to be written down; its clips are in the library's order."""
+    """A finished study, ready to be written down."""
 
     library: Library
     config: StudyConfig
     body: Body
-    clips: tuple[ClipResult, ...]
-    results: StudyResults
-    advice: Advice
+    clips: tuple[ClipResult, ...]  # all of them, in the library's order
+    results: StudyResults  # the ranking, as it is read again from its folder
+    advice: Advice  # the choice under the config's constraints
 
     @property
     def used(self) -> list[ClipResult]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What stood out in a library's labels, in sentences and as plain values."""
+"""Notes on a library's labels, in sentences and as plain values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NAMED = 3
 
 
 def label_notes(check: LabelCheck) -> list[str]:
-    """One sentence for each kind of thing that stood out."""
+    """One sentence for each kind of oddity."""
     notes = [f"{check.note}."] if check.note else []
     for name, ways in check.spellings:
         spelled = listed([f"'{way}'" for way in ways], len(ways))
@@ -33,7 +33,7 @@ def label_notes(check: LabelCheck) -> list[str]:
 
 
 def label_content(check: LabelCheck) -> dict[str, Any]:
-    """All of it, every file named."""
+    """All notes, with every file named."""
     return {
         "rows_without_file": list(check.no_such_file),
         "rows_without_activity": list(check.no_activity),
@@ -45,13 +45,7 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
 
 
 def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
-    """Which clips show the motion of another, and that it is not tested on them; empty where none does.
-
-    Parameters
-    ----------
-    copies : sequence of (str, str)
-        Each clip and the first that shows its motion.
-    """
+    """Which clips are copies, each given with the first that shows its motion; else empty."""
     if not copies:
         return ""
     many = len(copies) > 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether it is the activities that a ranking tells apart, or where their clips are from, or who moves.
+"""Whether a ranking tells the activities apart, or the sources of their clips, or the people.
 
 Simulated sensors recognise the recording system of a clip (docs/truth.md): an activity that a system shows
 alone is told by the system.
@@ -17,33 +17,20 @@ from .finished_study import Study
 from .label_notes import NAMED, listed
 
 ALONE = 0.8
-"""Share of an activity's clips from one source from which on that source as good as shows it alone."""
+"""Share of an activity's clips from which on a source shows it practically alone."""
 
 STRANGERS = 0.2
 """Two activities whose shares by source overlap by less than this have no source in common."""
 
 
 class Shown(NamedTuple):
-    """What is known of where a clip is from.
-
-    Attributes
-    ----------
-    activity : str
-    source : str
-        As the labels say, else empty.
-    system : str
-        The skeleton and the frame rate of its file.
-    folder : str
-        The first folder of its path inside the library; empty where it lies in none.
-    subject : str
-        Empty where unknown.
-    """
+    """Where a clip is from, as far as is known."""
 
     activity: str
-    source: str
-    system: str
-    folder: str
-    subject: str
+    source: str  # as the labels say, else empty
+    system: str  # the skeleton and the frame rate of its file
+    folder: str  # the first folder of its path inside the library; empty where it lies in none
+    subject: str  # empty where unknown
 
 
 def system_of(skeleton: str, rate: float) -> str:
@@ -68,13 +55,7 @@ def shown_in(study: Study) -> list[Shown]:
 
 
 def source_caution(clips: Sequence[Shown]) -> str:
-    """A caution where sources, or else people, coincide with activities; empty where they do not.
-
-    Parameters
-    ----------
-    clips : sequence of Shown
-        Those that are ranked.
-    """
+    """A caution where sources, or else people, of the ranked clips coincide with activities; else empty."""
     activities = [clip.activity for clip in clips]
     for groups in _ways(clips):
         if found := confined(activities, groups):
@@ -94,17 +75,9 @@ def source_caution(clips: Sequence[Shown]) -> str:
 
 
 def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]:
-    """Activities that one group shows alone, or nearly so, and most other activities are not shown by.
+    """Activities that one group shows alone, or nearly so, and that shows few others: each with its group.
 
-    Parameters
-    ----------
-    activities, groups : sequence of str
-        Of each clip.
-
-    Returns
-    -------
-    dict of str to str
-        The group of each such activity.
+    From the activity and the group of each clip.
     """
     names, row = np.unique(np.asarray(activities), return_inverse=True)
     kinds, column = np.unique(np.asarray(groups), return_inverse=True)

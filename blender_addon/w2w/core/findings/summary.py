@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write a finished study down: summary, table, configuration."""
+"""A finished study as plain values on file: summary, table, configuration."""
 
 from __future__ import annotations
 
 import math
+import platform
+import sys
+import tomllib
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..body.body import PACKAGE
 from ..clip_files import WORK
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
@@ -20,18 +25,22 @@ from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.windows import WindowSpec
 from ..results_folder import UTILITY
-from .advice_content import advice_content
-from .best_regions import best_regions
+from ..wording import plain_words
+from .advice_content import advice_content, patch_content, rounded
 from .counts import clip_counts, few_clips
 from .finished_study import ClipResult, Study
 from .label_notes import label_content
-from .own_placements import own_scores
 from .sources import shown_in, source_caution
-from .versions import versions
 
 BEFORE_ACTIVITIES = ("patch", "region", "vertex")
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "rank_high", "cluster")
+
+MOST_REGIONS = 10
+"""Regions listed."""
+
+LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "bpy")
+"""Those that results depend on."""
 
 
 def write_results(study: Study) -> None:
@@ -96,6 +105,7 @@ def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) ->
 def summary(study: Study) -> dict[str, Any]:
     """What the study found, for people and programs."""
     utility, patches = study.results.utility, study.results.patches
+    garments = garment_content(study.results.out, study.config.garments, patches)
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
@@ -108,18 +118,12 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
-        **_worn_on(study),
+        **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
         **map_content(utility, patches, study.config.placements),
         "used": _used(study),
         "skipped": _skipped(study.clips, study.library),
     }
-
-
-def _worn_on(study: Study) -> dict[str, Any]:
-    """What garments carried, where any did."""
-    found = garment_content(study.results.out, study.config.garments, study.results.patches)
-    return {"garments": found} if found else {}
 
 
 def config_content(study: Study) -> dict[str, Any]:
@@ -131,6 +135,31 @@ def config_content(study: Study) -> dict[str, Any]:
         "labelled_by": study.library.labelled_by,
         "inputs": {result.clip.file: result.source_sha256 for result in study.clips},
     }
+
+
+def versions() -> dict[str, str]:
+    """Version of W2W, of Python, of Blender and of each library that results depend on."""
+    found = {"w2w": _own_version(), "python": platform.python_version()}
+    found |= {name: version for name in LIBRARIES if (version := _installed(name))}
+    if "bpy" not in found and "bpy" in sys.modules:  # the Blender program
+        found["bpy"] = sys.modules["bpy"].app.version_string
+    return found
+
+
+def _own_version() -> str:
+    """W2W's version, from the manifest of the extension or the tree, else from pip."""
+    try:
+        manifest = (PACKAGE.parents[1] / "blender_manifest.toml").read_text(encoding="utf-8")
+        return tomllib.loads(manifest)["version"]
+    except OSError:
+        return _installed("where-to-wear")
+
+
+def _installed(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
 
 
 def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str, Any]:
@@ -174,11 +203,51 @@ def _activities(study: Study) -> dict[str, dict[str, Any]]:
 def map_content(
     utility: UtilityMap, patches: PatchSet, placements: Iterable[tuple[str, Any]]
 ) -> dict[str, Any]:
-    """What follows from the map alone: own placements and regions."""
+    """Own placements and regions, which follow from the map alone."""
     return {
         "own_placements": own_scores([name for name, _ in placements], utility, patches),
         "regions": _regions(utility, patches),
     }
+
+
+def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
+    """Own placements, by their names among the patches, each with its scores.
+
+    `rank` counts the sampled patches whose expected F1 is higher, and one; `loss` is the expected F1 that
+    wearing the sensor there costs against the best patch; `as_good` says whether they cannot be told apart.
+    """
+    known = [name.lower() for name in patches.names]
+    own = [known.index(plain_words(name)) for name in names]
+    sampled = np.setdiff1d(np.arange(len(patches)), own)
+    expected = utility.expected_mean
+    return [
+        {
+            **patch_content(patch, utility, patches),
+            "rank": int((expected[sampled] > expected[patch]).sum()) + 1,
+            "of": len(sampled) + 1,
+            "loss": rounded(expected.max() - expected[patch]),
+            "as_good": bool(utility.as_good[patch]),
+        }
+        for patch in own
+    ]
+
+
+def best_regions(utility: UtilityMap, patches: PatchSet, count: int = MOST_REGIONS) -> list[dict[str, Any]]:
+    """The best patch of each region by expected F1, with its scores, best region first."""
+    return [
+        {
+            "patch": patch,
+            "name": patches.names[patch],
+            "expected": float(utility.expected_mean[patch]),
+            "low": float(utility.expected_low[patch]),
+            "high": float(utility.expected_high[patch]),
+            "as_good": bool(utility.as_good[patch]),
+            "f1": float(utility.mean[patch]),
+            "f1_low": float(utility.mean_low[patch]),
+            "f1_high": float(utility.mean_high[patch]),
+        }
+        for patch in patches.best_of_regions(utility.expected_mean)[:count]
+    ]
 
 
 def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]]:
@@ -191,11 +260,11 @@ def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]
             "patches": int(here.sum()),
             "as_good": int(utility.as_good[here].sum()),
             "best_patch": row["patch"],
-            "best_expected_f1": _f1(row["expected"]),
-            "best_expected_f1_interval": [_f1(row["low"]), _f1(row["high"])],
-            "average_expected_f1": _f1(utility.expected_mean[here].mean()),
-            "best_mean_f1": _f1(utility.mean[here].max()),
-            "average_mean_f1": _f1(utility.mean[here].mean()),
+            "best_expected_f1": rounded(row["expected"]),
+            "best_expected_f1_interval": [rounded(row["low"]), rounded(row["high"])],
+            "average_expected_f1": rounded(utility.expected_mean[here].mean()),
+            "best_mean_f1": rounded(utility.mean[here].max()),
+            "average_mean_f1": rounded(utility.mean[here].mean()),
         }
     return content
 
@@ -211,7 +280,3 @@ def _used(study: Study) -> list[dict[str, Any]]:
         same = {"same_motion_as": copies[clip.file]} if clip.file in copies else {}
         entries.append({**entry, **source, **result.details, **same})
     return entries
-
-
-def _f1(value: float) -> float:
-    return round(float(value), DIGITS)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a study's sensors were worn on besides the skin."""
+"""Garments that a study's sensors were worn on, and cloth that caught."""
 
 from __future__ import annotations
 
@@ -16,13 +16,7 @@ CLIPS_NAMED = 3
 
 
 def garment_content(out: Path, garments: tuple[str, ...], patches: PatchSet) -> dict[str, Any]:
-    """Each garment of a study, the patches that are on it and the regions that these lie in.
-
-    Raises
-    ------
-    OSError, ValueError
-        If the folder does not say what they cover.
-    """
+    """Each garment of a study, the patches that are on it and the regions that these lie in."""
     if not garments:
         return {}
     covers = load_covers(out / FITTED)
@@ -48,14 +42,9 @@ def garment_sentence(content: dict[str, Any], n_patches: int) -> str:
 
 
 def caught_content(frames: Mapping[str, int], of: int) -> dict[str, Any]:
-    """What a clip's record says of cloth that caught on the body; empty where none did.
+    """Cloth that caught on the body, for a clip's record; empty where none did.
 
-    Parameters
-    ----------
-    frames : mapping of str to int
-        Frames in which each garment had caught, by its name.
-    of : int
-        Frames of the clip.
+    From the number of frames in which each garment had caught, of all frames of the clip.
     """
     found = {name: count for name, count in frames.items() if count}
     return {"cloth_caught": found, "cloth_frames": of} if found else {}
@@ -64,10 +53,7 @@ def caught_content(frames: Mapping[str, int], of: int) -> dict[str, Any]:
 def caught_sentences(clips: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str]:
     """A sentence for each of the first clips in which cloth caught, and one for the rest.
 
-    Parameters
-    ----------
-    clips : sequence of (str, mapping)
-        Each clip's name, and its record's details.
+    From each clip's name and its record's details.
     """
     found = [(name, about) for name, about in clips if about.get("cloth_caught")]
     sentences = [

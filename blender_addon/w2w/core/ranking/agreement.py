@@ -24,6 +24,7 @@ class Agreement:
         takes them as exchangeable; neighbouring patches of a body are not, so over
         many patches it is far too small, and the interval is what to read.
     n_ranked : int
+        How many patches or sites.
     """
 
     spearman: float
@@ -113,17 +114,7 @@ def rank_agreement(
 
 
 def spearman_rows(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Spearman's rho of each row of `first` with the same row of `second`.
-
-    Parameters
-    ----------
-    first, second : ndarray, shape (B, N) or (N,)
-
-    Returns
-    -------
-    ndarray, shape (B,)
-        NaN where a row is constant.
-    """
+    """Spearman's rho (B,) of each row of `first` (B, N) with that of `second`; NaN if a row is constant."""
     ranks = [rankdata(rows, axis=-1) for rows in (first, second)]
     a, b = (rank - rank.mean(axis=-1, keepdims=True) for rank in ranks)
     with np.errstate(invalid="ignore"):

@@ -3,18 +3,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..blas import multiply
+from ..imu.recording import ImuRecording
 from ..threads import unthreaded_products
+from .windows import WindowSpec, cut_alike
 
 BAND_EDGES_HZ = np.array([0.3, 0.8, 1.3, 1.8, 2.4, 3.2, 4.2, 5.5, 7.5, 10.0, 15.0, 25.0])
 """Edges of the spectral bands; the bands that a rate and a length cannot resolve stay out."""
 
 UNIT = np.array([4.0] * 3 + [1.0] * 3 + [4.0, 1.0], dtype=np.float32)
-"""What counts as a middling signal in each channel, m/s2 and rad/s, so that features are of order one."""
+"""A middling signal in each channel, m/s2 and rad/s, so that features are of order one."""
+
+EARTH_UT = 50.0
+"""A middling magnetic field, uT."""
+
+PA_PER_M = 12.0
+"""Pressure lost with each metre near the sea."""
 
 FLOOR = np.float32(0.0025)
 """Smallest amplitude told apart, in units: about a good sensor's noise. Logarithms start there."""
@@ -26,18 +36,7 @@ STATISTICS = ("mean", "std", "lowest", "highest", "skewness", "kurtosis", "slope
 
 
 def feature_names(samples: int, rate: float) -> list[str]:
-    """Name of each feature of windows of so many samples, such as "acc x mean".
-
-    Parameters
-    ----------
-    samples : int
-    rate : float
-        Samples per second.
-
-    Returns
-    -------
-    list of str, length D
-    """
+    """Name of each of the D features of windows of `samples` at `rate` Hz, such as "acc x mean"."""
     bands = _band_power(samples, rate).bands
     kinds = [*STATISTICS, *(f"log power {low:g}-{high:g} Hz" for low, high in bands)]
     pairs = zip(*np.triu_indices(6, 1), strict=True)
@@ -153,3 +152,56 @@ def _correlations(centred: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     first, second = np.triu_indices(6, 1)
     pairs = [(centred[:, a : a + 1] * centred[:, a + 1 :]).mean(axis=0) for a in range(5)]
     return np.concatenate(pairs) / (deviation[first] * deviation[second])
+
+
+def further_features(recording: ImuRecording, spec: WindowSpec, names: Sequence[str]) -> np.ndarray:
+    """Describe each window of each sensor by the further readings recorded, those of `names`.
+
+    None of them knows which way is north or what the weather is: those tell clips apart, not activities.
+
+    Returns
+    -------
+    ndarray, shape (W, N, D), float32
+        For each channel: mean, extremes about it, logarithms of the standard deviation and of the mean
+        absolute derivative. Orientation has six channels, what points up in the sensor's frame and the turn
+        since the window's middle (rad); the magnetometer four, the field and its magnitude (50 uT); the
+        barometer one, the height about the window's mean (m), without a mean.
+    """
+    blocks = []
+    for name in names:
+        windows = cut_alike(recording.further[name], recording, spec)
+        rows = [_statistics(_further_channels(window, name), recording.rate, name) for window in windows]
+        blocks.append(np.stack(rows))
+    return np.concatenate(blocks, axis=2)
+
+
+def _statistics(channels: np.ndarray, rate: float, name: str) -> np.ndarray:
+    """(N, k, samples) -> (N, D)."""
+    mean = channels.mean(axis=2)
+    centred = channels - mean[..., None]
+    slope = np.abs(np.diff(channels, axis=2)).mean(axis=2) * (rate / 10)
+    columns = [
+        np.log(centred.std(axis=2) + FLOOR) / 1.5,
+        np.arcsinh(centred.min(axis=2)),
+        np.arcsinh(centred.max(axis=2)),
+        np.log(slope + FLOOR) / 1.5,
+    ]
+    if name != "barometer":  # whose mean is zero
+        columns.insert(0, np.arcsinh(mean))
+    return np.concatenate(columns, axis=1).astype(np.float32)
+
+
+def _further_channels(window: np.ndarray, name: str) -> np.ndarray:
+    """Readings (N, channels, samples) as channels of order one, (N, k, samples)."""
+    if name == "magnetometer":
+        length = np.linalg.norm(window, axis=1, keepdims=True)
+        return np.concatenate([window, length], axis=1) / EARTH_UT
+    if name == "barometer":
+        pressure = window.astype(np.float64)
+        return (pressure.mean(axis=2, keepdims=True) - pressure) / PA_PER_M
+    n_sensors, _, samples = window.shape
+    turned = Rotation.from_quat(window[:, [1, 2, 3, 0]].transpose(0, 2, 1).reshape(-1, 4))
+    up = turned.inv().apply([0.0, 0.0, 1.0])
+    middle = np.repeat(np.arange(n_sensors) * samples + samples // 2, samples)
+    turn = (turned[middle].inv() * turned).as_rotvec()
+    return np.concatenate([up, turn], axis=1).reshape(n_sensors, samples, 6).transpose(0, 2, 1)

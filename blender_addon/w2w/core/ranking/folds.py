@@ -16,27 +16,12 @@ SUBJECT_OUT = "leave one of"
 
 
 def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed: int = 0) -> np.ndarray:
-    """Deal groups of windows to folds, each activity spread as evenly as its groups allow.
+    """Fold of each window, shape (W,), int, 0 to `folds` - 1: each activity spread as its groups allow.
 
     An activity with at least two groups stands in at least two folds as long as no group
     holds several activities, so that whatever is tested has been trained; scikit-learn's
-    StratifiedGroupKFold balances the counts but does not promise that.
-
-    Parameters
-    ----------
-    activity : array_like, shape (W,)
-        Label of each window.
-    group : array_like, shape (W,)
-        What must stay together: the clip, or the set of clips that are one motion.
-    folds : int
-        Number of folds, at least 2.
-    seed : int
-        Decides which groups come together.
-
-    Returns
-    -------
-    ndarray, shape (W,), int
-        Fold of each window, 0 to folds - 1.
+    StratifiedGroupKFold balances the counts but does not promise that. A `group` (W,), the clip or the clips
+    that are one motion, stays together; `seed` decides which groups come together.
 
     Raises
     ------
@@ -68,18 +53,7 @@ def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed:
 
 
 def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
-    """One fold a subject: leave-one-subject-out.
-
-    Parameters
-    ----------
-    subject : array_like, shape (W,)
-        Person of each window; none may be empty.
-    clip : array_like, shape (W,)
-        Clip of each window, to see that no clip has two subjects.
-
-    Returns
-    -------
-    ndarray, shape (W,), int
+    """Fold of each window, shape (W,), int: one a subject (W,), for leave-one-subject-out.
 
     Raises
     ------
@@ -105,22 +79,10 @@ def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
 def untestable(
     activity: np.ndarray, group: np.ndarray, activities: Sequence[str], fold: np.ndarray | None = None
 ) -> dict[str, str]:
-    """Activities that cannot be cross-validated, each with a sentence that says why.
+    """Those of `activities` that cannot be cross-validated, each with a sentence that says why.
 
-    Parameters
-    ----------
-    activity : array_like, shape (W,)
-        Label of each window.
-    group : array_like, shape (W,)
-        Clip, or set of clips that are one motion.
-    activities : sequence of str
-        The labels asked for.
-    fold : array_like, shape (W,), optional
-        Folds, to find activities that stand in one fold only.
-
-    Returns
-    -------
-    dict of str to str
+    By each window's activity (W,), its group (W,), the clip or the clips that are one motion, and, to find
+    activities that stand in one fold only, its fold (W,).
     """
     activity, group = np.asarray(activity), np.asarray(group)
     reasons = {}
@@ -136,18 +98,9 @@ def untestable(
 
 
 def check_testable(activity: Sequence[str], group: Sequence[str]) -> None:
-    """Refuse clips of which no two activities can be tested, before anything is made of them.
+    """Refuse clips, with a ValueError, of which no two activities can be tested: before work is done on them.
 
-    Parameters
-    ----------
-    activity : sequence of str
-        Label of each clip.
-    group : sequence of str
-        Clip, or set of clips that are one motion.
-
-    Raises
-    ------
-    ValueError
+    `activity` and `group` are each clip's label and name, or that of the clips that are one motion.
     """
     names = sorted(set(activity))
     left_out = untestable(np.asarray(activity), np.asarray(group), names)
@@ -162,12 +115,12 @@ def _too_few(tested: Sequence[str], left_out: dict[str, str]) -> str:
 
 
 class Dealt(NamedTuple):
-    """Fold of each window, the activities tested, why others cannot be, and the protocol in words."""
+    """Windows dealt to folds."""
 
-    fold: np.ndarray
-    tested: tuple[str, ...]
-    left_out: dict[str, str]
-    protocol: str
+    fold: np.ndarray  # (W,), int
+    tested: tuple[str, ...]  # activities
+    left_out: dict[str, str]  # the others, each with the reason
+    protocol: str  # in words
 
 
 def deal(

@@ -17,7 +17,7 @@ HALVINGS = 4
 """Ways in which the clips, or many subjects, are halved."""
 
 SET_HALVINGS = 2
-"""Ways by which sets are chosen: each half chooses sets of its own, which takes most of the time."""
+"""Halvings that sets are chosen by: each half chooses sets of its own, which takes most of the time."""
 
 ALL_WAYS = 10
 """Subjects are halved in every way where there are no more: up to six of them."""
@@ -34,24 +34,15 @@ class Split(NamedTuple):
 
 
 class Scored(NamedTuple):
-    """Scores of some windows that a split tests, one after the other.
+    """Scores of v windows that a split tests, one after the other."""
 
-    Attributes
-    ----------
-    split : int
-        Of the plan.
-    first : int
-        Number of the first of them among those that it tests.
-    scores : ndarray, shape (A, models, v)
-    """
-
-    split: int
-    first: int
-    scores: np.ndarray
+    split: int  # its number in the plan
+    first: int  # number of the first of them among those that it tests
+    scores: np.ndarray  # (A, models, v)
 
     @property
     def place(self) -> slice:
-        """Where they stand among the windows that the split tests."""
+        """Their place among the windows that the split tests."""
         return slice(self.first, self.first + self.scores.shape[2])
 
 
@@ -59,56 +50,32 @@ class Scored(NamedTuple):
 class Trial:
     """A cross-validation on some of the clips.
 
-    Attributes
-    ----------
-    splits : tuple of int
-        Of the plan, one a fold.
-    windows : ndarray of int, shape (V,)
-        The windows tested, split by split.
-    testable : ndarray of bool, shape (A,)
-        Activities with clips in two folds, so that what is tested was trained.
-    weight : ndarray, shape (V,)
-        Of each window: those of a clip (a subject where subjects are left out) share one vote, and
-        the clips of an activity share one.
+    In `weight`, the windows of a clip (a subject where subjects are left out) share one vote, and the clips
+    of an activity share one.
     """
 
-    splits: tuple[int, ...]
-    windows: np.ndarray
-    testable: np.ndarray
-    weight: np.ndarray
+    splits: tuple[int, ...]  # of the plan, one a fold
+    windows: np.ndarray  # (V,), int: those tested, split by split
+    testable: np.ndarray  # (A,), bool: activities with clips in two folds, so that those tested were trained
+    weight: np.ndarray  # (V,)
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is trained and tested.
+    """All trainings and tests of a ranking.
 
-    Attributes
-    ----------
-    block : ndarray of int, shape (W,)
-        Windows that are always trained on or tested on together.
-    splits : tuple of Split
-    whole : Trial
-        The cross-validation on all clips.
-    pairs : tuple of two Trials
-        Whose maps are compared: disjoint halves of the clips, or single subjects of two or three.
-    disjoint : bool
-        Whether no clip that one of a pair is trained or tested on is trained on by the other.
-    shrink : float
-        The variance of the whole map is the mean square of a pair's difference over this.
-    clips : ndarray of int, shape (A,)
-        How many clips (subjects, where those are left out) show each activity.
-    vote : ndarray of int, shape (W,)
-        Clip (subject) of each window.
+    The maps of `pairs` are compared: disjoint halves of the clips, or single subjects of two or three. The
+    variance of the whole map is the mean square of a pair's difference over `shrink`.
     """
 
-    block: np.ndarray
+    block: np.ndarray  # (W,), int: windows of one block are always trained on or tested on together
     splits: tuple[Split, ...]
-    whole: Trial
+    whole: Trial  # the cross-validation on all clips
     pairs: tuple[tuple[Trial, Trial], ...]
-    disjoint: bool
+    disjoint: bool  # no clip that one of a pair is trained or tested on is trained on by the other
     shrink: float
-    clips: np.ndarray
-    vote: np.ndarray
+    clips: np.ndarray  # (A,), int: clips (subjects, where those are left out) that show each activity
+    vote: np.ndarray  # (W,), int: clip (subject) of each window
 
     @property
     def trials(self) -> tuple[Trial, ...]:
@@ -120,14 +87,9 @@ class Plan:
         return self.pairs[:SET_HALVINGS] if self.disjoint else self.pairs
 
     def among(self, rows: np.ndarray, labels: np.ndarray) -> Plan:
-        """The same trainings and tests on some of the windows, for the pairs that sets are chosen by.
+        """The same trainings and tests on the windows `rows` (R,), ascending, of activities `labels` (R,).
 
-        Parameters
-        ----------
-        rows : ndarray of int, shape (R,)
-            The windows, ascending.
-        labels : ndarray of int, shape (R,)
-            Activity of each.
+        Of the pairs it has those that sets are chosen by.
         """
         block, vote = self.block[rows], self.vote[rows]
         place = np.full(len(self.block), -1)
@@ -162,21 +124,9 @@ def plan(
 ) -> Plan:
     """Plan the trainings and tests of a ranking.
 
-    Parameters
-    ----------
-    labels : ndarray of int, shape (W,)
-        Activity of each window, 0 to A - 1.
-    clip : ndarray, shape (W,)
-        Motion of each window; never split between halves.
-    fold : ndarray of int, shape (W,)
-        Fold of each window; -1 for windows that every fold trains on.
-    is_test : ndarray of bool, shape (W,)
-    by_subject : bool
-        Folds are subjects: then they are halved, not the clips.
-    seed : int
-        Of the halving.
-    halvings : int
-        How often to halve; 0 for the whole alone.
+    Of each window are given its activity (W,), 0 to A - 1, its clip (W,), never split between halves, its
+    fold (W,), -1 where every fold trains on it, and whether it may be tested (W,). Where folds are subjects,
+    they are halved, not the clips. 0 halvings plan the whole alone.
     """
     sides = _halve_subjects(fold, seed, halvings) if by_subject else deal_halves(labels, clip, seed, halvings)
     cells = np.stack([fold, *sides], axis=1)
@@ -223,13 +173,9 @@ def _single_folds(
 
 
 def deal_halves(labels: np.ndarray, clip: np.ndarray, seed: int, halvings: int) -> list[np.ndarray]:
-    """Deal half of each activity's clips to one side, by as many draws.
+    """Deal half of each activity's clips to one side, shape (W,), bool, in each of the halvings.
 
     A clip of several activities goes with the first of them.
-
-    Returns
-    -------
-    list of ndarray of bool, shape (W,)
     """
     rng = np.random.default_rng([seed, 1])
     sides = []

@@ -23,33 +23,16 @@ LOCAL_HEADER = struct.Struct("<26x2H")
 
 @dataclass(frozen=True)
 class StoredArray:
-    """Where an array (W, N, ...) of single precision stands in a file.
-
-    Parameters
-    ----------
-    path : Path
-    offset : int
-        Byte of its first value.
-    shape : tuple of int
-    dtype : dtype
-    """
+    """Where an array (W, N, D) of single precision is in a file."""
 
     path: Path
-    offset: int
+    offset: int  # byte of its first value
     shape: tuple[int, ...]
     dtype: np.dtype
 
     @classmethod
     def find(cls, path: Path, name: str) -> StoredArray:
-        """Find an array that `files.write_npz` wrote.
-
-        Raises
-        ------
-        OSError
-            If the file is not there.
-        ValueError
-            If it holds no such array, or compresses it.
-        """
+        """Find an array that `files.write_npz` wrote; a ValueError if it holds none, or compresses it."""
         try:
             with ZipFile(path) as archive:
                 info = archive.getinfo(f"{name}.npy")
@@ -68,13 +51,7 @@ class StoredArray:
         return cls(path, offset, shape, dtype)
 
     def columns(self, first: int, last: int, rows: np.ndarray | None = None) -> np.ndarray:
-        """The part from `first` to before `last` of the second axis, of all rows or of some, as a copy.
-
-        Raises
-        ------
-        ValueError
-            If the file ends before it.
-        """
+        """A copy of the part from `first` to before `last` of the second axis, of all rows or of some."""
         wanted = range(self.shape[0]) if rows is None else rows.tolist()
         part = np.empty((len(wanted), last - first, self.shape[2]), self.dtype)
         value_bytes = self.shape[2] * self.dtype.itemsize
@@ -106,12 +83,7 @@ class PatchBlocks(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ArrayBlocks:
-    """An array in memory as `PatchBlocks`.
-
-    Parameters
-    ----------
-    array : ndarray, shape (W, N, ...)
-    """
+    """An array (W, N, ...) in memory as `PatchBlocks`."""
 
     array: np.ndarray
 
@@ -127,25 +99,18 @@ class ArrayBlocks:
 
 @dataclass(frozen=True, eq=False)
 class SomeWindows:
-    """Some windows of another source.
-
-    Parameters
-    ----------
-    source : PatchBlocks
-    rows : ndarray of int, shape (V,)
-        The windows wanted.
-    """
+    """Some windows of another source."""
 
     source: PatchBlocks
-    rows: np.ndarray
+    rows: np.ndarray  # (V,), int: the windows wanted
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of what is wanted."""
+        """Shape with the wanted windows alone."""
         return (len(self.rows), *self.source.shape[1:])
 
     def patches(self, first: int, last: int) -> np.ndarray:
-        """The wanted windows of some patches; of files no others are read."""
+        """The wanted windows of some patches; from files no others are read."""
         rising = (np.diff(self.rows) > 0).all()
         if rising and isinstance(self.source, FeatureFiles):
             return self.source.patches(first, last, self.rows)
@@ -161,14 +126,7 @@ class SomeWindows:
 
 @dataclass(frozen=True, eq=False)
 class SomePatches:
-    """Some patches of another source, one after another.
-
-    Parameters
-    ----------
-    source : PatchBlocks
-    first, last : int
-        The first, and the one after the last.
-    """
+    """The patches from `first` to before `last` of another source."""
 
     source: PatchBlocks
     first: int
@@ -176,7 +134,7 @@ class SomePatches:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of what is wanted."""
+        """Shape with these patches alone."""
         n_windows, _, *rest = self.source.shape
         return (n_windows, self.last - self.first, *rest)
 
@@ -191,7 +149,7 @@ def as_blocks(inputs: np.ndarray | PatchBlocks) -> PatchBlocks:
 
 
 def spans(source: PatchBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int, int]]:
-    """First and last patch, exclusive, of blocks that keep to a budget of bytes, if one patch does."""
+    """First and last patch, exclusive, of blocks within a budget of bytes, or of one patch."""
     n_windows, n_patches, *rest = source.shape
     size = max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES))
     for first in range(0, n_patches, size):
@@ -205,15 +163,7 @@ def clip_inputs(
     windows: Sequence[int],
     spec: WindowSpec,
 ) -> PatchBlocks:
-    """What a classifier takes of a library, features or windows, from the files that hold it.
-
-    Parameters
-    ----------
-    kind : {"features", "windows"}
-        What the classifier takes, as `utility.inputs_of` says.
-    features, recordings, windows, spec
-        As for `FeatureFiles` and `WindowFiles`.
-    """
+    """What a classifier takes of a library (`utility.inputs_of`): `FeatureFiles` or `WindowFiles`."""
     if kind == "features":
         return FeatureFiles(features)
     return WindowFiles(recordings, windows, spec)
@@ -222,17 +172,8 @@ def clip_inputs(
 class FeatureFiles:
     """Features of clips, one file each, one after another.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Files with an array ``features``, shape (windows of the clip, N, D), float32, uncompressed.
-
-    Raises
-    ------
-    OSError
-        If a file is not there.
-    ValueError
-        If one does not hold features, or of other patches than the first.
+    Each file holds an array ``features``, shape (windows of the clip, N, D), float32, uncompressed. A
+    ValueError says which does not, or holds other patches than the first.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
@@ -251,7 +192,7 @@ class FeatureFiles:
 
     def patches(self, first: int, last: int, windows: np.ndarray | None = None) -> np.ndarray:
         """Features of some patches, shape (W, last - first, D): of all windows or of some, rising."""
-        wanted = np.arange(len(self)) if windows is None else windows
+        wanted = np.arange(self.shape[0]) if windows is None else windows
         block = np.empty((len(wanted), last - first, *self.shape[2:]), dtype=np.float32)
         ends = np.searchsorted(wanted, self._starts)
         for part, start, begin, end in zip(self._parts, self._starts, ends, ends[1:], strict=False):
@@ -259,36 +200,26 @@ class FeatureFiles:
                 block[begin:end] = part.columns(first, last, wanted[begin:end] - start)
         return block
 
-    def __len__(self) -> int:
-        return self.shape[0]
-
 
 class WindowFiles:
     """Windows of clips, cut anew from the files of their recordings.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Files that `ImuRecording.save` wrote, all at one rate.
-    windows : sequence of int
-        Windows of each clip, as `cut_windows` of the whole recording makes them.
-    spec : WindowSpec
-
-    Raises
-    ------
-    OSError
-        If a file is not there.
-    ValueError
-        If one is no recording.
+    The files are those of `ImuRecording.save`, all at one rate; `windows` says how many windows `cut_windows`
+    of each whole recording makes. A ValueError says which file is no recording.
     """
 
     fresh: ClassVar[bool] = True
-    """What `patches` gives is the receiver's own."""
+    """`patches` gives an array that the receiver may change."""
 
     def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
         self._paths, self._spec = list(paths), spec
         self._parts = [
-            (StoredArray.find(path, "acc"), StoredArray.find(path, "gyr"), _rate(path)) for path in paths
+            (
+                StoredArray.find(path, "acc"),
+                StoredArray.find(path, "gyr"),
+                float(load_arrays(path, ("rate",), "is no recording")["rate"]),
+            )
+            for path in paths
         ]
         self._ends = np.cumsum(windows)
         self._counts = list(windows)
@@ -313,7 +244,7 @@ class WindowFiles:
         return block
 
     def _starts(self, clip: int, n_samples: int, rate: float) -> np.ndarray | None:
-        """Where the windows start, where a sensor elsewhere lost samples; None for all of them."""
+        """Starts of the windows where a sensor elsewhere lost samples; None where all windows are there."""
         spec = self._spec
         all_of_them = max(0, n_samples - spec.samples(rate)) // spec.stride(rate) + 1
         if self._counts[clip] == all_of_them:
@@ -321,7 +252,3 @@ class WindowFiles:
         if clip not in self._chosen:
             self._chosen[clip] = window_starts(ImuRecording.load(self._paths[clip]), spec)
         return self._chosen[clip]
-
-
-def _rate(path: Path) -> float:
-    return float(load_arrays(path, ("rate",), "is no recording")["rate"])

@@ -18,8 +18,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply, multiply_lower, solve_positive
-from .class_sums import averaging, summing
-from .classifiers.discriminant import deviation, few, with_ridge
+from .classifiers.discriminant import averaging, deviation, few, summing, with_ridge
 
 Judged = TypeVar("Judged")
 
@@ -38,23 +37,9 @@ class JointScores:
     kernel of a set is the mean of its patches' kernels and a wide set is held back no less than a
     single patch.
 
-    Parameters
-    ----------
-    features : ndarray, shape (N, W, D), float32
-        Of each patch, about their means over windows.
-    labels : ndarray of int, shape (W,)
-        Activity of each window, 0 to A - 1.
-    trainings : sequence of Training
-    ridge : float
-        In units of a feature's variance within classes.
-    workers : int
-        Threads; whoever calls keeps BLAS to one in each.
-
-    Attributes
-    ----------
-    n_patches : int
-    windows : ndarray of int, shape (V,)
-        The windows tested, training by training, as scores are.
+    From features (N, W, D), float32, about their means over windows, labels (W,) from 0 to A - 1, and a ridge
+    in units of a feature's variance within classes. The caller keeps BLAS to one thread in each of `workers`.
+    `windows` (V,) are those tested, training by training, as scores are.
     """
 
     def __init__(
@@ -74,15 +59,10 @@ class JointScores:
     def of_added(
         self, worn: Sequence[int], candidates: Iterable[int], judge: Callable[[np.ndarray], Judged]
     ) -> list[Judged]:
-        """What is judged of the patches worn and one more, for each candidate.
+        """Judge the patches worn and one more, for each candidate.
 
-        Parameters
-        ----------
-        worn : sequence of int
-        candidates : iterable of int
-        judge : callable
-            Given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
-            all classes share. Called from several threads.
+        `judge` is given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
+        all classes share. It is called from several threads.
         """
         add = self.adding_by_kernels(worn) if self._is_wide(len(worn)) else self.adding_by_features(worn)
         return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
@@ -114,7 +94,7 @@ class JointScores:
     ) -> Iterator[list[np.ndarray]]:
         """Scores (V, A) by the first patch, the first two, and so on, of one order after another.
 
-        By some ascending numbers of patches only, if told; those that an order has not are passed over.
+        By the ascending numbers of patches in `sizes` only, if given; an order passes over those beyond it.
         """
 
         def of(order_and_dual: tuple[Sequence[int], _Dual]) -> list[np.ndarray]:
@@ -136,15 +116,14 @@ class JointScores:
 class _Kernels(NamedTuple):
     """Products of patches' features in units of their deviation within classes, summed over patches.
 
-    Of the n windows trained on about their class means (the upper triangle), of the A class means and the v
-    windows tested with these, of windows tested with class means, and of each class mean with itself.
+    Between n windows trained on about their class means (within), A class means, and v windows tested.
     """
 
-    within_within: np.ndarray
-    means_within: np.ndarray
-    tested_within: np.ndarray
-    tested_means: np.ndarray
-    means_means: np.ndarray
+    within_within: np.ndarray  # (n, n): the upper triangle
+    means_within: np.ndarray  # (A, n)
+    tested_within: np.ndarray  # (v, n)
+    tested_means: np.ndarray  # (v, A)
+    means_means: np.ndarray  # (A,): of each class mean with itself
 
     def plus(self, other: _Kernels) -> _Kernels:
         return _Kernels(*map(np.add, self, other))
@@ -188,7 +167,7 @@ class _Dual:
         return next(self.sums_of_kernels(patches, [len(patches)]))
 
     def sums_of_kernels(self, patches: Sequence[int], sizes: Iterable[int]) -> Iterator[_Kernels]:
-        """The kernels of so many of the first patches, for ascending numbers: one and the same, added to."""
+        """The kernels of the first patches, for each of the ascending `sizes`: one record, added to."""
         trained, tested, classes = len(self._labels), len(self.training.tested), len(self._counts)
         shapes = ((trained, trained), (classes, trained), (tested, trained), (tested, classes), (classes,))
         summed = _Kernels(*(np.zeros(shape, dtype=np.float32) for shape in shapes))
@@ -213,29 +192,23 @@ class _Dual:
 
 
 class _Of(NamedTuple):
-    """Features (W, D) of a patch or of several side by side, and sums over each of T trainings.
+    """Features (W, D) of a patch or of several side by side, and sums over each of T trainings."""
 
-    `about` (W, D) are features about the class means of all windows, part by part; `apart` (T, A, D) the
-    trainings' class means about these, times the roots of the classes' windows; `scale` (T, D) the deviation
-    within classes, infinite for features that never vary. In units of that are `gram` (T, D, D), of windows
-    about their class means, the upper triangle, and the class means `means` (T, A, D).
-    """
-
-    about: np.ndarray
-    apart: np.ndarray
-    scale: np.ndarray
-    gram: np.ndarray
-    means: np.ndarray
+    about: np.ndarray  # (W, D): about the class means of all windows, part by part
+    apart: np.ndarray  # (T, A, D): the trainings' class means about these, times the roots of their windows
+    scale: np.ndarray  # (T, D): deviation within classes; infinite for features that never vary
+    gram: np.ndarray  # (T, D, D): of windows about their class means over `scale`, the upper triangle
+    means: np.ndarray  # (T, A, D): class means over `scale`
 
 
 class _Said(NamedTuple):
-    """What patches worn say in one training: by the inverse (K, K) of their Gram matrix's Cholesky factor."""
+    """What the K features of patches worn say in one training of A classes, tested on v windows."""
 
-    inverse: np.ndarray
-    means: np.ndarray
-    tested: np.ndarray
-    scores: np.ndarray
-    norms: np.ndarray
+    inverse: np.ndarray  # (K, K): of the Cholesky factor of their Gram matrix
+    means: np.ndarray  # (A, K): by that inverse
+    tested: np.ndarray  # (v, K): by that inverse
+    scores: np.ndarray  # (v, A)
+    norms: np.ndarray  # (A,)
 
 
 class _Sums:
@@ -265,7 +238,7 @@ class _Sums:
         self._average = averaging(self._labels, n_activities)
 
     def wear(self, patches: Sequence[int]) -> tuple[_Of, list[_Said]]:
-        """What patches say where one more will be worn: their sums, and in each training."""
+        """The patches' sums, and what they say in each training where one more will be worn."""
         features = np.concatenate([self._features[patch] for patch in patches], axis=1)
         worn = self._sums(features)
         return worn, [self._said(features, worn, number, len(patches)) for number in range(len(self._duals))]

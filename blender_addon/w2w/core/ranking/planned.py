@@ -14,30 +14,16 @@ from .halves import HALVINGS, Plan, plan
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """Windows of testable activities, and what is trained and tested on them.
+    """Windows of testable activities, and the trainings and tests on them."""
 
-    Attributes
-    ----------
-    used : ndarray of int, shape (U,)
-        The windows, of all that were given.
-    labels, fold : ndarray of int, shape (U,)
-        Activity of each, of `activities`, and fold.
-    is_test : ndarray of bool, shape (U,)
-    plan : Plan
-    activities : tuple of str
-    left_out : dict of str to str
-        Activities not tested, each with the reason.
-    protocol : str
-    """
-
-    used: np.ndarray
-    labels: np.ndarray
-    fold: np.ndarray
-    is_test: np.ndarray
+    used: np.ndarray  # (U,), int: the windows, of all that were given
+    labels: np.ndarray  # (U,), int: activity of each, of `activities`
+    fold: np.ndarray  # (U,), int
+    is_test: np.ndarray  # (U,), bool
     plan: Plan
     activities: tuple[str, ...]
-    left_out: dict[str, str]
-    protocol: str
+    left_out: dict[str, str]  # activities not tested, each with the reason
+    protocol: str  # in words
 
     def among(self, rows: np.ndarray) -> Planned:
         """The same on some of the windows, by their places in `used`, for choosing sets (`Plan.among`)."""

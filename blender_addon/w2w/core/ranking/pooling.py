@@ -28,18 +28,10 @@ LEAST = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Pooling:
-    """Smoothing over the skin, and over left and right.
+    """Smoothing over the skin, and over left and right."""
 
-    Parameters
-    ----------
-    kernel : ndarray, shape (N, N)
-        Each row the weights of a mean over a patch's neighbours.
-    mirror : ndarray, shape (N, N)
-        Reads a map at each patch's mirror image.
-    """
-
-    kernel: np.ndarray
-    mirror: np.ndarray
+    kernel: np.ndarray  # (N, N): each row the weights of a mean over a patch's neighbours
+    mirror: np.ndarray  # (N, N): reads a map at each patch's mirror image
 
     @classmethod
     def on(cls, body: Body, patches: PatchSet) -> Pooling:
@@ -53,7 +45,7 @@ class Pooling:
 
     @classmethod
     def none(cls, n_patches: int) -> Pooling:
-        """No pooling, for patches of which nothing is known."""
+        """No pooling, for patches that are on no known body."""
         return cls(np.eye(n_patches), np.eye(n_patches))
 
     def sides(self, maps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -63,15 +55,10 @@ class Pooling:
         return (about + reflected) / 2 @ self.kernel.T, (about - reflected) / 2 @ self.kernel.T
 
     def side_share(self, pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> float:
-        """How much of the difference between sides other clips show again.
+        """How much of the difference between sides other clips show again, by maps (A, N) of disjoint halves.
 
         Least squares through the origin from each half's one-sided part to the other half's map, over all
         activities, kept between `LEAST` and 1 (stacked regression, Breiman 1996, doi:10.1007/BF00117832).
-
-        Parameters
-        ----------
-        pairs : sequence of two ndarrays, shape (A, N)
-            Maps from disjoint halves of the clips; none where they cannot be halved.
         """
         together = square = 0.0
         for a, b in pairs:

@@ -33,10 +33,7 @@ def of_halves(reliability: float) -> float:
 def clips_needed(reliability: float, wanted: float = WANTED) -> float:
     """How many times as many clips would give the wanted reliability, by the same formula.
 
-    Returns
-    -------
-    float
-        1 or less where these do; infinite where they show nothing that repeats; NaN where it is not known.
+    1 or less where these do; infinite where they show nothing that repeats; NaN where it is not known.
     """
     if reliability <= 0:
         return np.inf

@@ -15,16 +15,16 @@ AXES = 32
 """Principal axes on which near signatures are sought: rows that are far apart there are far apart."""
 
 FOR_AXES = 2000
-"""Signatures that tell the axes, at most; any axes would do, these part the most pairs."""
+"""Signatures from which the axes are found, at most; any axes would do, these part the most pairs."""
 
 ROWS_AT_ONCE = 2000
-"""Signatures put side by side at a time: all of them would double what they take, mirrored ones again."""
+"""Signatures put side by side at a time: all of them would double their memory, mirrored ones again."""
 
 PRODUCTS = 4_000_000
 """Products of projections held at a time, 32 MB."""
 
 PAIRS_AT_ONCE = 2_000
-"""Pairs whose distance is told at a time."""
+"""Pairs whose distance is computed at a time."""
 
 
 def same_motion_groups(
@@ -36,19 +36,16 @@ def same_motion_groups(
     alike: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
     columns: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Number the distinct motions among clips: downloads of one motion get one number.
+    """Number the distinct motions among C clips, in order of appearance, shape (C,), int.
 
-    Two clips are the same when their keys are equal or their signatures nearly are, and
-    sameness is passed on: if a equals b and b equals c, all three are one.
+    Two clips are the same when their names or keys are equal or their signatures nearly are, and
+    sameness is passed on: if a equals b and b equals c, all three are one. An empty key or signature says
+    nothing.
 
     Parameters
     ----------
-    clips : sequence of str, length C
-        Name of each clip; clips of equal name are the same.
-    keys : sequence of str, optional
-        Known identity of each clip's motion; an empty key says nothing.
     signatures : sequence of ndarrays (K,), length C, optional
-        Description of each clip's motion, such as `motion_signature` gives; an empty one says nothing.
+        Description of each clip's motion, such as `motion_signature` gives.
     tolerance : float
         Greatest root mean square difference of two signatures of one motion, in units
         of each column's standard deviation over the clips.
@@ -56,20 +53,17 @@ def same_motion_groups(
         Exchanges left and right of signatures (M, K): libraries hold the same motion mirrored,
         and a mirrored copy made to train on would be the very clip tested.
     alike : callable, optional
-        Tells of signatures (M, K) and (M, K) within the tolerance which are of one motion after all.
+        Says which of the pairs of signatures (M, K), (M, K) within the tolerance are one motion after all.
     columns : ndarray of bool, shape (K,), optional
         Those that the tolerance is about; all by default.
-
-    Returns
-    -------
-    ndarray, shape (C,), int
-        Groups in order of first appearance.
     """
     edges = [_equal_pairs(list(clips))]
     if keys is not None:
         edges.append(_equal_pairs([key or None for key in keys]))
     if signatures is not None:
-        equal = _equal_pairs([_digest(row) if len(row) else None for row in signatures])
+        equal = _equal_pairs(
+            [hashlib.blake2b(row.tobytes()).digest() if len(row) else None for row in signatures]
+        )
         edges += [equal, _near_pairs(signatures, np.unique(equal[0]), tolerance, mirrored, alike, columns)]
     first, second = np.concatenate(edges, axis=1)
     graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(clips), len(clips)))
@@ -83,10 +77,6 @@ def _equal_pairs(values: list) -> np.ndarray:
     first: dict = {}
     links = [(first.setdefault(value, i), i) for i, value in enumerate(values) if value is not None]
     return np.array(links, dtype=np.int64).reshape(-1, 2).T
-
-
-def _digest(row: np.ndarray) -> bytes:
-    return hashlib.blake2b(row.tobytes(), digest_size=16).digest()
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,20 +106,11 @@ class _Rows:
 
 @dataclass(frozen=True, eq=False)
 class _Projected:
-    """Rows on a few axes, along the first of them in order.
-
-    Attributes
-    ----------
-    rows : _Rows
-    order : ndarray of int, shape (L,)
-        Which of the rows each line is of.
-    lines : ndarray, shape (L, AXES)
-        In double precision, however the rows are held.
-    """
+    """Rows on a few axes, along the first of them in order."""
 
     rows: _Rows
-    order: np.ndarray
-    lines: np.ndarray
+    order: np.ndarray  # (L,), int: which of the rows each line is of
+    lines: np.ndarray  # (L, AXES), in double precision, however the rows are held
 
     @classmethod
     def of(cls, rows: _Rows, axes: np.ndarray) -> _Projected:

@@ -18,18 +18,10 @@ TASK_PATCHES = 16
 
 
 class Tried(NamedTuple):
-    """What the trials of a plan said of some patches.
+    """What the trials of a plan said of N patches."""
 
-    Attributes
-    ----------
-    predictions : ndarray, shape (W_test, N), int16
-        Activity that the whole named.
-    f1 : ndarray, shape (trials, A, N)
-        F1 by window of each trial; NaN where an activity was not tested.
-    """
-
-    predictions: np.ndarray
-    f1: np.ndarray
+    predictions: np.ndarray  # (W_test, N), int16: activities that the whole named
+    f1: np.ndarray  # (trials, A, N): F1 by window; NaN where an activity was not tested
 
     @classmethod
     def joined(cls, parts: Sequence[Tried]) -> Tried:
@@ -41,7 +33,7 @@ WHOLE = 0
 """Number of the trial on all clips, the first of a plan."""
 
 Spread = Callable[[Callable[[tuple[int, int]], Tried], Sequence[tuple[int, int]]], Iterable[Tried]]
-"""Calls something with each of some items, wherever, and gives the results in their order: as `map` does."""
+"""Calls a function with each of some items, wherever, and gives the results in their order: as `map` does."""
 
 
 def try_patches(
@@ -52,20 +44,10 @@ def try_patches(
     span: tuple[int, int],
     progress: Callable[[float], None] | None = None,
 ) -> Tried:
-    """Try the patches from the first of a span to before its last.
+    """Try the patches of `source` from the first of a span to before its last.
 
-    Parameters
-    ----------
-    model : object
-        With a `score_splits`, as `Ridge` has.
-    source : PatchBlocks
-        Of all patches.
-    trial : Planned
-    settings : ndarray, shape (splits, models)
-        As the model's `settings` gives them.
-    span : two ints
-    progress : callable, optional
-        Told the fraction done.
+    By a model with `score_splits`, as `Ridge` has, and its `settings` (splits, models) of that name;
+    `progress` is given the fraction done.
     """
     plan, some = trial.plan, SomePatches(source, *span)
     sums = TrialSums(trial.labels, trial.is_test, plan, some.shape[1])
@@ -74,20 +56,9 @@ def try_patches(
 
 
 class TrialSums:
-    """What the trials of a plan say of some patches: names of the windows of the whole, and sums for maps.
+    """Hits and names of each trial of a plan, and the activities that the whole names, patch by patch.
 
-    Parameters
-    ----------
-    labels : ndarray of int, shape (W,)
-        Activity of each window.
-    is_test : ndarray of bool, shape (W,)
-    plan : Plan
-    n_patches : int
-
-    Attributes
-    ----------
-    predictions : ndarray, shape (W_test, N), int16
-        Activity that the whole named.
+    From labels (W,) and `is_test` (W,); `predictions` (W_test, N), int16, are the whole's.
     """
 
     def __init__(self, labels: np.ndarray, is_test: np.ndarray, plan: Plan, n_patches: int) -> None:

@@ -20,7 +20,7 @@ from .classifiers.ridge import Ridge
 from .expected import expect
 from .f1 import score_patches
 from .folds import SUBJECT_OUT
-from .halves import HALVINGS, Plan, maps_of
+from .halves import HALVINGS, maps_of
 from .inputs import PatchBlocks, SomeWindows, as_blocks
 from .planned import Planned, planned
 from .pooling import Pooling
@@ -28,10 +28,10 @@ from .trial_sums import TASK_PATCHES, Spread, Tried, try_patches
 from .weights import alike, counted_columns, mean_over, weights_of
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": extra_trees, "multi3net": Multi3Net}
-"""Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, as `Ridge` has."""
+"""Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, like `Ridge`."""
 
 OPTIONAL = ("half_f1", "weights")
-"""What may be missing on file: `half_f1` where nothing was halved, `weights` where all count alike."""
+"""Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class UtilityMap:
 
     @property
     def counted_f1(self) -> np.ndarray:
-        """F1 to choose sets by, one column an activity that counts; the mean over columns is `mean`."""
+        """F1 to choose sets by, a column for each activity that counts; the mean over columns is `mean`."""
         return counted_columns(self.f1, self.weights)
 
     @property
@@ -131,13 +131,10 @@ class UtilityMap:
         return self.expected_mean, self.expected_low, self.expected_high
 
     def same_as(self, patch: int) -> np.ndarray:
-        """Patches whose macro F1 cannot be told from that of `patch`.
+        """Patches whose macro F1 cannot be told from that of `patch`, shape (N,), bool.
 
-        Returns
-        -------
-        ndarray of bool, shape (N,)
-            True where the bootstrap interval of the difference, both patches seeing the
-            same resampled clips, holds zero.
+        Those for which the bootstrap interval of the difference, both patches seeing the same resampled
+        clips, holds zero.
         """
         difference = self.mean_samples - self.mean_samples[:, patch : patch + 1]
         tail = (1 - self.level) / 2
@@ -146,12 +143,12 @@ class UtilityMap:
 
     @property
     def by_subject(self) -> bool:
-        """Whether subjects were left out, so that other people are what is foretold."""
+        """Whether subjects were left out, so that the map is about other people."""
         return self.protocol.startswith(SUBJECT_OUT)
 
     @property
     def colour_span(self) -> float:
-        """F1 that a map's colours span at least: a patch's own interval where patches cannot be ranked."""
+        """Least span of F1 of a map's colours: a patch's own interval where patches cannot be ranked."""
         if self.can_rank:
             return LEAST_SPAN
         return max(LEAST_SPAN, float(np.median(self.expected_high - self.expected_low)))
@@ -172,13 +169,7 @@ class UtilityMap:
 
     @classmethod
     def load(cls, path: str | Path) -> UtilityMap:
-        """Read what `save` wrote.
-
-        Raises
-        ------
-        ValueError
-            If the file is not a utility map.
-        """
+        """Read a file that `save` wrote; a ValueError if it is not a utility map."""
         names = [field.name for field in fields(cls) if field.name not in OPTIONAL]
         content = load_arrays(path, names, "is not a utility map", OPTIONAL)
         content["activities"] = tuple(content["activities"].tolist())
@@ -275,17 +266,12 @@ def utility_map(
     if not scored:
         trials_f1 = f1.T[None]
     expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), level, seed, weights)
+    halves = maps_of(trials_f1, trial.plan)[: len(trial.plan.pairs_to_choose_by())]
     return UtilityMap(
         activities=trial.activities,
         f1=f1,
-        f1_low=boot.f1_low,
-        f1_high=boot.f1_high,
         mean=mean_over(f1, weights),
-        mean_low=boot.mean_low,
-        mean_high=boot.mean_high,
-        rank_low=boot.rank_low,
-        rank_high=boot.rank_high,
-        mean_samples=boot.mean_samples,
+        **boot._asdict(),
         expected_f1=expected.f1,
         expected_mean=expected.mean,
         expected_low=expected.low,
@@ -303,14 +289,8 @@ def utility_map(
         protocol=trial.protocol,
         left_out=trial.left_out,
         weights=weights,
-        half_f1=_of_halves(trials_f1, trial.plan),
+        half_f1=np.array(halves, dtype=np.float32) if halves else None,
     )
-
-
-def _of_halves(values: np.ndarray, plan: Plan) -> np.ndarray | None:
-    """Of maps by trial (trials, A, N), those of the pairs that sets are chosen by."""
-    pairs = maps_of(values, plan)[: len(plan.pairs_to_choose_by())]
-    return np.array(pairs, dtype=np.float32) if pairs else None
 
 
 def _try_all(
@@ -334,13 +314,7 @@ def _try_all(
 
 
 def inputs_of(classifier: Any) -> str:
-    """What a classifier takes: "features" or "windows".
-
-    Parameters
-    ----------
-    classifier : str or object
-        As for `utility_map`.
-    """
+    """What a classifier, given as for `utility_map`, takes: "features" or "windows"."""
     return _model(classifier).inputs
 
 

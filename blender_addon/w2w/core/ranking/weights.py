@@ -22,20 +22,9 @@ BACKGROUND = 0.0
 def counting(
     activities: Sequence[str], background: Iterable[str] = (), weights: Iterable[tuple[str, float]] = ()
 ) -> dict[str, float]:
-    """Weight of each activity that does not count like the others.
+    """Weight of each activity whose weight is not 1: those given, and 0 for background.
 
-    Parameters
-    ----------
-    activities : sequence of str
-    background : iterable of str
-        Activities that count for nothing, in any case and spelling of spaces.
-    weights : iterable of (str, float)
-        Weights of some; 1 for the others.
-
-    Returns
-    -------
-    dict of str to float
-        Empty where all count alike.
+    Names match in any case and spelling of spaces.
     """
     given = by_label(dict(weights) | dict.fromkeys(background, BACKGROUND), activities)
     return {name: float(weight) for name, weight in given.items() if weight != 1}
@@ -64,7 +53,7 @@ def alike(weights: np.ndarray) -> bool:
 
 
 def mean_over(values: np.ndarray, weights: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Weighted mean over activities, which lie along an axis; of the same kind of number as the values."""
+    """Weighted mean over activities, which lie along an axis; of the values' dtype."""
     if alike(weights):
         return values.mean(axis=axis)
     counted = np.flatnonzero(weights)
@@ -83,10 +72,10 @@ def known_mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 def counted_columns(f1: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Scores (N, A) less the activities that do not count, the others scaled by their weights.
+    """Scores (N, A) without the activities that do not count, the others scaled by their weights.
 
-    The plain mean over columns is the weighted mean then, and so is that of the maxima over patches: what
-    chooses sets by plain means chooses by the weights.
+    The plain mean over columns is then the weighted mean, and so is that of the maxima over patches: choosing
+    sets by plain means is choosing by the weights.
     """
     if alike(weights):
         return f1
@@ -97,13 +86,7 @@ def counted_columns(f1: np.ndarray, weights: np.ndarray) -> np.ndarray:
 def check_counting(
     activities: Iterable[str], background: Sequence[str], weights: Sequence[tuple[str, float]]
 ) -> None:
-    """Refuse names of no activity, and nothing left that counts.
-
-    Raises
-    ------
-    ValueError
-        The message says which.
-    """
+    """Refuse names of no activity, and weights that leave nothing to count, with a ValueError."""
     activities, without = list(activities), {same_label(name) for name in background}
     both = [name for name, weight in weights if weight and same_label(name) in without]
     if both:

@@ -14,7 +14,7 @@ from ..parameters import parameter
 ShortClips = Literal["reflect", "cycle", "refuse"]
 
 STRIDE = 0.5
-"""Training windows start every so many window lengths by default."""
+"""Share of a window's length after which the next training window starts by default."""
 
 
 class TooShortError(ValueError):
@@ -24,13 +24,9 @@ class TooShortError(ValueError):
 class Windows(NamedTuple):
     """Windows of one recording.
 
-    Attributes
-    ----------
-    signals : ndarray, shape (W, N, samples, 6), float32, read-only
-        Specific force (m/s2) then angular velocity (rad/s), in the sensor frame.
-        A view into one copy of the recording: overlapping windows cost no memory.
-    is_test : ndarray, shape (W,), bool
-        Windows that do not overlap one another; the others are for training only.
+    `signals` (W, N, samples, 6), float32, read-only, are specific force (m/s2), then angular velocity
+    (rad/s), in the sensor frame: a view into one copy of the recording, so that overlapping windows cost no
+    memory. `is_test` (W,), bool, marks windows that do not overlap one another; the others are for training.
     """
 
     signals: np.ndarray
@@ -105,20 +101,10 @@ class WindowSpec:
 
 
 def cut_windows(recording: ImuRecording, spec: WindowSpec, starts: np.ndarray | None = None) -> Windows:
-    """Cut a recording into windows.
+    """Cut a recording into windows, at least one; less than a stride at the end is not used.
 
-    Parameters
-    ----------
-    recording : ImuRecording
-    spec : WindowSpec
-    starts : ndarray of int, optional
-        First sample of each window, from `window_starts` of a recording that these sensors are
-        part of; else every window without a long gap.
-
-    Returns
-    -------
-    Windows
-        At least one window. What is left at the end, less than a stride, is not used.
+    `starts` (W,) are the first samples, from `window_starts` of a recording that these sensors are part of;
+    by default every window without a long gap is cut.
 
     Raises
     ------
@@ -137,29 +123,15 @@ def cut_windows(recording: ImuRecording, spec: WindowSpec, starts: np.ndarray | 
 
 
 def window_starts(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
-    """First sample of each window that `cut_windows` makes of a recording, shape (W,), int.
-
-    Raises
-    ------
-    TooShortError
-        As `cut_windows`.
-    """
+    """First sample of each window that `cut_windows` makes, shape (W,), int; with the same errors."""
     return _whole_windows(_prepared(recording, spec), recording, spec)
 
 
 def cut_alike(values: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
-    """Cut what was recorded beside acc and gyr into the windows that `cut_windows` makes of these, likewise.
+    """Cut readings (T, N, k) beside acc and gyr into the windows that `cut_windows` makes of these.
 
-    Parameters
-    ----------
-    values : ndarray, shape (T, N, k)
-    recording : ImuRecording
-    spec : WindowSpec
-
-    Returns
-    -------
-    ndarray, shape (W, N, k, samples)
-        A view, where the recording is not shorter than a window and loses no samples.
+    The windows (W, N, k, samples) are a view where the recording is not shorter than a window and loses no
+    samples.
     """
     samples = spec.samples(recording.rate)
     starts = window_starts(recording, spec)
@@ -180,7 +152,9 @@ def _prepared(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
     _bridge_gaps(signals, round(spec.longest_gap_s * recording.rate))
     if len(signals) < samples:
         _refuse_too_short(recording, spec)
-        signals = _extend(signals, samples, spec.short)
+        frames, backwards = _played(len(signals), samples, spec.short)
+        signals = signals[frames]
+        signals[backwards, :, 3:] *= -1.0
     return signals
 
 
@@ -232,16 +206,8 @@ def _refuse_too_short(recording: ImuRecording, spec: WindowSpec) -> None:
         )
 
 
-def _extend(signals: np.ndarray, samples: int, how: ShortClips) -> np.ndarray:
-    """Repeat (T, N, 6) signals, forwards and backwards in turn or as a cycle, to `samples` samples."""
-    frames, backwards = _played(len(signals), samples, how)
-    extended = signals[frames]
-    extended[backwards, :, 3:] *= -1.0
-    return extended
-
-
 def _played(n_frames: int, samples: int, how: ShortClips) -> tuple[np.ndarray, np.ndarray]:
-    """Which frame is played at each sample, and whether backwards."""
+    """Frame played at each sample, and whether backwards: in turn with forwards, unless it is a cycle."""
     lap, position = np.divmod(np.arange(samples), n_frames)
     if how == "cycle":
         return position, np.zeros(samples, dtype=bool)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a ranking means for a designer: the best spot, the sensors to wear together, what says the same."""
+"""What a ranking means for a designer: the best spot, the sensors to wear together, equivalent patches."""
 
 from __future__ import annotations
 
@@ -18,22 +18,12 @@ from .terms import Terms, open_mask
 
 
 def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.ndarray:
-    """Correlation between the predictions of every two patches.
+    """Correlation (N, N), float64, between the predictions (W, N) of every two patches.
 
     Gorodkin's R_K (2004, doi:10.1016/j.compbiolchem.2004.09.006), the correlation
     coefficient of two classifications: 1 where two patches always name the same activity,
-    rightly or wrongly, and 0 where they agree no more than chance would have it.
-
-    Parameters
-    ----------
-    predictions : ndarray of int, shape (W, N)
-        As in `UtilityMap.predictions`.
-    n_activities : int
-
-    Returns
-    -------
-    ndarray, shape (N, N), float64
-        A patch that always names one activity correlates 0 with all others.
+    rightly or wrongly, and 0 where they agree no more than by chance. A patch that always names one activity
+    correlates 0 with all others.
     """
     n_windows, n_patches = predictions.shape
     parts = [predictions[first : first + WINDOWS_AT_ONCE] for first in range(0, n_windows, WINDOWS_AT_ONCE)]
@@ -51,27 +41,10 @@ def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.nda
 
 
 def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation: float = 0.8) -> np.ndarray:
-    """Group patches whose predictions correlate.
+    """Cluster of each patch, shape (N,), int, 0 the largest, by how its predictions (W, N) correlate.
 
     Average linkage: within a cluster the mean correlation between the parts last joined
-    is at least `correlation`.
-
-    Parameters
-    ----------
-    predictions : ndarray of int, shape (W, N)
-    n_activities : int
-    correlation : float
-        Between 0 and 1; higher makes more and smaller clusters.
-
-    Returns
-    -------
-    ndarray, shape (N,), int
-        Cluster of each patch, 0 the largest.
-
-    Raises
-    ------
-    ValueError
-        If `correlation` is not between 0 and 1.
+    is at least `correlation`, above 0 and up to 1; higher makes more and smaller clusters.
     """
     if not 0 < correlation <= 1:
         raise ValueError(f"correlation must be in (0, 1], not {correlation}")
@@ -90,7 +63,7 @@ WINDOWS_AT_ONCE = 4096
 """Windows whose predictions are correlated at once, so that memory does not grow with the library."""
 
 SAME_OPINION = 0.8
-"""Mean correlation of predictions from which patches are grouped as saying the same."""
+"""Mean correlation of predictions from which patches are grouped as equivalent."""
 
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
@@ -102,27 +75,13 @@ def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Advice:
-    """Where to wear, under a designer's constraints.
+    """Where to wear, under a designer's constraints."""
 
-    Attributes
-    ----------
-    best : int
-        Allowed patch with the highest expected macro F1.
-    worn : JointSet or None
-        The patches to wear together; None where nothing tests sets.
-    alternatives : tuple of ndarray of int
-        For each of these, the other allowed patches of its cluster whose F1 cannot be told from its own.
-    clusters : ndarray, shape (N,), int
-        Patches of one number say the same; 0 is the largest cluster.
-    allowed : ndarray of bool, shape (N,), optional
-        Patches that the constraints leave; all by default.
-    """
-
-    best: int
-    worn: JointSet | None
-    alternatives: tuple[np.ndarray, ...]
-    clusters: np.ndarray
-    allowed: np.ndarray | None = None
+    best: int  # allowed patch with the highest expected macro F1
+    worn: JointSet | None  # the patches to wear together; None where nothing tests sets
+    alternatives: tuple[np.ndarray, ...]  # to each of these: allowed patches of its cluster, as good
+    clusters: np.ndarray  # (N,), int: as from `redundancy_clusters`
+    allowed: np.ndarray | None = None  # (N,), bool: patches that the constraints leave; all by default
 
 
 def advise(
@@ -134,34 +93,13 @@ def advise(
     max_places: int | None = None,
     constraints: Constraints | None = None,
 ) -> Advice:
-    """Choose patches from a finished ranking.
+    """Choose patches from a finished ranking: sets by their `tests`, else the best spot alone.
 
-    Parameters
-    ----------
-    utility : UtilityMap
-    patches : PatchSet
-        The patches ranked.
-    tests : SetTests or None
-        What sets are chosen and judged by; None for the best spot alone.
-    target, every_activity : float
-        As for `choose_together`.
-    max_places : int, optional
-        Most patches.
-    constraints : Constraints, optional
-
-    Returns
-    -------
-    Advice
-
-    Raises
-    ------
-    ValueError
-        If the constraints cannot be met.
+    `target` and `every_activity` are as for `choose_together`. A ValueError says which constraints cannot be
+    met.
     """
     terms = Terms.checked(len(patches), max_places, **(constraints or Constraints()).terms(patches))
-    worn = None
-    if tests is not None:
-        worn = choose_together(tests, utility.expected, terms, target, every_activity)
+    worn = choose_together(tests, utility.expected, terms, target, every_activity) if tests else None
     clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
     others = ~np.eye(len(patches), dtype=bool)
     return Advice(

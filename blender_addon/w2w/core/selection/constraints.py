@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a designer may and may not do: where sensors can go, where one must, how many, and at what cost."""
+"""A designer's constraints: where sensors can go, where one must, how many, and at what cost."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ class Constraints:
         return bool(self.only or self.forbid or self.must or self.costs)
 
     def terms(self, patches: PatchSet) -> dict[str, Any]:
-        """The wishes as the arguments `allowed`, `required` and `cost` of `placement`'s functions.
+        """The wishes as the arguments `allowed`, `required` and `cost` of `Terms.checked`.
 
         Raises
         ------
         ValueError
-            If words mean no patch, or nothing may be chosen or what must be may not.
+            If words mean no patch, nothing may be chosen, or a patch that must be may not.
         """
         allowed = np.ones(len(patches), dtype=bool)
         if self.only:
@@ -104,13 +104,7 @@ class Constraints:
 
 
 def read_costs(path: str | Path) -> tuple[tuple[str, float], ...]:
-    """Read costs from a csv file with the columns ``region`` and ``cost``.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be read or is not such a table; the message says which line.
-    """
+    """Read costs from a csv file with columns ``region``, ``cost``; a ValueError says which line is bad."""
     costs = []
     for line, row in read_table(path, ("region", "cost")).rows:
         try:

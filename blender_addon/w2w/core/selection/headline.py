@@ -31,13 +31,7 @@ FAR = 10.0
 
 
 def as_good_as(best: int, utility: UtilityMap, allowed: np.ndarray | None = None) -> np.ndarray:
-    """Allowed patches that cannot be told from the best of all, the chosen one among them.
-
-    Returns
-    -------
-    ndarray of int
-        The chosen one alone where constraints leave out the best and it can be told from that.
-    """
+    """Allowed patches that cannot be told from the best of all; the chosen one alone where it can be."""
     group = utility.as_good if allowed is None else utility.as_good & allowed
     return np.flatnonzero(group) if utility.as_good[best] else np.array([best])
 
@@ -45,19 +39,11 @@ def as_good_as(best: int, utility: UtilityMap, allowed: np.ndarray | None = None
 def best_spot_sentence(
     best: int, utility: UtilityMap, patches: PatchSet, allowed: np.ndarray | None = None
 ) -> str:
-    """Where to wear one sensor and what it would give on other clips: a patch, or all that are as good.
+    """Where to wear one sensor and its expected F1 on other clips: one patch, or all that are as good.
 
-    Parameters
-    ----------
-    best : int
-        The allowed patch of highest expected F1.
-    utility : UtilityMap
-    patches : PatchSet
-    allowed : ndarray of bool, shape (N,), optional
-        Patches that constraints leave; all by default.
+    `best` is the patch of highest expected F1 of those `allowed` (N,), bool; all are by default.
     """
-    where = where_to_wear(best, utility, patches, allowed)
-    return f"{where}, {score_text(best, utility)}"
+    return f"{where_to_wear(best, utility, patches, allowed)}, {score_text(best, utility)}"
 
 
 def where_to_wear(
@@ -77,7 +63,7 @@ def where_to_wear(
 
 
 def score_text(best: int, utility: UtilityMap) -> str:
-    """The second half: what the patch would give on other clips."""
+    """The second half: the patch's expected F1 on other clips."""
     low, high = utility.expected_low[best], utility.expected_high[best]
     interval = mean_caution(utility) or f"95 % interval {short(low)} to {short(high)}"
     others = "other people" if utility.by_subject else "other clips"
@@ -85,12 +71,12 @@ def score_text(best: int, utility: UtilityMap) -> str:
 
 
 def mean_title(utility: UtilityMap) -> str:
-    """What the map of the mean is called."""
+    """Title of the map of the mean."""
     return "All activities (mean)" if alike(utility.weights) else "Activities that count (mean)"
 
 
 def mean_sentence(utility: UtilityMap) -> str:
-    """What the mean over activities is, where not all count alike; empty where they do."""
+    """Which activities the mean is over and by what weights; empty where all count alike."""
     if alike(utility.weights):
         return ""
     listed = list(zip(utility.activities, utility.weights.tolist(), strict=True))
@@ -141,21 +127,18 @@ def _confidence(utility: UtilityMap, best: int | None) -> str:
     if factor <= 1:
         return text
     if factor > FAR:
-        return f"{text}; more than {FAR:g} times as many {_units(utility)} would make it good"
+        units = "subjects" if utility.by_subject else "clips"
+        return f"{text}; more than {FAR:g} times as many {units} would make it good"
     if utility.by_subject:
         return f"{text}; about {factor:.1f} times as many subjects would make it good"
     count = more_clips(utility)
     return f"{text}; about {count} more clip{'' if count == 1 else 's'} for each activity would make it good"
 
 
-def _units(utility: UtilityMap) -> str:
-    return "subjects" if utility.by_subject else "clips"
-
-
 def more_clips(utility: UtilityMap) -> int | None:
-    """Clips an activity, of the usual number there is, that would make the map reliable; None if not known.
+    """Further clips of an activity with the median number that would make the map reliable.
 
-    None, too, where more than `FAR` times as many would be needed.
+    None where that is not known, or more than `FAR` times as many would be needed.
     """
     factor = clips_needed(utility.reliability)
     if not factor <= FAR:
@@ -164,7 +147,7 @@ def more_clips(utility: UtilityMap) -> int | None:
 
 
 def mean_caution(utility: UtilityMap) -> str:
-    """A caution to stand in place of the mean's interval where no activity has clips enough for one."""
+    """A caution in place of the mean's interval, where no activity has clips enough for one; else empty."""
     most = max(utility.tested_clips())
     return f"from at most {most} clips per activity: too few for an interval" if most < FEWEST_CLIPS else ""
 

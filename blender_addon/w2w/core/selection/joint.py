@@ -35,22 +35,14 @@ LEAST_LISTED = 32
 of .0002."""
 
 OF_HALVES = 128
-"""Candidates that a half chooses among: the first of the patches, which lie as far apart as may be."""
+"""Candidates that a half chooses among: the first patches, which were sampled to lie far apart."""
 
 
 class Growth(NamedTuple):
-    """A set that grows.
+    """A set that grows."""
 
-    Attributes
-    ----------
-    order : tuple of int
-        Its patches, in order of choice.
-    shortlist : ndarray of int, or None
-        The candidates for further patches; None as long as all are.
-    """
-
-    order: tuple[int, ...] = ()
-    shortlist: np.ndarray | None = None
+    order: tuple[int, ...] = ()  # its patches, in order of choice
+    shortlist: np.ndarray | None = None  # candidates for further patches; None as long as all are
 
 
 def grow(
@@ -62,31 +54,14 @@ def grow(
     among: int | None = None,
     start: Growth | None = None,
 ) -> Growth:
-    """Add the patch by which the classifier on all of them tells the activities apart best.
+    """Add patches up to a size, each time the one with which the classifier tells activities apart best.
 
-    Of those tried beside the patches worn, the best stay candidates for further ones; all do where the
-    activity told apart worst decides, for that is another one each time.
-
-    Parameters
-    ----------
-    tests : Tests
-    terms : Terms
-        What may and must be chosen, and what it costs.
-    size : int
-    first : ndarray, shape (N,), optional
-        What the first patch is chosen by; `tests.single` by default.
-    worst : bool
-        Whether the activity told apart worst decides, not the mean.
-    among : int, optional
-        How many candidates are looked at; all by default.
-    start : Growth, optional
-        Chosen already.
-
-    Returns
-    -------
-    Growth
+    The first is chosen by `first` (N,), `tests.single` by default. Of the candidates tried, the best stay
+    candidates for further patches; all do where the activity told apart `worst` decides, not the mean, for
+    that is another activity each time. `among` is how many candidates are looked at, all by default.
     """
-    order, shortlist = list(start.order if start else ()), start.shortlist if start else None
+    chosen, shortlist = start or Growth()
+    order = list(chosen)
     with unthreaded_products():
         area = float(tests.added(order[:-1], np.array(order[-1:]), worst)[0]) if len(order) > 1 else 0.0
         while len(order) < min(size, terms.max_size):
@@ -110,13 +85,7 @@ def grow(
 
 
 class ByHalves:
-    """Chooses as `grow` does, among fewer candidates; goes on from what it chose before.
-
-    Parameters
-    ----------
-    worst : bool
-        As for `grow`.
-    """
+    """Chooses as `grow` does, among fewer candidates; goes on from what it chose before."""
 
     def __init__(self, worst: bool = False) -> None:
         self._worst = worst
@@ -124,8 +93,8 @@ class ByHalves:
 
     def __call__(self, half: Tests, terms: Terms, size: int) -> tuple[int, ...]:
         """Choose from the tests of a half, under the same terms each time."""
-        grown = self._grown.get(half)
-        if grown is None or len(grown.order) < size:
+        grown = self._grown.get(half, Growth())
+        if len(grown.order) < size:
             grown = grow(half, terms, size, worst=self._worst, among=OF_HALVES, start=grown)
             self._grown[half] = grown
         return grown.order[:size]
@@ -133,45 +102,20 @@ class ByHalves:
 
 @dataclass(frozen=True, eq=False)
 class JointSet:
-    """A set of patches chosen to be worn together.
+    """A set of patches chosen to be worn together."""
 
-    Attributes
-    ----------
-    order : tuple of int
-        In order of choice, as many as are recommended.
-    promise : Promise
-        Of the first, the first two, and so on.
-    activities : tuple of str
-    target : float
-        Expected macro F1 to reach.
-    every_activity : float
-        Expected F1 that no activity may fall short of; 0 for none.
-    reached : bool
-    cost : float
-    weights : ndarray, shape (A,)
-        What each activity counts.
-    further : tuple of int
-        Patches that were tried after these, in order of choice.
-    with_next : Promise, optional
-        Of these patches and the first of `further`.
-    tried : int
-        Sensors up to which sets were tried.
-    most : float
-        What the best of these promises.
-    """
-
-    order: tuple[int, ...]
-    promise: Promise
+    order: tuple[int, ...]  # the patches recommended, in order of choice
+    promise: Promise  # of the first, the first two, and so on
     activities: tuple[str, ...]
-    target: float
-    every_activity: float
+    target: float  # expected macro F1 to reach
+    every_activity: float  # least expected F1 of any activity; 0 for none
     reached: bool
     cost: float
-    weights: np.ndarray
-    further: tuple[int, ...] = ()
-    with_next: Promise | None = None
-    tried: int = 0
-    most: float = 0.0
+    weights: np.ndarray  # (A,): what each activity counts
+    further: tuple[int, ...] = ()  # patches that were tried after these, in order of choice
+    with_next: Promise | None = None  # of these patches and the first of `further`
+    tried: int = 0  # sensors up to which sets were tried
+    most: float = 0.0  # expected F1 of the best of those sets
 
     @property
     def raw_mean(self) -> np.ndarray:
@@ -208,18 +152,8 @@ def choose_together(
 ) -> JointSet:
     """The cheapest set whose promise reaches the target, or the one beyond which it rises no more.
 
-    Parameters
-    ----------
-    tests : SetTests
-    expected : three ndarrays, shape (N,)
-        Expected macro F1 of each patch alone, by which the first is chosen, and its interval.
-    terms : Terms
-    target : float
-    every_activity : float
-
-    Returns
-    -------
-    JointSet
+    The first patch is chosen by `expected`, the macro F1 (N,) of each patch alone and the bounds of its
+    interval.
     """
     worst, grown = every_activity > 0, Growth()
     promises, choose = Promises(tests, terms), ByHalves(worst)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sets of patches would reach on other clips: told by halves of the clips that choose for each other."""
+"""F1 of sets of patches on other clips, from halves of the clips that choose sets for each other."""
 
 from __future__ import annotations
 
@@ -22,39 +22,28 @@ RANDOM_SETS = 16
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
 
 FEW_SENSORS = 6
-"""Sensors up to which all of these are tried, with every number of sensors."""
+"""Sensors up to which all random sets are tried, with every number of sensors."""
 
 LARGE_RANDOM_SETS = 4
-"""How many of them are tried with more; on 826 clips such sets differ by an F1 of .01 to .03."""
+"""Random sets that are tried with more sensors; on 826 clips such sets differ by an F1 of .01 to .03."""
 
 Choose = Callable[[Tests, Terms, int], Sequence[int]]
-"""Chooses up to so many patches from the tests of a trial, in order."""
+"""Chooses patches from the tests of a trial, in order, up to a number."""
 
 
 @dataclass(frozen=True, eq=False)
 class Promise:
-    """What sets chosen in one way would reach on other clips, by their size.
+    """Expected F1 on other clips of sets chosen in one way, by their size, 1 to K."""
 
-    Attributes
-    ----------
-    f1 : ndarray, shape (K, A)
-    mean, low, high : ndarray, shape (K,)
-        Macro F1, and its interval.
-    raw : ndarray, shape (K, A)
-        F1 on the clips that chose the set.
-    known : bool
-        Whether parts of the clips could be compared; else the interval says that nothing is known.
-    """
-
-    f1: np.ndarray
-    mean: np.ndarray
-    low: np.ndarray
+    f1: np.ndarray  # (K, A)
+    mean: np.ndarray  # (K,): macro F1
+    low: np.ndarray  # (K,): its interval
     high: np.ndarray
-    raw: np.ndarray
-    known: bool = True
+    raw: np.ndarray  # (K, A): F1 on the clips that chose the set
+    known: bool = True  # parts of the clips could be compared; else the interval is that nothing is known
 
     def first(self, count: int) -> Promise:
-        """Of the first so many sizes."""
+        """Of the first `count` sizes."""
         values = (self.f1, self.mean, self.low, self.high, self.raw)
         return Promise(*(of_size[:count] for of_size in values), self.known)
 
@@ -68,10 +57,7 @@ class Promise:
 
 @dataclass(frozen=True, eq=False)
 class Promises:
-    """What sets chosen under the same terms would reach on other clips.
-
-    Sets drawn at random are tested once for all of them.
-    """
+    """Promises of sets chosen under the same terms; sets drawn at random are tested once for all of them."""
 
     tests: SetTests
     terms: Terms
@@ -84,22 +70,15 @@ class Promises:
         alone: tuple[float, float, float],
         confidence: float = 0.95,
     ) -> Promise:
-        """What the first patch of a set, the first two, and so on would reach on other clips.
+        """Expected F1 on other clips of the first patch of a set, the first two, and so on.
 
-        One half of the clips chooses a set in the same way, the other tells its F1 and that of sets
-        drawn at random; what the choice gains over those, on average over halves and both ways, is added to
-        what random sets reach on all clips: more of it as all clips choose better than half of them, less
+        One half of the clips chooses a set in the same way, the other measures its F1 and that of sets
+        drawn at random. The gain of the choice over those, on average over halves and both ways, is added to
+        the F1 of random sets on all clips: more of it as all clips choose better than half of them, less
         where random sets leave less to gain. A patch worn can be ignored, so the promise never falls.
 
-        Parameters
-        ----------
-        order : sequence of int
-        choose : callable
-            Chooses a set from the tests of a half.
-        alone : tuple of three floats
-            Expected macro F1 of the first patch alone and its interval, as its map gives them.
-        confidence : float
-            Of the interval.
+        `alone` is the expected macro F1 of the first patch alone and the bounds of its interval, as the map
+        gives them; `confidence` is that of the interval.
         """
         tests, size = self.tests, len(order)
         with unthreaded_products():
@@ -161,7 +140,7 @@ def rising(by_size: np.ndarray) -> np.ndarray:
 
 
 def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
-    """What a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
+    """F1 that a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
     sizes = _sizes_tried(len(order))
     delivered = _between(there.f1_of_firsts([order], sizes)[0], sizes)
     more = len(level) - len(delivered)
@@ -178,9 +157,9 @@ def _left(level: np.ndarray, level_there: np.ndarray, weights: np.ndarray) -> np
 def _better_chosen(tests: SetTests) -> float:
     """How much more a choice by all clips gains than one by half of them.
 
-    What a choice gains goes with the root of the share of the variance it is made by that repeats (Lush's
+    The gain of a choice goes with the root of the repeatable share of the variance that it is made by (Lush's
     breeder's equation), and twice the clips make 2r / (1 + r) of a share r (Spearman 1910, Brown 1910).
-    Single subjects, whose tests share what they are trained on, say nothing of it.
+    Single subjects, whose tests share their training clips, say nothing of it.
     """
     if not tests.plan.disjoint:
         return 1.0
@@ -189,7 +168,7 @@ def _better_chosen(tests: SetTests) -> float:
 
 
 def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
-    """Orders drawn from what is allowed, the required ones first."""
+    """Orders drawn from the patches allowed, the required ones first."""
     rng = np.random.default_rng([seed, 4])
     sets = []
     for _ in range(RANDOM_SETS):
@@ -205,7 +184,7 @@ def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
 def _level_beyond(tests: Tests, sets: Sequence[Sequence[int]], level: np.ndarray, size: int) -> np.ndarray:
     """The level of larger sets, by a few of them at some sizes: they differ less.
 
-    By how much these few are better or worse than all, as long as all are known, counts for the share that
+    Their lead over all random sets, at the largest size at which all are known, counts for the share that
     those patches have in a larger set.
     """
     known = len(level)

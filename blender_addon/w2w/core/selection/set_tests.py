@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sets of patches are chosen and judged by: tests on all clips and on disjoint halves of them."""
+"""Tests that sets of patches are chosen and judged by: on all clips and on disjoint halves of them."""
 
 from __future__ import annotations
 
@@ -14,32 +14,23 @@ from ..ranking.f1 import class_auc, window_f1
 from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_scores import JointScores, Training
-from ..ranking.planned import Planned, planned
+from ..ranking.planned import planned
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counted_columns, mean_over, weights_of
 
 MOST_WINDOWS = 1000
-"""Windows that a choice rests on, evenly drawn where there are more: time grows with their square."""
+"""Most windows that a choice rests on, evenly drawn: time grows with their square."""
 
 READ_BYTES = 32 * 2**20
-"""Features read at a time: they stand beside those of all patches, which are held."""
+"""Features read at a time: they take memory beside those of all patches, which are held."""
 
 
 class Tests:
-    """The tests of one trial: what a choice may look at, and what it is worth.
+    """The tests of one trial, that a choice may look at and is judged by.
 
-    Parameters
-    ----------
-    scores : JointScores
-    labels : ndarray of int, shape (V,)
-        Of the windows tested.
-    trial : Trial
-    weights : ndarray, shape (A,)
-        What each activity counts.
-    pooling : Pooling
-    alone : ndarray, shape (A, N), optional
-        F1 of each patch alone, where it is known; made when first wanted by default.
+    From labels (V,) of the windows tested, weights (A,), what each activity counts, and, where it is known,
+    the F1 (A, N) of each patch alone.
     """
 
     def __init__(
@@ -95,7 +86,7 @@ class Tests:
         return self.f1_of_firsts([order])[0]
 
     def f1_of_firsts(self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None) -> np.ndarray:
-        """The same of several orders of one length, shape (orders, K, A); of some sizes only, if told."""
+        """The same of several orders of one length, shape (orders, K, A); of some `sizes` only, if given."""
         found = [
             [window_f1(scores.argmax(axis=1), self._labels, self._n_activities) for scores in of_order]
             for of_order in self._scores.each_first_of(orders, sizes)
@@ -105,27 +96,14 @@ class Tests:
 
 @dataclass(frozen=True, eq=False)
 class SetTests:
-    """All that sets of patches are chosen and judged by.
+    """All tests that sets of patches are chosen and judged by."""
 
-    Attributes
-    ----------
-    whole : Tests
-        On all clips.
-    pairs : tuple of two Tests
-        Of disjoint halves of them, or of single subjects.
-    plan : Plan
-    activities : tuple of str
-    seed : int
-    weights : ndarray, shape (A,)
-        What each activity counts.
-    """
-
-    whole: Tests
-    pairs: tuple[tuple[Tests, Tests], ...]
+    whole: Tests  # on all clips
+    pairs: tuple[tuple[Tests, Tests], ...]  # on disjoint halves of them, or on single subjects
     plan: Plan
     activities: tuple[str, ...]
     seed: int
-    weights: np.ndarray
+    weights: np.ndarray  # (A,): what each activity counts
 
     @classmethod
     def of(
@@ -154,13 +132,17 @@ class SetTests:
         work = everything.among(_evenly(activity[used], clip[used], is_test[used], MOST_WINDOWS))
         weights = weights_of(work.activities, counts)
         source = SomeWindows(as_blocks(inputs), work.used)
-        model = Ridge(workers=workers)
-        ridge = model.choose_alpha(source, work.labels, work.fold, work.is_test)
+        ridge = Ridge(workers=workers).choose_alpha(source, work.labels, work.fold, work.is_test)
         features = _held(source)
         alone = _alone(utility, work.plan)
 
         def tests(trial: Trial) -> Tests:
-            scores = JointScores(features, work.labels, _trainings(work, trial), ridge, workers)
+            splits = [work.plan.splits[number] for number in trial.splits]
+            trainings = [
+                Training(np.flatnonzero(np.isin(work.plan.block, split.train)), split.tested)
+                for split in splits
+            ]
+            scores = JointScores(features, work.labels, trainings, ridge, workers)
             labels = work.labels[scores.windows]
             return Tests(scores, labels, trial, weights, pooling, alone.get(trial))
 
@@ -183,11 +165,6 @@ def _alone(utility: UtilityMap | None, plan: Plan) -> dict[Trial, np.ndarray]:
     }
 
 
-def _trainings(work: Planned, trial: Trial) -> list[Training]:
-    splits = [work.plan.splits[number] for number in trial.splits]
-    return [Training(np.flatnonzero(np.isin(work.plan.block, split.train)), split.tested) for split in splits]
-
-
 def _held(source: PatchBlocks) -> np.ndarray:
     """Features (N, W, D) about their means, read once."""
     n_windows, n_patches, width = source.shape
@@ -199,7 +176,7 @@ def _held(source: PatchBlocks) -> np.ndarray:
 
 
 def _evenly(activity: np.ndarray, clip: np.ndarray, is_test: np.ndarray, most: int) -> np.ndarray:
-    """At most so many windows, evenly over activities and clips, those that may be tested first."""
+    """Rows of at most `most` windows, evenly over activities and clips, those that may be tested first."""
     if len(activity) <= most:
         return np.arange(len(activity))
     rows = np.flatnonzero(is_test) if is_test.sum() >= most else np.arange(len(activity))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What may and must be chosen, and what it costs."""
+"""Terms of a choice: patches that may and must be chosen, their cost, and how many."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Requirement = int | Sequence[int]
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """What may be chosen, checked."""
+    """Terms of a choice among N patches, checked."""
 
-    allowed: np.ndarray
-    required: list[np.ndarray]
-    cost: np.ndarray
+    allowed: np.ndarray  # (N,), bool
+    required: list[np.ndarray]  # of each of these patches' numbers one must be chosen
+    cost: np.ndarray  # (N,), positive
     max_size: int
 
     @classmethod

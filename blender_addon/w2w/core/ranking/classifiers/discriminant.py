@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ...blas import add_square, multiply, solve_positive
 
@@ -14,27 +15,36 @@ LEAST_WITHIN = 1e-6
 NEVER_VARIES = 1e-12
 """Variance of a feature that is the same in every training window."""
 KEPT_OUT = 1e30
-"""What a ridge is counted in where a feature never varies: no score heeds it, yet it is a finite number."""
+"""Unit of the ridge where a feature never varies: no score heeds it, yet it is a finite number."""
 FEW = 1.2
-"""Windows for each feature up to which windows are solved for: half the time at 1 and below."""
+"""Solve in the dual (for windows) up to this many windows a feature: half the time at 1 and below."""
 
 
 def few(n_windows: np.ndarray, width: int) -> np.ndarray:
-    """Of numbers of windows trained on, which are few for so many features."""
+    """Which numbers of windows trained on are few for `width` features."""
     return n_windows <= FEW * width
+
+
+def summing(group: np.ndarray, n_groups: int) -> csr_array:
+    """Sparse matrix (n_groups, W), float32, that adds up the rows of each group: a tenth of the time.
+
+    `group` (W,) is that of each row, from 0 to `n_groups` - 1.
+    """
+    ones = np.ones(len(group), dtype=np.float32)
+    return csr_array((ones, (group, np.arange(len(group)))), shape=(n_groups, len(group)))
+
+
+def averaging(group: np.ndarray, n_groups: int) -> csr_array:
+    """The same for the mean of each group; 0 of groups without any row."""
+    share = (1 / np.maximum(np.bincount(group, minlength=n_groups), 1)).astype(np.float32)
+    return csr_array((share[group], (group, np.arange(len(group)))), shape=(n_groups, len(group)))
 
 
 class Discriminant:
     """A training, with several ridges.
 
-    Parameters
-    ----------
-    means : ndarray, shape (A, D), float32
-        Of the classes.
-    windows : ndarray, shape (A,)
-        Windows trained on; a class without any is never named.
-    slopes : iterable of ndarray, shape (A, D), float32
-        One a ridge.
+    From class means (A, D), the windows trained on of each class (A,), a class without any being never
+    named, and slopes (A, D), one a ridge; all in single precision.
     """
 
     def __init__(self, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]) -> None:
@@ -53,15 +63,8 @@ class Discriminant:
     ) -> Discriminant:
         """From sums over the windows trained on, in single precision.
 
-        Parameters
-        ----------
-        within : ndarray, shape (D, D)
-            Products of features about their class means: the upper triangle.
-        whole : ndarray, shape (D,)
-            Squares of features about whatever the class means are about.
-        means : ndarray, shape (A, D)
-        windows : ndarray, shape (A,)
-        ridges : ndarray
+        `within` (D, D) holds products of features about their class means, the upper triangle; `whole` (D,)
+        squares of features about whatever `means` (A, D) are about.
         """
         count = np.float32(windows.sum())
         unit = np.minimum(count * deviation(np.diag(within) / count, whole / count) ** 2, KEPT_OUT)

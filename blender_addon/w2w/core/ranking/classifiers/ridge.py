@@ -10,14 +10,12 @@ from threading import local
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from ...blas import add_square, multiply
 from ...threads import unthreaded_products
-from ..class_sums import summing
 from ..halves import Plan, Scored, Split, plan
 from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
-from .discriminant import Discriminant, few
+from .discriminant import Discriminant, few, summing
 
 ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
@@ -50,19 +48,13 @@ class Ridge:
         (Breiman et al. 1984) in cross-validations within every fold's training windows.
     tuning_sensors : int
         Sensors, evenly taken, on which the choice rests.
-    seed : int
-        Not used: nothing is drawn.
-    workers : int
-        Threads.
-    block_bytes : int
-        Features held at a time; changes nothing but memory.
     """
 
     alphas: tuple[float, ...] = ALPHAS
     tuning_sensors: int = 24
-    seed: int = 0
-    workers: int = 2
-    block_bytes: int = BLOCK_BYTES
+    seed: int = 0  # nothing is drawn; other classifiers need one
+    workers: int = 2  # threads
+    block_bytes: int = BLOCK_BYTES  # features held at a time; changes nothing but memory
 
     name: ClassVar[str] = "ridge"
     inputs: ClassVar[str] = "features"
@@ -77,21 +69,9 @@ class Ridge:
     ) -> np.ndarray:
         """Name every test window by the model of the folds it does not belong to.
 
-        Parameters
-        ----------
-        features : ndarray or PatchBlocks, shape (W, N, D)
-            Of order one, as `window_features` gives them.
-        labels : ndarray of int, shape (W,)
-            Activity of each window, 0 to A - 1.
-        fold : ndarray of int, shape (W,)
-            Fold of each window; -1 for windows that every fold trains on.
-        is_test : ndarray of bool, shape (W,)
-        progress : callable, optional
-            Told the fraction done.
-
-        Returns
-        -------
-        ndarray, shape (sum of is_test, N), int16
+        `features` (W, N, D) are of order one, as `window_features` gives them; `labels` (W,) from 0 to A - 1;
+        `fold` (W,) is -1 for windows that every fold trains on; `progress` is given the fraction done. The
+        names have the shape (sum of `is_test`, N), int16.
         """
         work = plan(labels, np.arange(len(labels)), fold, is_test, halvings=0)
         position = np.cumsum(is_test) - 1
@@ -127,19 +107,10 @@ class Ridge:
         receive: Callable[[int, Iterable[Scored]], None],
         progress: Callable[[float], None] | None = None,
     ) -> None:
-        """Score the activities in the tested windows of each split.
+        """Score the activities in the tested windows of each split, by ridges `alphas` (splits, ridges).
 
-        Parameters
-        ----------
-        features, labels, progress
-            As for `predict_folds`.
-        block : ndarray of int, shape (W,)
-            From 0, as `halves.plan` gives them.
-        splits : sequence of Split
-        alphas : ndarray, shape (splits, ridges)
-        receive : callable
-            Given a sensor's number and all its scores, to be taken one after the other; sensors in any
-            order and from several threads.
+        `block` (W,) is as `halves.plan` gives it. `receive` is given a sensor's number and all its scores,
+        to be taken one after the other; sensors in any order and from several threads.
         """
         source = as_blocks(features)
         n_sensors = source.shape[1]
@@ -159,26 +130,21 @@ class Ridge:
     def choose_alpha(
         self, features: np.ndarray | PatchBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
     ) -> float:
-        """The ridge of all folds, chosen by cross-validations among the others of each.
-
-        Parameters
-        ----------
-        features, labels, fold, is_test
-            As for `predict_folds`.
-        """
+        """The ridge of all folds, chosen by cross-validations among the others of each."""
         folds = np.unique(fold[is_test])
         if len(folds) < 3 or len(self.alphas) == 1:
             return self.alphas[len(self.alphas) // 2]
         names, block = np.unique(fold, return_inverse=True)
-        splits = [
-            Split(np.flatnonzero(~np.isin(names, [f, *part])), np.flatnonzero(is_test & np.isin(fold, part)))
-            for f in folds
-            for part in _parts(folds[folds != f])
-        ]
+        splits = []
+        for f in folds:
+            others = folds[folds != f]
+            for part in (others[first::INNER_FOLDS] for first in range(min(INNER_FOLDS, len(others)))):
+                train, tested = ~np.isin(names, [f, *part]), is_test & np.isin(fold, part)
+                splits.append(Split(np.flatnonzero(train), np.flatnonzero(tested)))
         sums = _Splits(labels, block, splits)
         alphas = np.tile(self.alphas, (len(splits), 1))
-        tested = [np.bincount(labels[split.tested], minlength=sums.n_classes) for split in splits]
-        windows = np.where(np.array(tested) > 0, tested, np.nan)
+        counts = np.array([np.bincount(labels[split.tested], minlength=sums.n_classes) for split in splits])
+        windows = np.where(counts > 0, counts, np.nan)
         source = as_blocks(features)
         sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
 
@@ -205,31 +171,17 @@ class Ridge:
 
 
 class _Piece(NamedTuple):
-    """Some windows, ordered by block.
+    """Some windows, ordered by block."""
 
-    Attributes
-    ----------
-    windows : ndarray of int, shape (w,)
-    blocks : list of (int, slice)
-        Each block among them and where it stands.
-    """
-
-    windows: np.ndarray
-    blocks: list[tuple[int, slice]]
+    windows: np.ndarray  # (w,), int
+    blocks: list[tuple[int, slice]]  # each block among them and where it stands
 
 
 class _Sums(NamedTuple):
-    """Features trained on, about the class means of all windows, added up over some blocks.
+    """Features trained on, about the class means of all windows, added up over some blocks."""
 
-    Attributes
-    ----------
-    gram : ndarray, shape (D, D)
-        The upper triangle.
-    of_class : ndarray, shape (A, D)
-    """
-
-    gram: np.ndarray
-    of_class: np.ndarray
+    gram: np.ndarray  # (D, D): the upper triangle
+    of_class: np.ndarray  # (A, D)
 
 
 class _Splits:
@@ -263,7 +215,10 @@ class _Splits:
         """Scores of some tested windows at a time, for each ridge of the split in `alphas`."""
         centre = inputs.mean(axis=0)
         is_few = few(self.n_trained, inputs.shape[1])
-        class_means = self._class_means(inputs)
+        class_means = self._share * sum(
+            summing(self.labels[piece.windows], self.n_classes) @ inputs[piece.windows]
+            for piece in self._pieces
+        )
         kept = self._of_splits(~is_few, inputs, class_means)
         about_centre = _single(class_means - centre)
         for number, (rows, ridges) in enumerate(zip(self.tested, alphas, strict=True)):
@@ -276,14 +231,6 @@ class _Splits:
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
                 yield Scored(number, first, trained.scores(_single(inputs[some] - centre)))
-
-    def _class_means(self, inputs: np.ndarray) -> np.ndarray:
-        """Of all windows, some at a time, shape (A, D)."""
-        sums = sum(
-            summing(self.labels[piece.windows], self.n_classes) @ inputs[piece.windows]
-            for piece in self._pieces
-        )
-        return self._share * sums
 
     def _few_windows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """The windows that a split trains on, and their classes as rows of ones and zeros."""
@@ -306,14 +253,15 @@ class _Splits:
             about = _single(inputs[piece.windows] - class_means[self.labels[piece.windows]])
             for block, rows in piece.blocks:
                 add_square(grams[block], about[rows])
-            cells, adding_up = self._cells(piece.windows)
-            of_cell[cells] += adding_up @ about
+            cell = self._blocks[piece.windows] * self.n_classes + self.labels[piece.windows]
+            cells, place = np.unique(cell, return_inverse=True)
+            of_cell[cells] += summing(place, len(cells)) @ about  # made anew: all would take memory
         for sums, out in zip(of_blocks, of_splits, strict=True):
             multiply(self.trained[chosen], sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
         return map(_Sums, *of_splits)
 
     def _room(self, name: str, count: int, width: int) -> _Sums:
-        """Room for so many sums, each thread's own: memory new to each patch would take a tenth more time."""
+        """Room for `count` sums, each thread's own: memory new to each patch would take a tenth more time."""
         rooms = self._rooms.__dict__
         if name not in rooms:
             shapes = ((count, width, width), (count, self.n_classes, width))
@@ -324,16 +272,6 @@ class _Splits:
         blocks, starts = np.unique(self._blocks[windows], return_index=True)
         places = map(slice, starts, [*starts[1:], len(windows)])
         return _Piece(windows, list(zip(blocks.tolist(), places, strict=True)))
-
-    def _cells(self, windows: np.ndarray) -> tuple[np.ndarray, csr_array]:
-        """The cells of block and class that windows are in, and what adds these up by cell.
-
-        Made anew each time, as all of them would take memory.
-        """
-        cells, place = np.unique(
-            self._blocks[windows] * self.n_classes + self.labels[windows], return_inverse=True
-        )
-        return cells, summing(place, len(cells))
 
 
 def _by_features(
@@ -351,8 +289,3 @@ def _by_features(
 def _single(features: np.ndarray) -> np.ndarray:
     """In single precision, which does about a mean."""
     return features.astype(np.float32, copy=False)
-
-
-def _parts(folds: np.ndarray) -> list[np.ndarray]:
-    """Deal folds to at most INNER_FOLDS parts."""
-    return [folds[first::INNER_FOLDS] for first in range(min(INNER_FOLDS, len(folds)))]

@@ -95,7 +95,7 @@ def test_the_spectrum_tells_tempo_and_direction_whenever_a_window_begins(torch):
 
 
 def test_loss_is_torchs_own_of_balanced_classes_and_smoothed_labels(torch):
-    from w2w.core.ranking.classifiers.multi3net.scores import mean_loss, targets
+    from w2w.core.ranking.classifiers.multi3net.training import mean_loss, targets
 
     draws = torch.Generator().manual_seed(0)
     labels = torch.tensor([0, 0, 0, 1, 2, 2])

@@ -4,20 +4,24 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
-from ...inputs import PatchBlocks, as_blocks, spans
-from .settings import Settings
+from ...inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
 
 HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
 
+WARM_UP = 20
+"""Steps of learning-rate warm-up, before the cosine decay."""
+
 
 @dataclass(frozen=True)
-class Multi3Net(Settings):
+class Multi3Net:
     """A network a patch after the IMU branch of Multi3Net (Fortes Rey et al., ISWC 2024).
 
     Theirs: each channel of a window embedded by a linear layer, sinusoidal positional
@@ -41,11 +45,54 @@ class Multi3Net(Settings):
     patches of a fold start from the same weights and meet the same batches, mixup and dropout:
     they differ by their signals alone, and a patch comes out alone as it does among others.
 
-    Parameters are those of `Settings`.
+    Raises
+    ------
+    ValueError
+        If a size or share is not as it must be.
     """
+
+    width: int = 32  # numbers a channel is embedded in, a multiple of 8
+    hidden: int = 96  # units of the layer after the attention
+    embedding: int = 32  # numbers a window is described by, a multiple of 8
+    spectrum: int = 25  # lowest frequencies whose amplitude is embedded, too; 0 for the samples alone
+    learning_rate: float = 4e-3  # the highest of the schedule, or the initial one with early stopping
+    batch_size: int = 64
+    epochs: int = 80  # exactly, or at most with early stopping
+    weight_decay: float = 0.1  # decoupled from the gradient (AdamW; Loshchilov and Hutter 2019)
+    label_smoothing: float = 0.1  # share of a window's label that is spread over all activities
+    mixup: float = 0.3  # both parameters of its beta distribution (Zhang et al. 2018); 0 for no blending
+    early_stopping: bool = False  # with the next fold for validation; else it is trained on, and cosine decay
+    patience: int = 15  # epochs without a better validation F1 after which training of a patch stops
+    lr_patience: int = 8  # and those after which its learning rate is reduced
+    lr_factor: float = 0.5  # by which it is then multiplied
+    seed: int = 0  # of the initial weights, batches, mixup and dropout
+    group: int = 32  # patches trained together; changes nothing but memory and time
+    device: str = ""  # "cuda" or "cpu"; empty for a GPU where there is one
+    block_bytes: int = BLOCK_BYTES  # windows held at a time; changes nothing but memory
+    checkpoints: Path | None = None  # a folder of its own, made if missing; those of other work are removed
+    checkpoint_epochs: int = 20  # from one checkpoint to the next
 
     name: ClassVar[str] = "multi3net"
     inputs: ClassVar[str] = "windows"
+
+    def __post_init__(self) -> None:
+        for name in ("width", "embedding"):
+            size = getattr(self, name)
+            if size < 8 or size % 8:
+                raise ValueError(f"{name} must be a multiple of 8, one part for each head, not {size}")
+        counts = ("hidden", "batch_size", "epochs", "patience", "lr_patience", "group", "checkpoint_epochs")
+        for name in counts:
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
+        for name in ("spectrum", "weight_decay", "label_smoothing", "mixup"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} must be at least 0, not {getattr(self, name)}")
+
+    def schedule(self, step: int, steps: int) -> float:
+        """Factor of the learning rate at a step: warm-up, then cosine decay; 1 with early stopping."""
+        if self.early_stopping:
+            return 1.0
+        return min(1.0, step / WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
 
     @classmethod
     def full(cls, **changes: object) -> Multi3Net:
@@ -81,24 +128,10 @@ class Multi3Net(Settings):
         is_test: np.ndarray,
         progress: Callable[[float], None] | None = None,
     ) -> np.ndarray:
-        """Name every test window by the network of the folds it does not belong to.
+        """Name every test window by the network of the folds it does not belong to, as `Ridge.predict_folds`.
 
-        Parameters
-        ----------
-        windows : ndarray or PatchBlocks, shape (W, N, samples, 6)
-            Specific force (m/s2), angular velocity (rad/s); 6 k channels where k sensors
-            are worn together.
-        labels, fold, is_test, progress
-            As for `Ridge.predict_folds`.
-
-        Returns
-        -------
-        ndarray, shape (sum of is_test, N), int16
-
-        Raises
-        ------
-        ValueError
-            If PyTorch is missing, with the command to get it; or if these are no windows.
+        `windows` (W, N, samples, 6) are specific force (m/s2) and angular velocity (rad/s); they have 6 k
+        channels where k sensors are worn together. A ValueError says how to get PyTorch where it is missing.
         """
         if problem := self.unavailable():
             raise ValueError(problem)
@@ -135,23 +168,10 @@ class Multi3Net(Settings):
 def split_windows(
     labels: np.ndarray, fold: np.ndarray, tested: int, early_stopping: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Training and validation split of the windows outside the tested fold.
+    """Indices of the training and of the validation windows outside the fold `tested`.
 
-    The validation windows are those of the next fold. Those of a class that is in no third fold
-    are trained on, since it could not be named otherwise.
-
-    Parameters
-    ----------
-    labels, fold : ndarray of int, shape (W,)
-    tested : int
-        Fold left out.
-    early_stopping : bool
-        Whether there is to be a validation split; else all are trained on.
-
-    Returns
-    -------
-    train, validation : ndarray of int
-        Indices of windows; `validation` is empty where there are only two folds.
+    With early stopping, the validation windows are those of the next fold; none where there are only two
+    folds. Those of a class that is in no third fold are trained on, since it could not be named otherwise.
     """
     if not early_stopping:
         return np.flatnonzero(fold != tested), np.empty(0, dtype=np.int64)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the networks of `Multi3Net` are shown: each channel's samples, and beside them its spectrum."""
+"""Examples for the networks of `Multi3Net`: each channel's samples, and beside them its spectrum."""
 
 from __future__ import annotations
 
@@ -10,26 +10,18 @@ import torch
 from torch import Tensor
 
 SPECTRUM_FLOOR = 0.05
-"""Amplitude below which nothing is told apart, as a share of the channel's standard deviation."""
+"""Smallest amplitude told apart, as a share of the channel's standard deviation."""
 LEAST_STD = 1e-6
 """Standard deviation below which a channel is taken to be constant."""
 
 
 @dataclass(frozen=True, eq=False)
 class Examples:
-    """Windows of P patches and what they show, ready for the network.
+    """Windows of P patches and what they show, ready for the network."""
 
-    Parameters
-    ----------
-    windows : Tensor, shape (P, numbers, channels, W)
-    labels : Tensor of int, shape (W,)
-    train, validation : Tensor of int
-        Indices of the windows of the training and of the validation split.
-    """
-
-    windows: Tensor
-    labels: Tensor
-    train: Tensor
+    windows: Tensor  # (P, numbers, channels, W)
+    labels: Tensor  # (W,), int
+    train: Tensor  # int: indices of the windows of the training split
     validation: Tensor
 
     @classmethod
@@ -42,16 +34,9 @@ class Examples:
         device: str,
         spectrum: int = 0,
     ) -> Examples:
-        """Scale windows by the mean and standard deviation of each patch's training windows.
+        """Scale windows (W, P, samples, channels) by mean and deviation of each patch's training windows.
 
-        Parameters
-        ----------
-        windows : ndarray, shape (W, P, samples, channels)
-        labels : ndarray of int, shape (W,)
-        train, validation : ndarray of int
-        device : str
-        spectrum : int
-            Frequencies, from the lowest but zero, whose amplitude is told as well; see `shape_of`.
+        The amplitudes of the `spectrum` lowest frequencies but zero are shown as well; see `shape_of`.
         """
         signals = torch.as_tensor(windows).to(device).permute(1, 2, 3, 0).contiguous()
         rows = torch.as_tensor(train, device=device)
@@ -72,21 +57,11 @@ class Examples:
 
 
 def shape_of(signals: Tensor, std: Tensor, frequencies: int) -> Tensor:
-    """What of a window does not depend on when it begins.
+    """Describe signals (P, samples, channels, W) by what does not depend on when a window begins.
 
-    Parameters
-    ----------
-    signals : Tensor, shape (P, samples, channels, W)
-    std : Tensor, shape (P, 1, channels, 1)
-        Of each channel over all windows, in the unit of the signals.
-    frequencies : int
-        At most half the samples are there.
-
-    Returns
-    -------
-    Tensor, shape (P, 2 + frequencies, channels, W)
-        Mean (in which gravity's direction is kept), logarithm of the deviation, and logarithms of
-        the amplitudes under a Hann window.
+    By the mean (in which gravity's direction is kept), the logarithm of the deviation, and logarithms of the
+    amplitudes under a Hann window, of at most half as many frequencies as samples: (P, 2 + frequencies,
+    channels, W). `std` (P, 1, channels, 1) is that of each channel over all windows.
     """
     samples = signals.shape[1]
     floor = SPECTRUM_FLOOR * std.clamp(min=LEAST_STD)

@@ -10,11 +10,10 @@ import numpy as np
 import torch
 
 from ....files import load_arrays, write_npz
+from .classifier import Multi3Net
 from .examples import Examples
 from .network import Network
-from .scores import name_windows
-from .settings import Settings
-from .training import State, train
+from .training import State, name_windows, train
 
 PROGRAM = 3
 """Number of the network and of its training; checkpoints of another one are not resumed."""
@@ -25,7 +24,7 @@ class Group:
 
     def __init__(
         self,
-        settings: Settings,
+        settings: Multi3Net,
         windows: np.ndarray,
         labels: np.ndarray,
         train: np.ndarray,

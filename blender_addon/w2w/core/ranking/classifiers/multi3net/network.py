@@ -13,18 +13,10 @@ from torch.nn import functional
 
 
 def attention_among_few(query: Tensor, key: Tensor, value: Tensor, dropout: Tensor | None = None) -> Tensor:
-    """Scaled dot-product attention (Vaswani et al. 2017).
+    """Scaled dot-product attention (Vaswani et al. 2017), shape (P, heads, E, T, B) as query, key and value.
 
-    Parameters
-    ----------
-    query, key, value : Tensor, shape (P, heads, E, T, B)
-        Of P patches, E numbers of T tokens in each of B windows.
-    dropout : Tensor, shape (heads, T, T, B), optional
-        Factors of the attention of each token (first) to each other.
-
-    Returns
-    -------
-    Tensor, shape (P, heads, E, T, B)
+    Of P patches, E numbers of T tokens in each of B windows. `dropout` (heads, T, T, B) holds factors of the
+    attention of each token (first) to each other.
     """
     if dropout is None:
         dropout = query.new_ones(1)
@@ -85,25 +77,11 @@ class Network:
 
     A patch's weights lie in one row of a matrix (P, `n_weights`), so that an optimiser
     step, a copy of the best weights or the removal of patches that have finished is one
-    operation.
-
-    Parameters
-    ----------
-    samples : int
-        Length of a window.
-    channels : int
-        Six a sensor.
-    classes : int
-    width : int
-        Numbers a channel is embedded in.
-    hidden : int
-        Units of the layer after the attention.
-    embedding : int
-        Numbers a window is described by.
+    operation. Sizes are those of `Multi3Net`.
     """
 
-    samples: int
-    channels: int
+    samples: int  # of a window
+    channels: int  # six a sensor
     classes: int
     width: int
     hidden: int
@@ -164,22 +142,11 @@ class Network:
         ]
 
     def forward(self, weights: Tensor, windows: Tensor, masks: list[Tensor] | None = None) -> Tensor:
-        """Scores of the classes.
+        """Scores (P, classes, B) of windows (P, samples, channels, B) of order one; weights (P, n_weights).
 
         Windows lie innermost throughout: matrix products need no transposition, and the
-        attention of few tokens, too small for matrix products, runs over all windows at once.
-
-        Parameters
-        ----------
-        weights : Tensor, shape (P, n_weights)
-        windows : Tensor, shape (P, samples, channels, B)
-            Of order one.
-        masks : list of Tensor, optional
-            From `masks`, when training.
-
-        Returns
-        -------
-        Tensor, shape (P, classes, B)
+        attention of few tokens, too small for matrix products, runs over all windows at once. `masks` are
+        for training.
         """
         n_patches, n_windows = len(windows), windows.shape[-1]
         w = self._named(weights)

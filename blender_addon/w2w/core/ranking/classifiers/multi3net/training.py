@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Train the networks of many patches together, each with a learning rate and early stopping of its own."""
+"""Train the networks of many patches together, each with a learning rate and early stopping of its own.
+
+Their predictions, their loss and their validation score, too.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,16 @@ from dataclasses import dataclass, fields
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn import functional
 
+from .classifier import Multi3Net
 from .examples import Examples
 from .network import Network
-from .scores import mean_loss, targets, validation_score
-from .settings import Settings
+
+PREDICTED_AT_ONCE = 256
+"""Windows named in one go."""
+TIE_BREAK = 1e-4
+"""Share of the loss in a score, too little to outweigh a window named rightly."""
 
 BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
 """Adam's constants (Kingma and Ba 2015)."""
@@ -34,41 +42,20 @@ OF_ALL = ("best", "epochs")
 
 @dataclass(eq=False)
 class State:
-    """All that training goes on from.
+    """All that training goes on from: Q of the group's P patches are still in training."""
 
-    Parameters
-    ----------
-    epoch : int
-        Epochs done.
-    step : int
-        Steps done.
-    patches : Tensor of int, shape (Q,)
-        Patches still in training, as indices among the P of the group.
-    weights, first_moment, second_moment : Tensor, shape (Q, n_weights)
-        The moments are Adam's, of the gradient.
-    learning_rate : Tensor, shape (Q, 1)
-    score : Tensor, shape (Q,)
-        The best validation score so far.
-    since, waited : Tensor of int, shape (Q,)
-        Epochs since then, and since then or the last reduction of the learning rate.
-    best : Tensor, shape (P, n_weights)
-        Weights at the highest score, of all patches of the group.
-    epochs : Tensor of int, shape (P,)
-        Epoch of the highest score.
-    """
-
-    epoch: int
-    step: int
-    patches: Tensor
-    weights: Tensor
-    first_moment: Tensor
+    epoch: int  # epochs done
+    step: int  # steps done
+    patches: Tensor  # (Q,), int: indices among the P
+    weights: Tensor  # (Q, n_weights)
+    first_moment: Tensor  # (Q, n_weights): Adam's, of the gradient
     second_moment: Tensor
-    learning_rate: Tensor
-    score: Tensor
-    since: Tensor
-    waited: Tensor
-    best: Tensor
-    epochs: Tensor
+    learning_rate: Tensor  # (Q, 1)
+    score: Tensor  # (Q,): the best validation score so far
+    since: Tensor  # (Q,), int: epochs since then
+    waited: Tensor  # (Q,), int: epochs since then or since the last reduction of the learning rate
+    best: Tensor  # (P, n_weights): weights at the highest score
+    epochs: Tensor  # (P,), int: epoch of the highest score
 
     @classmethod
     def start(cls, weights: Tensor, n_patches: int, learning_rate: float) -> State:
@@ -102,7 +89,7 @@ class State:
     def restore(
         cls, arrays: dict[str, np.ndarray], device: str, n_patches: int, n_weights: int
     ) -> State | None:
-        """From what `arrays` gave; nothing if that is not of so many patches and weights."""
+        """From what `arrays` gave; None if that is of other numbers of patches or weights."""
         fresh = cls.start(torch.zeros(n_weights), n_patches, 0.0).arrays()
         training = arrays["patches"]
         if (
@@ -126,7 +113,7 @@ class State:
 def train(
     network: Network,
     examples: Examples,
-    settings: Settings,
+    settings: Multi3Net,
     generator: Callable[[int], torch.Generator],
     state: State | None = None,
     after_epoch: Callable[[State], None] | None = None,
@@ -135,20 +122,8 @@ def train(
 
     All patches start from the same weights and meet the same order of windows and the same
     dropout, so that they differ by their signals alone, and each is trained as it would be
-    alone. One that has stopped improving leaves the batch.
-
-    Parameters
-    ----------
-    network : Network
-    examples : Examples
-        Without a validation split, early stopping is by the training loss.
-    settings : Settings
-    generator : callable
-        Draws of an epoch, 1 and up; 0 is for the first weights.
-    state : State, optional
-        Where to go on.
-    after_epoch : callable, optional
-        Given the state after each epoch.
+    alone. One that has stopped improving leaves the batch. Without a validation split, early stopping is by
+    the training loss. `generator` gives the draws of an epoch, 1 and up; 0 is for the first weights.
     """
     device = examples.windows.device
     state = state or State.start(
@@ -187,7 +162,7 @@ def _step(
     windows: Tensor,
     target: Tensor,
     masks: list[Tensor],
-    settings: Settings,
+    settings: Multi3Net,
     steps: int,
 ) -> Tensor:
     """One of all steps of Adam; the loss of each patch before it."""
@@ -205,7 +180,7 @@ def _step(
     return losses.detach()
 
 
-def _judge(state: State, score: Tensor, settings: Settings) -> bool:
+def _judge(state: State, score: Tensor, settings: Multi3Net) -> bool:
     """Keep better weights; else reduce the learning rate or stop; whether any stopped."""
     better = score > state.score
     state.best[state.patches[better]] = state.weights[better]
@@ -240,3 +215,50 @@ def _mixed(windows: Tensor, target: Tensor, alpha: float, draws: torch.Generator
     share = float(np.random.default_rng(seed).beta(alpha, alpha))
     others = torch.randperm(windows.shape[-1], generator=draws).to(windows.device)
     return torch.lerp(windows[..., others], windows, share), torch.lerp(target[:, others], target, share)
+
+
+def name_windows(network: Network, weights: Tensor, windows: Tensor) -> Tensor:
+    """Classes (P, W) of windows (P, samples, channels, W)."""
+    with torch.inference_mode():
+        parts = windows.split(PREDICTED_AT_ONCE, dim=-1)
+        return torch.cat([network.forward(weights, part).argmax(dim=1) for part in parts], dim=1)
+
+
+def validation_score(network: Network, weights: Tensor, examples: Examples) -> Tensor:
+    """Macro F1 of each patch on the validation windows, a lower loss deciding between equals; shape (Q,)."""
+    labels = examples.labels[examples.validation]
+    with torch.inference_mode():
+        parts = [
+            network.forward(weights, examples.windows[..., rows])
+            for rows in examples.validation.split(PREDICTED_AT_ONCE)
+        ]
+        scores = torch.cat(parts, dim=-1)
+        loss = mean_loss(scores, targets(labels, network.classes))
+        return macro_f1(scores.argmax(dim=1), labels, network.classes) - TIE_BREAK * loss
+
+
+def macro_f1(named: Tensor, labels: Tensor, classes: int) -> Tensor:
+    """Mean F1 of the classes among `labels` (W,), for each row of `named` (Q, W)."""
+    truth = functional.one_hot(labels, classes).float()
+    said = functional.one_hot(named, classes).float()
+    hits = (said * truth).sum(dim=1)
+    f1 = 2 * hits / (said.sum(dim=1) + truth.sum(dim=0)).clamp(min=1)
+    return f1[:, truth.any(dim=0)].mean(dim=1)
+
+
+def targets(labels: Tensor, classes: int, label_smoothing: float = 0.0) -> Tensor:
+    """Target distributions (classes, W) of windows' labels (W,), weighed so that all classes count the same.
+
+    Each column sums to the weight of its window; the weights are 1 on average. The share `label_smoothing` is
+    spread over all classes (Szegedy et al. 2016).
+    """
+    windows = torch.bincount(labels, minlength=classes)
+    present = (windows > 0).sum()
+    weight = len(labels) / (present * windows.clamp(min=1)).float()
+    one_hot = functional.one_hot(labels, classes).float().T
+    return (one_hot * (1 - label_smoothing) + label_smoothing / classes) * weight[labels]
+
+
+def mean_loss(scores: Tensor, target: Tensor) -> Tensor:
+    """Mean cross-entropy (P,) of scores (P, classes, B) with their targets (classes, B)."""
+    return -(scores.log_softmax(dim=1) * target.to(scores)).sum(dim=1).mean(dim=1)

@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2w.core.ranking.class_sums import averaging, summing
+from w2w.core.ranking.classifiers.discriminant import averaging, summing
 
 
 @given(st.lists(st.integers(0, 4), max_size=30), st.integers(1, 6), st.integers(0, 2**32 - 1))
