@@ -31,6 +31,7 @@ from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
 from w2w.core.ranking.inputs import BLOCK_BYTES, ITEM_BYTES, ArrayBlocks, PatchBlocks, SomeWindows
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
 from w2w.core.results_folder import StudyResults
 
@@ -111,14 +112,16 @@ def rank_again(
     of = labels.some(rows)
     return utility_map(
         in_memory(SomePlaces(SomeWindows(study.inputs(classifier), rows), places)),
-        of.activity,
-        of.motion,
-        of.subject if parameters["by_subject"] else None,
-        of.is_test,
-        sorted(many),
-        classifier=classifier,
-        folds=parameters["folds"],
-        seed=parameters["seed"],
+        Protocol(
+            of.activity,
+            of.motion,
+            of.subject if parameters["by_subject"] else None,
+            of.is_test,
+            sorted(many),
+            folds=parameters["folds"],
+            seed=parameters["seed"],
+        ),
+        classifier,
         resamples=RESAMPLES,
         work=work,
     )

@@ -24,6 +24,7 @@ from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.ranking.features import further_features, window_features
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, cut_windows
 from w2w.core.study import StudyConfig, record
@@ -78,9 +79,11 @@ def _described(library, labels, body, patches, config):
 
 def _ranked(parts, activity, clips, subject, is_test) -> UtilityMap:
     return utility_map(
-        np.concatenate(parts, axis=2), activity, clips, subject, is_test, sorted(set(activity)),
-        resamples=RESAMPLES, halvings=0,
-    )  # fmt: skip
+        np.concatenate(parts, axis=2),
+        Protocol(activity, clips, subject, is_test, sorted(set(activity))),
+        resamples=RESAMPLES,
+        halvings=0,
+    )
 
 
 def _print(places: Sequence[str], maps: dict[str, UtilityMap]) -> None:

@@ -40,6 +40,7 @@ from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.classifiers.estimator import extra_trees
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.features import window_features
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 from w2w.core.results_folder import StudyResults
@@ -97,7 +98,7 @@ def make_library(results: Path) -> tuple[list[np.ndarray], float, dict[str, np.n
 def rank(features: np.ndarray, labels: dict[str, np.ndarray], classifier: Any) -> UtilityMap:
     """The map of some places."""
     activities = sorted(set(labels["activity"].tolist()))
-    return utility_map(features, **labels, subject=None, activities=activities, classifier=classifier)
+    return utility_map(features, Protocol(**labels, subject=None, activities=activities), classifier)
 
 
 def benchmark_map(

@@ -153,8 +153,8 @@ def test_the_papers_sets_are_chosen_and_tested_by_the_studies(ranking):
     f1 = ranking.utility.counted_f1
     chosen, exact = greedy_subset(f1, 0.99, 2), exact_subset(f1, 0.99, 2)
     assert exact.mean_max_after_each[-1] >= chosen.mean_max_after_each[-1] - 1e-6
-    protocol = ranking.labels.protocol(ranking.config, ranking.classifier)
-    maps = multi_sensor_check(chosen.order, ranking.inputs, ranking.labels.activity, **protocol)
+    protocol = ranking.labels.protocol(ranking.config)
+    maps = multi_sensor_check(chosen.order, ranking.inputs, protocol, ranking.classifier)
     assert len(maps) == len(chosen.order)
     assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
 

@@ -10,6 +10,7 @@ import numpy as np
 import typer
 
 from w2w.core.ranking.features import window_features
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
 from w2w.headless.console import USAGE
 from w2w.headless.runs.monitor import RunMonitor
@@ -73,4 +74,4 @@ def rank_dsads(recordings: tuple, classifier: str = "ridge") -> UtilityMap:
     clip = np.array([f"{a}/{s}" for a, s in zip(activity, subject, strict=True)])
     everything = np.ones(len(recordings), dtype=bool)
     names = sorted(set(activity.tolist()))
-    return utility_map(inputs, activity, clip, subject, everything, names, classifier=classifier)
+    return utility_map(inputs, Protocol(activity, clip, subject, everything, names), classifier)

@@ -32,6 +32,7 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import count_by_clip, f1_scores
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows
@@ -135,7 +136,7 @@ def _row(name: str, patches: PatchSet, pooling: Pooling, sides: list[Side], acti
 
 def _ranked(side: Side, activities: list[str], pooling: Pooling) -> UtilityMap:
     return utility_map(
-        side.features, side.activity, side.clip, side.subject, side.is_test, activities, pooling=pooling
+        side.features, Protocol(side.activity, side.clip, side.subject, side.is_test, activities), pooling
     )
 
 

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from w2w.core.files import DIGITS
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.inputs import PatchBlocks, as_blocks
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.promise import Promise
@@ -27,7 +28,11 @@ WORKERS = 2
 
 
 def multi_sensor_check(
-    order: Sequence[int], inputs: np.ndarray | PatchBlocks, activity: np.ndarray, **protocol: Any
+    order: Sequence[int],
+    inputs: np.ndarray | PatchBlocks,
+    protocol: Protocol,
+    classifier: Any = Ridge.name,
+    resamples: int = 500,
 ) -> list[UtilityMap]:
     """Test the mean of maxima: one classifier on the chosen sensors' signals together.
 
@@ -37,9 +42,10 @@ def multi_sensor_check(
         Patches as chosen.
     inputs : ndarray or PatchBlocks, shape (W, N, D) or (W, N, samples, 6)
         Features or windows of all patches, as for `utility_map`.
-    activity : array_like of str, shape (W,)
-    **protocol
-        The other arguments of `utility_map`; the same ones give the same folds.
+    protocol : Protocol
+        The same gives the same folds.
+    classifier, resamples
+        As for `utility_map`.
 
     Returns
     -------
@@ -54,10 +60,9 @@ def multi_sensor_check(
     def first(size: int) -> UtilityMap:
         worn = np.stack(alone[:size], axis=-2)
         together = worn.reshape(*worn.shape[:-2], -1)[:, None]
-        return utility_map(together, activity, **protocol, halvings=0)
+        return utility_map(together, protocol, classifier, resamples=resamples, halvings=0)
 
-    name = protocol.get("classifier", Ridge.name)
-    workers = WORKERS if name == Ridge.name else 1  # others use all processors by themselves
+    workers = WORKERS if classifier == Ridge.name else 1  # others use all processors by themselves
     with threadpool_limits(1 if workers > 1 else None), ThreadPoolExecutor(workers) as pool:
         return list(pool.map(first, range(len(order), 0, -1)))[::-1]  # what takes longest first
 
@@ -69,7 +74,7 @@ def sensors_together(study: StudyResults, order: Sequence[int]) -> list[UtilityM
     """
     config, labels = study.config(), study.labels()
     inputs = study.inputs(config.classifier)
-    return multi_sensor_check(order[:AT_MOST], inputs, labels.activity, **labels.protocol(config))
+    return multi_sensor_check(order[:AT_MOST], inputs, labels.protocol(config), config.classifier)
 
 
 def together_content(together: Sequence[UtilityMap], made: Promise | None = None) -> list[dict[str, Any]]:

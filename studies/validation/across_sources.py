@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
 from .library_repeats import agreement
@@ -55,9 +56,11 @@ def across_sources(windows: MixedWindows, seed: int = 0) -> AcrossSources:
     kept = windows.some(np.isin(windows.activity, [name for name, count in counts.items() if count > 1]))
     names = sorted(set(kept.activity.tolist()))
     unseen = utility_map(
-        kept.inputs, kept.activity, kept.motion, kept.source, kept.is_test, names,
-        seed=seed, resamples=RESAMPLES, halvings=0,
-    )  # fmt: skip
+        kept.inputs,
+        Protocol(kept.activity, kept.motion, kept.source, kept.is_test, names, seed=seed),
+        resamples=RESAMPLES,
+        halvings=0,
+    )
     seen = rank_within_sources(kept.as_one_source(), seed=seed, halvings=0)
     return AcrossSources(
         unseen, next(iter(seen.parts.values())), {name: _motions(kept, name) for name in names}

@@ -11,6 +11,7 @@ import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.features import window_features
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
 
@@ -44,11 +45,13 @@ class SiteWindows(NamedTuple):
         """Who is seen in each clip."""
         return dict(zip(self.clip.tolist(), self.subject.tolist(), strict=True))
 
-    def ranked(self, activities: Sequence[str], by_subject: bool, **protocol: Any) -> UtilityMap:
+    def ranked(
+        self, activities: Sequence[str], by_subject: bool, folds: int = 5, seed: int = 0, **more: Any
+    ) -> UtilityMap:
         """The map of all sensors, an expected one only where `halvings` are asked for; see `utility_map`."""
         subject = self.subject if by_subject else None
-        labels = (self.activity, self.clip, subject, self.is_test, activities)
-        return utility_map(self.features, *labels, **{"halvings": 0} | protocol)
+        protocol = Protocol(self.activity, self.clip, subject, self.is_test, activities, folds, seed)
+        return utility_map(self.features, protocol, **{"halvings": 0} | more)
 
     some = some_windows
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.ranking.inputs import PatchBlocks, SomeWindows, as_blocks
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
 from .site_windows import SiteWindows
@@ -92,7 +93,8 @@ def told_sources(
             continue
         kept = np.flatnonzero(rows & np.isin(source, sources))
         found[name] = utility_map(
-            SomeWindows(as_blocks(inputs), kept), source[kept], mover[kept], None, is_test[kept], sources,
-            seed=seed, halvings=0,
-        )  # fmt: skip
+            SomeWindows(as_blocks(inputs), kept),
+            Protocol(source[kept], mover[kept], None, is_test[kept], sources, seed=seed),
+            halvings=0,
+        )
     return found

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.ranking.inputs import PatchBlocks
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
@@ -134,9 +135,14 @@ def _ranked(
     """A map of one source's windows by any labels, whose performers are not trained on when tested."""
     folds = max(2, min(FOLDS, len(set(part.performer))))
     return utility_map(
-        part.inputs, labels, part.performer, None, part.is_test, sorted(set(labels.tolist())),
-        folds=folds, seed=seed, resamples=RESAMPLES, pooling=pooling, halvings=halvings,
-    )  # fmt: skip
+        part.inputs,
+        Protocol(
+            labels, part.performer, None, part.is_test, sorted(set(labels.tolist())), folds=folds, seed=seed
+        ),
+        resamples=RESAMPLES,
+        pooling=pooling,
+        halvings=halvings,
+    )
 
 
 def _mean_over(parts: dict[str, UtilityMap], activity: str, kind: str) -> np.ndarray:

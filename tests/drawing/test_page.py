@@ -10,6 +10,7 @@ from w2w.core.body.body import Body
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 from w2w.drawing import draw_heatmap, heatmap
@@ -59,7 +60,10 @@ def _sweep(path, name):
     features = np.random.default_rng(0).normal(size=(72, 6, 4)).astype(np.float32)
     activity = np.repeat(["bow", "jump"], 36)
     utility = utility_map(
-        features, activity, clip, None, np.ones(72, bool), ("bow", "jump"), Ridge(alphas=(0.1,)), resamples=9
+        features,
+        Protocol(activity, clip, None, np.ones(72, bool), ("bow", "jump")),
+        Ridge(alphas=(0.1,)),
+        resamples=9,
     )
     one = SweptCase(Case("usual", name, StudyConfig()), utility, compare_maps(utility, utility))
     sweep_figure(path, [one], sample_patches(Body.bundled(), 6))

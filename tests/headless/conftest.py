@@ -22,6 +22,7 @@ from w2w.core.findings.summary import write_results
 from w2w.core.motion.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
@@ -124,11 +125,11 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     for number, name in enumerate(clips_of):
         features[activity == name, :, number] += 3 * strength
     pooling = Pooling.on(body, patches)
-    utility = utility_map(features, activity, clip, None, is_test, sorted(clips_of), seed=3, pooling=pooling)
-    protocol = {"clip": clip, "subject": None, "is_test": is_test, "activities": sorted(clips_of), "seed": 3}
+    protocol = Protocol(activity, clip, None, is_test, sorted(clips_of), seed=3)
+    utility = utility_map(features, protocol, pooling=pooling)
     details = {"windows": WINDOWS, "frames": 120, "duration_s": 4.0}
     ranked = tuple(LabelledClip(clip.name, clip.activity, clip.subject, clip.name) for clip in clips)
-    tests = SetTests.of(features, activity, **protocol, pooling=pooling)
+    tests = SetTests.of(features, protocol, pooling)
     drawn = Study(
         library,
         config,

@@ -10,6 +10,7 @@ import pytest
 from benchmarks import classifier_agreement
 from w2w.core.clip_ranking import LabelledClip, WindowLabels
 from w2w.core.ranking.inputs import ArrayBlocks
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 
 COUNTS = {"walk": 6, "wave": 5, "bow": 2}
@@ -29,11 +30,11 @@ def study():
     features = np.random.default_rng(0).normal(size=(len(labels.activity), PLACES, 5)).astype(np.float32)
     for column, name in enumerate(COUNTS):
         features[labels.activity == name, :, column] += 0.4 * np.arange(PLACES)
-    rest = (labels.activity, labels.motion, None, labels.is_test, sorted(COUNTS))
+    protocol = Protocol(labels.activity, labels.motion, None, labels.is_test, sorted(COUNTS), 3, 4)
     return SimpleNamespace(
         clips=clips,
         parameters={"by_subject": False, "folds": 3, "seed": 4},
-        utility=utility_map(features, *rest, folds=3, seed=4),
+        utility=utility_map(features, protocol),
         labels=lambda: labels,
         inputs=lambda _: ArrayBlocks(features),
         features=features,

@@ -14,6 +14,7 @@ from .clip_files import ClipWindows
 from .motion.library import Clip
 from .ranking.classifiers.ridge import Ridge
 from .ranking.inputs import PatchBlocks
+from .ranking.planned import Protocol
 from .ranking.pooling import Pooling
 from .ranking.trial_sums import Spread
 from .ranking.utility import UtilityMap, utility_map
@@ -63,19 +64,14 @@ class WindowLabels:
         """Of some windows, by their numbers or a mask."""
         return WindowLabels(self.activity[rows], self.motion[rows], self.subject[rows], self.is_test[rows])
 
-    def protocol(self, config: StudyConfig, classifier: Any = None) -> dict[str, Any]:
-        """The arguments of `utility_map` after the activity."""
+    def protocol(self, config: StudyConfig) -> Protocol:
+        """The protocol that the config asks for."""
         activities = sorted(set(self.activity.tolist()))
-        return {
-            "clip": self.motion,
-            "subject": self.subject if config.by_subject else None,
-            "is_test": self.is_test,
-            "activities": activities,
-            "counts": counting(activities, config.background, config.weights),
-            "classifier": config.classifier if classifier is None else classifier,
-            "folds": config.folds,
-            "seed": config.seed,
-        }
+        counts = counting(activities, config.background, config.weights)
+        subject = self.subject if config.by_subject else None
+        return Protocol(
+            self.activity, self.motion, subject, self.is_test, activities, config.folds, config.seed, counts
+        )
 
 
 def rank_clips(
@@ -151,9 +147,15 @@ def rank_windows(
     spread: Spread | None = None,
 ) -> UtilityMap:
     """Train and test at every patch; as `rank_clips`, for windows whose motions are known."""
-    protocol = labels.protocol(config, classifier)
-    elsewhere = {"progress": progress, "work": work, "pooling": pooling, "spread": spread}
-    return utility_map(inputs, labels.activity, **protocol, **elsewhere)
+    return utility_map(
+        inputs,
+        labels.protocol(config),
+        config.classifier if classifier is None else classifier,
+        progress=progress,
+        work=work,
+        pooling=pooling,
+        spread=spread,
+    )
 
 
 def set_tests(
@@ -168,7 +170,6 @@ def set_tests(
 
     `utility`, by `rank_windows` for the same arguments, spares ranking halves of the clips again.
     """
-    protocol = labels.protocol(config, classifier)
-    if protocol.pop("classifier") != Ridge.name:
+    if (config.classifier if classifier is None else classifier) != Ridge.name:
         return None
-    return SetTests.of(inputs, labels.activity, **protocol, pooling=pooling, utility=utility)
+    return SetTests.of(inputs, labels.protocol(config), pooling, utility=utility)

@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import binom, norm
 
 from w2w.core.ranking.f1 import score_patches
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection.advice import best_single
 
@@ -97,9 +98,10 @@ def test_the_map_takes_its_level_draws_and_seed_from_its_arguments():
     truth, _, clip = half_right(40)
     inputs, activity = np.zeros((len(truth), 1, 1), np.float32), np.array(["bow", "walk"])[truth]
 
-    def made(**changed):
+    def made(seed, **changed):
         every = np.ones(len(truth), bool)
-        return utility_map(inputs, activity, clip, None, every, ("bow", "walk"), Fixed(), **changed)
+        protocol = Protocol(activity, clip, None, every, ("bow", "walk"), seed=seed)
+        return utility_map(inputs, protocol, Fixed(), **changed)
 
     base = made(seed=5, resamples=300)
     assert base.mean_samples.shape == (300, 1)

@@ -22,6 +22,7 @@ from w2w.core.ranking.inputs import (
     clip_inputs,
     spans,
 )
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 from w2w.core.study import StudyConfig
@@ -54,11 +55,11 @@ def stored(utility: UtilityMap, path):
 @pytest.mark.parametrize("places_at_once", [1, 3, 10])
 def test_the_size_of_the_blocks_changes_no_byte(tmp_path, places_at_once):
     features, activity, clip, is_test = library()
-    protocol = (activity, clip, None, is_test, ACTIVITIES)
+    protocol = Protocol(activity, clip, None, is_test, ACTIVITIES)
     source = Served(features)
     budget = places_at_once * features[:, 0].nbytes
-    blockwise = utility_map(source, *protocol, Ridge(block_bytes=budget), resamples=50)
-    whole = utility_map(features, *protocol, Ridge(), resamples=50)
+    blockwise = utility_map(source, protocol, Ridge(block_bytes=budget), resamples=50)
+    whole = utility_map(features, protocol, Ridge(), resamples=50)
     assert stored(blockwise, tmp_path / "a.npz") == stored(whole, tmp_path / "b.npz")
     assert max(source.asked) == places_at_once
 

@@ -6,6 +6,7 @@ import pytest
 
 from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.reliability import agreement, clips_needed, of_all, of_halves
 from w2w.core.ranking.utility import utility_map
@@ -81,7 +82,9 @@ def classified(shuffled, seed, equal=False):
     if shuffled:
         activity = rng.permutation(activity.reshape(-1, 2)[:, 0]).repeat(2)
     names = np.array([f"activity {a}" for a in range(A)])
-    return utility_map(features, names[activity], clip, None, every, list(names), resamples=20, seed=seed)
+    return utility_map(
+        features, Protocol(names[activity], clip, None, every, list(names), seed=seed), resamples=20
+    )
 
 
 def test_shuffled_labels_give_a_reliability_near_nought_and_cannot_rank():
@@ -113,6 +116,6 @@ def test_two_clips_an_activity_cannot_be_halved():
     activity, clip, _, every = clips(3)
     features = np.random.default_rng(0).normal(size=(len(activity), 6, 3)).astype(np.float32)
     names = np.array(list("abc"))
-    utility = utility_map(features, names[activity], clip, None, every, list(names), resamples=20)
+    utility = utility_map(features, Protocol(names[activity], clip, None, every, list(names)), resamples=20)
     assert np.isnan(utility.reliability)
     assert not utility.can_rank

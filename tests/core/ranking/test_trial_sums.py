@@ -11,6 +11,7 @@ from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import window_f1
 from w2w.core.ranking.halves import Scored, plan
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.trial_sums import TrialSums
 from w2w.core.ranking.utility import utility_map
 
@@ -63,7 +64,7 @@ def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatc
     maps = []
     for at_once in (ridge.WINDOWS_AT_ONCE, 5):
         monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", at_once)
-        maps.append(utility_map(features(labels), names[labels], clip, None, is_test, list(names)))
+        maps.append(utility_map(features(labels), Protocol(names[labels], clip, None, is_test, list(names))))
     whole, parts = maps
     np.testing.assert_array_equal(whole.predictions, parts.predictions)
     np.testing.assert_array_equal(whole.f1, parts.f1)
@@ -91,7 +92,7 @@ def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
 def test_patches_tried_some_at_a_time_give_the_same_map():
     labels, clip, _, is_test = windows()
     names = np.array(list("abcd"))
-    arguments = (features(labels, 35), names[labels], clip, None, is_test, list(names))
+    arguments = features(labels, 35), Protocol(names[labels], clip, None, is_test, list(names))
     told = []
     whole, parts = utility_map(*arguments), utility_map(*arguments, progress=told.append, spread=map)
     for name in ("predictions", "expected_f1", "expected_mean", "as_good", "mean_samples"):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.clip_ranking import LabelledClip, WindowLabels
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
     check_counting,
@@ -40,10 +41,11 @@ def library(seed=0, clips=8):
     return features.astype(np.float32), np.array(NAMES)[activity], clip
 
 
-def ranked(counts=None, **options):
+def ranked(counts=None, classifier="ridge", folds=5, **options):
     features, activity, clip = library()
     every = np.ones(len(clip), dtype=bool)
-    return utility_map(features, activity, clip, None, every, NAMES, resamples=40, counts=counts, **options)
+    protocol = Protocol(activity, clip, None, every, NAMES, folds, counts=counts)
+    return utility_map(features, protocol, classifier, resamples=40, **options)
 
 
 @pytest.fixture(scope="module")
@@ -145,8 +147,8 @@ def test_one_definition_for_every_classifier():
         np.ones(len(clips), bool),
     )
     config = StudyConfig(background=("Walk",), weights=(("run", 2.0), ("bow", 1.0)))
-    assert labels.protocol(config)["counts"] == {"walk": 0.0, "run": 2.0}
-    assert labels.protocol(StudyConfig())["counts"] == {}
+    assert labels.protocol(config).counts == {"walk": 0.0, "run": 2.0}
+    assert labels.protocol(StudyConfig()).counts == {}
     assert StudyConfig.from_dict(config.as_dict()) == config
     trees = ranked({"bow": 0.0, "jump": 0.0}, classifier="trees", folds=2)
     np.testing.assert_allclose(trees.mean, trees.f1[:, 2:].mean(axis=1))
@@ -173,9 +175,16 @@ def test_activities_that_count_but_cannot_be_tested_leave_nothing():
     message = r"none of the activities that can be tested counts \(jump, run, walk\)"
     with pytest.raises(ValueError, match=message):
         utility_map(
-            features[keep], activity[keep], clip[keep], None, np.ones(keep.sum(), bool), NAMES,
-            counts=counting(NAMES, NAMES[1:]),
-        )  # fmt: skip
+            features[keep],
+            Protocol(
+                activity[keep],
+                clip[keep],
+                None,
+                np.ones(keep.sum(), bool),
+                NAMES,
+                counts=counting(NAMES, NAMES[1:]),
+            ),
+        )
 
 
 def test_a_table_of_weights_is_read(tmp_path):

@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.weights import mean_over
 from w2w.core.selection.set_tests import SetTests
@@ -32,7 +33,7 @@ def library(seed=0, told=(0, 1), shuffled=False):
 def prepare(features, names, clip, subject=None, counts=None):
     every = np.ones(len(clip), dtype=bool)
     return SetTests.of(
-        features, names, clip, subject, every, NAMES, Pooling.none(N), workers=1, counts=counts
+        features, Protocol(names, clip, subject, every, NAMES, counts=counts), Pooling.none(N), workers=1
     )
 
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.joint_scores import JointScores
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection import set_tests
@@ -22,7 +23,7 @@ def asked(request):
     features, names, clip = library()
     count = SUBJECTS[request.param]
     subject = None if count is None else np.array(list("abcdef"))[clip % CLIPS % count]
-    return features, names, clip, subject, np.ones(len(clip), dtype=bool), NAMES
+    return features, Protocol(names, clip, subject, np.ones(len(clip), dtype=bool), NAMES)
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ import numpy as np
 
 from w2w.core.files import write_npz
 from w2w.core.ranking.inputs import FeatureFiles
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 
 NAMES = ("bow", "jump", "walk")
@@ -26,4 +27,5 @@ def ranked(library, spread, **more):
     folder, activity, clip = library
     inputs = FeatureFiles([folder / f"{number}.npz" for number in range(36)])
     is_test = np.arange(len(clip)) % 2 == 0
-    return utility_map(inputs, activity, clip, None, is_test, NAMES, resamples=20, spread=spread, **more)
+    protocol = Protocol(activity, clip, None, is_test, NAMES)
+    return utility_map(inputs, protocol, resamples=20, spread=spread, **more)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.inputs import FeatureFiles
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.headless.runs.rank_in_workers import spread_over
 from w2w.headless.runs.workers import EngineError
@@ -48,7 +49,7 @@ def test_what_a_worker_cannot_read_is_said(library, scheduler):
 
     is_test = np.arange(len(clip)) % 2 == 0
     with pytest.raises(FileNotFoundError, match=r"7\.npz"):
-        utility_map(source, activity, clip, None, is_test, NAMES, spread=without_files)
+        utility_map(source, Protocol(activity, clip, None, is_test, NAMES), spread=without_files)
 
 
 @pytest.mark.slow

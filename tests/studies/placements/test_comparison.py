@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.library import Clip, Library
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.activity_groups import PAPER_GROUPS, choose_activities
 from w2w.studies.placements.comparison import compare_patches
@@ -21,7 +22,9 @@ def utility():
     features = rng.normal(size=(len(activity), 3, 3)).astype(np.float32)
     for number, name in enumerate(("lift", "sit", "walk")):
         features[activity == name, :2, number] += 2.2
-    return utility_map(features, activity, clip, None, np.ones(360, bool), ["lift", "sit", "walk"], seed=1)
+    return utility_map(
+        features, Protocol(activity, clip, None, np.ones(360, bool), ["lift", "sit", "walk"], seed=1)
+    )
 
 
 def test_a_better_place_is_told_from_a_worse_one_and_not_from_its_equal(utility):

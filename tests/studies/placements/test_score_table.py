@@ -6,6 +6,7 @@ import pytest
 from sklearn.metrics import f1_score
 
 from w2w.core.ranking.f1 import score_patches
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.score_table import resampled_f1, score_table
 
@@ -26,7 +27,7 @@ def utility():
     features = np.stack([noise[:, 0], centres + noise[:, 1], centres + noise[:, 1], 9 * centres], axis=1)
     features[:, 2] += 0.01 * noise[:, 2]
     everything = np.ones(240, bool)
-    return utility_map(features.astype(np.float32), activity, clip, None, everything, ACTIVITIES)
+    return utility_map(features.astype(np.float32), Protocol(activity, clip, None, everything, ACTIVITIES))
 
 
 def test_rows_are_the_map_in_groups(utility):

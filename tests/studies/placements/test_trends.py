@@ -6,6 +6,7 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.activity_groups import PAPER_GROUPS
 from w2w.studies.placements.trends import (
@@ -51,7 +52,9 @@ def ranked(patches, seed=0, clips=6, shuffled=False):
         activity = rng.permutation(np.repeat(np.arange(4), clips))[clip]
     every = np.ones(len(clip), dtype=bool)
     names = np.array(NAMES)[activity]
-    return utility_map(features.astype(np.float32), names, clip, None, every, NAMES, resamples=2, halvings=0)
+    return utility_map(
+        features.astype(np.float32), Protocol(names, clip, None, every, NAMES), resamples=2, halvings=0
+    )
 
 
 def test_what_is_so_is_supported_and_the_contrary_contradicted(patches):

@@ -10,6 +10,7 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 from w2w.studies.sweep.cases import Case
@@ -25,9 +26,11 @@ def usual():
     features = rng.normal(size=(72, 6, 4)) + (activity == "bow")[:, None, None] * np.arange(6)[:, None] / 3
     everything = np.ones(72, bool)
     return utility_map(
-        features.astype(np.float32), activity, clip, None, everything, ("bow", "jump"), Ridge(alphas=(0.1,)),
+        features.astype(np.float32),
+        Protocol(activity, clip, None, everything, ("bow", "jump")),
+        Ridge(alphas=(0.1,)),
         resamples=100,
-    )  # fmt: skip
+    )
 
 
 def said(utility):

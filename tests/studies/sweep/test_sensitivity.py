@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.sweep.sensitivity import compare_maps, resampled_clips
 
@@ -23,11 +24,7 @@ def ranked(strength, noise=0, clips=20):
     everything = np.ones(len(clip), bool)
     return utility_map(
         features.astype(np.float32),
-        activity,
-        clip,
-        None,
-        everything,
-        ACTIVITIES,
+        Protocol(activity, clip, None, everything, ACTIVITIES),
         Ridge(alphas=(0.1,)),
         resamples=300,
     )

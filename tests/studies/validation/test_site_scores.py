@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.validation.site_scores import site_scores
 
@@ -28,7 +29,9 @@ def made(spread=0.4):
 
 def found():
     x, activity, clip, subject = made()
-    whole = utility_map(x, activity, clip, subject, np.ones(len(x), bool), ["up", "down"], halvings=0)
+    whole = utility_map(
+        x, Protocol(activity, clip, subject, np.ones(len(x), bool), ["up", "down"]), halvings=0
+    )
     return whole, dict(zip(clip.tolist(), subject.tolist(), strict=True))
 
 

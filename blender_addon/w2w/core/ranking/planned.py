@@ -1,15 +1,59 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Windows of testable activities, dealt to trainings and tests."""
+"""How windows are trained on and tested: the protocol, and the windows dealt by it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .folds import deal
 from .halves import HALVINGS, Plan, plan
+from .weights import weights_of
+
+
+@dataclass(frozen=True, eq=False)
+class Protocol:
+    """How W windows are trained on and tested, never on the same clip.
+
+    Clips that are one motion, and augmented copies of a clip, must bear one name
+    (`same_motion.same_motion_groups`). Windows of other activities than `activities` are not used. `seed`
+    decides the folds, the bootstrap's draws and those of a classifier given by name.
+    """
+
+    activity: np.ndarray  # (W,), of str
+    clip: np.ndarray  # (W,)
+    subject: np.ndarray | None  # (W,), of str; where given, one is left out at a time, not a fold of clips
+    is_test: np.ndarray  # (W,), bool: neither overlapping nor augmented; the others are for training only
+    activities: Sequence[str]  # in the order wanted
+    folds: int = 5  # where no subjects are given; fewer when there are fewer clips
+    seed: int = 0
+    counts: Mapping[str, float] | None = None  # weights in the means, 1 by default; 0 is trained against only
+
+    def planned(self, halvings: int = HALVINGS) -> Planned:
+        """Deal the windows to trainings and tests.
+
+        Raises
+        ------
+        ValueError
+            If fewer than two activities can be tested, or none of them counts; the message says why.
+        """
+        activity, clip, is_test = (
+            np.asarray(self.activity),
+            np.asarray(self.clip),
+            np.asarray(self.is_test, bool),
+        )
+        split = deal(activity, clip, self.subject, self.activities, self.folds, self.seed)
+        index = {name: number for number, name in enumerate(split.tested)}
+        used = np.flatnonzero(np.isin(activity, split.tested))
+        labels = np.array([index[name] for name in activity[used].tolist()])
+        fold, tested = split.fold[used], is_test[used]
+        trials = plan(labels, clip[used], fold, tested, self.subject is not None, self.seed, halvings)
+        weights = weights_of(split.tested, self.counts)
+        return Planned(
+            used, labels, fold, tested, trials, split.tested, weights, split.left_out, split.protocol
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +66,7 @@ class Planned:
     is_test: np.ndarray  # (U,), bool
     plan: Plan
     activities: tuple[str, ...]
+    weights: np.ndarray  # (A,): what each activity counts
     left_out: dict[str, str]  # activities not tested, each with the reason
     protocol: str  # in words
 
@@ -36,27 +81,3 @@ class Planned:
             is_test=self.is_test[rows],
             plan=self.plan.among(rows, labels),
         )
-
-
-def planned(
-    activity: np.ndarray,
-    clip: np.ndarray,
-    subject: np.ndarray | None,
-    is_test: np.ndarray,
-    activities: Sequence[str],
-    folds: int = 5,
-    seed: int = 0,
-    halvings: int = HALVINGS,
-) -> Planned:
-    """Deal windows to trainings and tests.
-
-    Parameters and errors are those of `utility_map`.
-    """
-    activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
-    split = deal(activity, clip, subject, activities, folds, seed)
-    index = {name: number for number, name in enumerate(split.tested)}
-    used = np.flatnonzero(np.isin(activity, split.tested))
-    labels = np.array([index[name] for name in activity[used].tolist()])
-    fold, tested = split.fold[used], is_test[used]
-    trials = plan(labels, clip[used], fold, tested, subject is not None, seed, halvings)
-    return Planned(used, labels, fold, tested, trials, split.tested, split.left_out, split.protocol)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -22,10 +22,10 @@ from .f1 import score_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, maps_of
 from .inputs import PatchBlocks, SomeWindows, as_blocks
-from .planned import Planned, planned
+from .planned import Planned, Protocol
 from .pooling import Pooling
 from .trial_sums import TASK_PATCHES, Spread, Tried, try_patches
-from .weights import alike, counted_columns, mean_over, weights_of
+from .weights import alike, counted_columns, mean_over
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": extra_trees, "multi3net": Multi3Net}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, like `Ridge`."""
@@ -182,14 +182,9 @@ class UtilityMap:
 
 def utility_map(
     inputs: np.ndarray | PatchBlocks,
-    activity: np.ndarray,
-    clip: np.ndarray,
-    subject: np.ndarray | None,
-    is_test: np.ndarray,
-    activities: Sequence[str],
+    protocol: Protocol,
     classifier: Any = "ridge",
-    folds: int = 5,
-    seed: int = 0,
+    *,
     resamples: int = 500,
     level: float = 0.95,
     progress: Callable[[float], None] | None = None,
@@ -197,7 +192,6 @@ def utility_map(
     pooling: Pooling | None = None,
     halvings: int = HALVINGS,
     spread: Spread | None = None,
-    counts: Mapping[str, float] | None = None,
 ) -> UtilityMap:
     """Train and test a classifier at every patch, never on the same clip.
 
@@ -206,51 +200,35 @@ def utility_map(
     inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier takes (`inputs_of`): features (W, N, D), or windows (W, N, samples, 6);
         in memory, or served some patches at a time.
-    activity : array_like of str, shape (W,)
-    clip : array_like, shape (W,)
-        Clip of each window. Clips that are one motion, and augmented copies of a clip,
-        must bear one name (`same_motion.same_motion_groups`).
-    subject : array_like of str, shape (W,), or None
-        Where given, one subject is left out at a time instead of a fold of clips.
-    is_test : array_like of bool, shape (W,)
-        Windows that may be tested on: neither overlapping nor augmented. The others
-        are for training.
-    activities : sequence of str
-        Activities in the order wanted; windows of others are not used.
+    protocol : Protocol
     classifier : str or object
         Name in CLASSIFIERS, or an object with their `predict_folds`.
-    folds : int
-        Folds, where no subjects are given; fewer when there are fewer clips.
-    seed : int
-        Decides the folds, the bootstrap's draws and those of a classifier given by name.
     resamples : int
         Bootstrap resamples of the clips.
     level : float
         Confidence of the intervals.
     progress : callable, optional
-        Told the fraction done.
+        Given the fraction done.
     work : Path, optional
         Folder in which a classifier given by name that takes long leaves what a later
         call with the same inputs takes up.
     pooling : Pooling, optional
         Over the skin of the body that the patches are on, for the expected scores.
     halvings : int
-        Ways in which the clips are halved for them; 0 where they are not looked at.
+        Ways in which the clips are halved for them; 0 for none.
     spread : callable, optional
         Has some patches at a time tried elsewhere, such as on a cluster, where the classifier can.
-    counts : mapping of str to float, optional
-        What activities count in the means, 1 by default; those of 0 are trained against only.
 
     Raises
     ------
     ValueError
         If fewer than two activities can be tested, or none of them counts; the message says why.
     """
-    clip = np.asarray(clip)
+    clip, seed = np.asarray(protocol.clip), protocol.seed
     model = _model(classifier, seed, work)
     scored = hasattr(model, "score_splits")
-    trial = planned(activity, clip, subject, is_test, activities, folds, seed, halvings * scored)
-    weights = weights_of(trial.activities, counts)
+    trial = protocol.planned(halvings * scored)
+    weights = trial.weights
     source = SomeWindows(as_blocks(inputs), trial.used)
     if scored:
         predictions, trials_f1 = _try_all(model, source, trial, progress, spread)

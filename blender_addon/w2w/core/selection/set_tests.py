@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,10 +14,10 @@ from ..ranking.f1 import class_auc, window_f1
 from ..ranking.halves import Plan, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_scores import JointScores, Training
-from ..ranking.planned import planned
+from ..ranking.planned import Protocol
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
-from ..ranking.weights import counted_columns, mean_over, weights_of
+from ..ranking.weights import counted_columns, mean_over
 
 MOST_WINDOWS = 1000
 """Most windows that a choice rests on, evenly drawn: time grows with their square."""
@@ -109,28 +109,21 @@ class SetTests:
     def of(
         cls,
         inputs: np.ndarray | PatchBlocks,
-        activity: np.ndarray,
-        clip: np.ndarray,
-        subject: np.ndarray | None,
-        is_test: np.ndarray,
-        activities: Sequence[str],
+        protocol: Protocol,
         pooling: Pooling,
-        folds: int = 5,
-        seed: int = 0,
         workers: int = 2,
-        counts: Mapping[str, float] | None = None,
         utility: UtilityMap | None = None,
     ) -> SetTests:
-        """Prepare the tests of a library, for features as `Ridge` takes them.
+        """Prepare the tests of a library, for features (W, N, D) as `Ridge` takes them.
 
-        Parameters and errors are those of `utility_map`; `utility` is what that gave for the same, whose
-        halves need not be ranked again then.
+        `utility` is the `utility_map` of the same inputs and protocol, whose halves need not be ranked again
+        then. Errors are those of `Protocol.planned`.
         """
-        activity, clip, is_test = np.asarray(activity), np.asarray(clip), np.asarray(is_test, dtype=bool)
-        everything = planned(activity, clip, subject, is_test, activities, folds, seed)
+        everything = protocol.planned()
         used = everything.used
-        work = everything.among(_evenly(activity[used], clip[used], is_test[used], MOST_WINDOWS))
-        weights = weights_of(work.activities, counts)
+        activity, clip = np.asarray(protocol.activity)[used], np.asarray(protocol.clip)[used]
+        work = everything.among(_evenly(activity, clip, everything.is_test, MOST_WINDOWS))
+        weights = work.weights
         source = SomeWindows(as_blocks(inputs), work.used)
         ridge = Ridge(workers=workers).choose_alpha(source, work.labels, work.fold, work.is_test)
         features = _held(source)
@@ -151,7 +144,7 @@ class SetTests:
         trials = dict.fromkeys([whole, *(one for pair in halves for one in pair)])
         made = {trial: tests(trial) for trial in trials}
         pairs = tuple((made[a], made[b]) for a, b in halves)
-        return cls(made[whole], pairs, work.plan, work.activities, seed, weights)
+        return cls(made[whole], pairs, work.plan, work.activities, protocol.seed, weights)
 
 
 def _alone(utility: UtilityMap | None, plan: Plan) -> dict[Trial, np.ndarray]:

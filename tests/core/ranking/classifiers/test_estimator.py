@@ -7,6 +7,7 @@ import numpy as np
 from sklearn.ensemble import ExtraTreesClassifier
 
 from w2w.core.ranking.classifiers.estimator import extra_trees
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 
 
@@ -45,7 +46,10 @@ def test_by_name_it_ranks_places_by_what_they_tell():
     everywhere = np.ones(len(clip), bool)
     maps = [
         utility_map(
-            features, activity, clip, None, everywhere, ("bow", "run", "walk"), "trees", 3, seed, resamples=20
+            features,
+            Protocol(activity, clip, None, everywhere, ("bow", "run", "walk"), folds=3, seed=seed),
+            "trees",
+            resamples=20,
         )
         for seed in (2, 2, 3)
     ]

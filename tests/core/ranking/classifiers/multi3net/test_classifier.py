@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net, split_windows
+from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
 
 SMALL = Multi3Net(
@@ -111,7 +112,7 @@ def test_labels_shuffled_by_clip_give_chance():
     activity = np.array(["bow", "run", "walk"])[shuffled]
     everywhere = np.ones(len(clip), bool)
     utility = utility_map(
-        windows, activity, clip, None, everywhere, ("bow", "run", "walk"), classifier=SMALL, resamples=20
+        windows, Protocol(activity, clip, None, everywhere, ("bow", "run", "walk")), SMALL, resamples=20
     )
     assert utility.mean.mean() == pytest.approx(1 / 3, abs=0.12)
     assert utility.classifier == "multi3net"
