@@ -140,8 +140,7 @@ def benchmark_networks(windows: np.ndarray, classes: int, repeats: int = 5) -> d
     import torch
     from torch.nn.functional import cross_entropy
 
-    from w2w.core.ranking.classifiers.multi3net.examples import Examples
-    from w2w.core.ranking.classifiers.multi3net.network import Network
+    from w2w.core.ranking.classifiers.multi3net.network import Examples, Network
 
     torch.set_num_threads(1)
     settings = Multi3Net()

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
+from w2w.core.exports import arrays, bids, biomechanics, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
 from w2w.core.file_names import shown
 from w2w.core.results_folder import StudyResults
@@ -22,7 +22,7 @@ from ..options import chosen_sensor, words
 from ..runs.own_files import check_whole, published
 
 WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch}
-RECORDED = {"bids": bids.write_bids, "parquet": parquet.write_parquet}
+RECORDED = {"bids": bids.write_bids, "parquet": arrays.write_parquet}
 WORN = ("opensim", "xsens")
 TOOLS = (*WINDOWED, *pose_packs.METHODS, *RECORDED, *WORN)
 

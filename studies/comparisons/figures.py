@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from w2w.core.colours import COLOUR_MAP
 from w2w.core.files import atomic_write
-from w2w.core.ranking.reliability import WANTED
+from w2w.core.ranking.expected import WANTED
 from w2w.drawing.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
 
 from ..validation.sites import SiteValidation

@@ -10,7 +10,7 @@ import numpy as np
 
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import json_number, write_json, write_text
-from w2w.core.ranking.reliability import WANTED, clips_needed
+from w2w.core.ranking.expected import WANTED, clips_needed
 from w2w.core.ranking.utility import UtilityMap
 
 from ..validation.library_repeats import MeansAgree

@@ -15,7 +15,7 @@ from rich.table import Table
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.reliability import of_halves
+from w2w.core.ranking.expected import of_halves
 from w2w.core.ranking.utility import UtilityMap
 
 from .cases import Case

@@ -4,11 +4,10 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.expected import expect
+from w2w.core.ranking.expected import agreement, clips_needed, expect, of_all, of_halves
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.reliability import agreement, clips_needed, of_all, of_halves
 from w2w.core.ranking.utility import utility_map
 
 N, A = 500, 3

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Windows as arrays that aeon, sktime and PyTorch take: (windows, channels, time) with labels."""
+"""Windows as arrays that aeon, sktime and PyTorch take, and signals as one Parquet table.
+
+The arrays are (windows, channels, time) with labels; the table has a row a sample and sensor.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,16 @@ from ..ranking.windows import TooShortError, cut_alike, cut_windows
 from .study_signals import StudySignals
 
 DATASET_FILE = "w2w_windows.py"
+
+TABLE_FILE = "signals.parquet"
+
+FRAMES = {
+    "acc": "m/s2, sensor frame",
+    "gyr": "rad/s, sensor frame",
+    "orientation": "quaternion, sensor to world, z up",
+    "magnetometer": "uT, sensor frame",
+    "barometer": "Pa",
+}
 
 DATASET = '''"""The windows of this folder for PyTorch; needs numpy and torch, not W2W.
 
@@ -108,4 +121,49 @@ def write_torch(folder: Path, signals: StudySignals) -> int:
     """Write the arrays and a PyTorch dataset that reads them; returns the number of windows."""
     count = write_arrays(folder, signals)
     write_text(folder / DATASET_FILE, DATASET)
+    return count
+
+
+def write_parquet(folder: Path, signals: StudySignals) -> int:
+    """Write clip, activity, subject, place, time_s, then the readings; returns the number of clips.
+
+    A ValueError says how to get pyarrow where it is missing.
+    """
+    try:
+        import pyarrow as arrow
+        import pyarrow.parquet as parquet
+    except ImportError as error:  # not there, or for another numpy
+        raise ValueError(f"Parquet files are written by pyarrow (pip install pyarrow): {error}") from error
+    words = arrow.dictionary(arrow.int32(), arrow.string())
+    labels = ("clip", "activity", "subject", "place")
+    channels = [channel for reading in signals.readings for channel in reading.channels]
+    schema = arrow.schema(
+        [
+            *(arrow.field(name, words) for name in labels),
+            arrow.field("time_s", arrow.float64()),
+            *(arrow.field(name, arrow.float32()) for name in channels),
+        ],
+        {
+            **{reading.name: FRAMES[reading.name] for reading in signals.readings},
+            "sensor": signals.config.sensor,
+        },
+    )
+    count = 0
+    with parquet.ParquetWriter(folder / TABLE_FILE, schema) as writer:
+        for recording in signals.recordings():
+            n_samples, n_sensors = recording.n_samples, recording.n_sensors
+            values = recording.values.transpose(1, 0, 2).reshape(-1, len(channels))
+            one = [[recording.clip], [recording.activity], [recording.subject], list(recording.sites)]
+            numbers = [np.zeros(n_samples * n_sensors, dtype=np.int32)] * 3
+            numbers.append(np.repeat(np.arange(n_sensors, dtype=np.int32), n_samples))
+            columns = [
+                arrow.DictionaryArray.from_arrays(arrow.array(index), arrow.array(words_of, arrow.string()))
+                for index, words_of in zip(numbers, one, strict=True)
+            ]
+            columns.append(arrow.array(np.tile(recording.time, n_sensors)))
+            columns += [
+                arrow.array(np.ascontiguousarray(values[:, channel])) for channel in range(len(channels))
+            ]
+            writer.write_table(arrow.Table.from_arrays(columns, schema=schema))
+            count += 1
     return count

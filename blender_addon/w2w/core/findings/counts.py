@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How many clips and activities a result rests on, and where they are too few for an interval."""
+"""Numbers of clips and activities behind a result, and cautions where they are too few for an interval."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
 
 
 def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
-    """Which activities were left out and why, one sentence for each reason.
+    """The activities left out and why, one sentence for each reason.
 
     Examples
     --------

@@ -45,7 +45,7 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
 
 
 def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
-    """Which clips are copies, each given with the first that shows its motion; else empty."""
+    """Names the clips that are copies, each with the first that shows its motion; empty without any."""
     if not copies:
         return ""
     many = len(copies) > 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a ranking tells the activities apart, or the sources of their clips, or the people.
+"""A check that a ranking tells the activities apart, not the sources of their clips or the people.
 
 Simulated sensors recognise the recording system of a clip (docs/truth.md): an activity that a system shows
 alone is told by the system.
@@ -34,7 +34,7 @@ class Shown(NamedTuple):
 
 
 def system_of(skeleton: str, rate: float) -> str:
-    """What recorded a clip, as far as its file tells."""
+    """The recording system of a clip, as far as its file shows it."""
     return f"{skeleton or 'unnamed'} skeletons at {round(rate)} frames/s"
 
 
@@ -93,7 +93,7 @@ def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]
 
 
 def _ways(clips: Sequence[Shown]) -> list[list[str]]:
-    """How the clips may be told apart by source: as the labels say, else by system and by folder."""
+    """Groupings of the clips by source: as the labels say, else by system and by folder."""
     if all(clip.source for clip in clips):
         return [[clip.source for clip in clips]]
     folders = [clip.folder for clip in clips]
@@ -105,7 +105,7 @@ def _ways(clips: Sequence[Shown]) -> list[list[str]]:
 
 
 def _sources(found: dict[str, str]) -> str:
-    """Which activities each source shows alone, the sources with most of them first."""
+    """The activities that each source shows alone, in words, the sources with most of them first."""
     counts = Counter(found.values()).most_common()
     parts = []
     for number, (source, count) in enumerate(counts[:NAMED]):

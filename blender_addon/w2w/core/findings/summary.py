@@ -103,7 +103,7 @@ def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) ->
 
 
 def summary(study: Study) -> dict[str, Any]:
-    """What the study found, for people and programs."""
+    """All findings of the study, for people and programs."""
     utility, patches = study.results.utility, study.results.patches
     garments = garment_content(study.results.out, study.config.garments, patches)
     return {
@@ -163,7 +163,7 @@ def _installed(name: str) -> str:
 
 
 def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str, Any]:
-    """How many used clips are shorter than a window, and the longest window that half of them fill."""
+    """The window, the used clips that are shorter, and the longest window that half of them fill."""
     durations = np.array([result.details["duration_s"] for result in results if result.used])
     median = float(np.median(durations)) if len(durations) else 0.0
     return {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Do two rankings of the same patches or sites agree: rank correlation, its interval and its chance."""
+"""Rank correlation of two rankings of the same patches or sites, its interval and its chance."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.stats import kendalltau, permutation_test, rankdata
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far two scores put the same patches, or sites, in the same order.
+    """Agreement of two scores about the order of the same patches or sites.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Agreement:
 
     @property
     def step(self) -> float:
-        """What one swap of neighbours in the order costs rho: 12 / (n (n^2 - 1))."""
+        """Loss of rho by one swap of neighbours in the order: 12 / (n (n^2 - 1))."""
         return 12.0 / (self.n_ranked * (self.n_ranked**2 - 1))
 
 

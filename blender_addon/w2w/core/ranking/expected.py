@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a patch would score on other clips: its map pooled, shrunk to what repeats, with honest intervals."""
+"""Expected F1 on other clips: a map pooled, shrunk to what repeats, with honest intervals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from scipy.stats import norm, t
 
 from .halves import Plan, maps_of
 from .pooling import UNLEARNED, Pooling, centred
-from .reliability import agreement, of_all
 from .weights import mean_over
 
 UNPROVEN = 0.5
@@ -20,6 +19,9 @@ UNPROVEN = 0.5
 
 FLATTEST, STEEPEST = 0.02, 1.0
 """Least F1 by unit of the pooled map, so that patches keep their order, and most: F1 is only ever shrunk."""
+
+WANTED = 0.85
+"""Reliability at which a map may be read patch by patch."""
 
 SURE = 0.9
 """Chance of beating the average patch from which on clips are said to rank placements."""
@@ -91,7 +93,7 @@ def expect(
 
 @dataclass(frozen=True, eq=False)
 class _Repeat:
-    """How far maps repeat."""
+    """Repeatability of maps."""
 
     side_share: float  # for `Pooling.apply`
     slope: float  # macro F1 on other clips by unit of the pooled map, about its mean
@@ -124,13 +126,13 @@ def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray, s
     noise_ratio = _noise_ratio(f1[0][both], raw, plan.clips[both], weights[both]) if plan.disjoint else 1.0
     halved = _variance(raw_means, pooled_means, slope, noise_ratio, plan.shrink)
     variance = rest.variance_with(halved.of_level + halved.of_patch, raw)
-    told = min(len(raw), len(np.unique(plan.vote[plan.vote >= 0])) - 1)  # halvings of few share people
+    compared = min(len(raw), len(np.unique(plan.vote[plan.vote >= 0])) - 1)  # halvings of few share people
     return _Repeat(
         side_share=side_share,
         slope=slope.of_all,
         slope_by_activity=_slope(pooled, raw, plan.disjoint).of_all,
         variance=variance,
-        freedom=_freedom(rest.halved**2 * halved.of_level, told, variance),
+        freedom=_freedom(rest.halved**2 * halved.of_level, compared, variance),
         of_lead=rest.halved**2 * halved.of_lead + float(noise_of_rest.var()),
         noise_maps=(leads[:, 0] - leads[:, 1]) / np.sqrt(plan.shrink) + noise_of_rest,
         reliability=of_all(agreement(raw_means)) if plan.disjoint else np.nan,
@@ -160,7 +162,7 @@ def _slope(pooled: Pairs, raw: Pairs, disjoint: bool) -> _Slope:
 
 
 def _spearman_brown(pairs: Pairs) -> float:
-    """How much steeper a slope is for twice the clips, whose noise is half (Spearman 1910, Brown 1910)."""
+    """Factor on a slope for twice the clips, whose noise is half (Spearman 1910, Brown 1910)."""
     together = sum((centred(a) * centred(b)).sum() for a, b in pairs)
     square = sum((centred(a) ** 2).sum() + (centred(b) ** 2).sum() for a, b in pairs) / 2
     return float(2 / (1 + np.clip(together / square, 0, 1))) if square > 0 else 1.0
@@ -253,10 +255,10 @@ class Unhalved:
         return float(self.halved**2 * variance + (self.shares**2 / self.clips).sum() * apart.mean())
 
 
-def _freedom(of_level: float, told: int, variance: float) -> float:
-    """Degrees of freedom of a variance whose part `of_level` rests on `told` comparisons, the rest on many
+def _freedom(of_level: float, compared: int, variance: float) -> float:
+    """Degrees of freedom of a variance whose part `of_level` rests on few comparisons, the rest on many
     patches (Satterthwaite 1946, doi:10.2307/3002019)."""
-    return told * (variance / of_level) ** 2 if of_level > 0 else np.inf
+    return compared * (variance / of_level) ** 2 if of_level > 0 else np.inf
 
 
 def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) -> np.ndarray:
@@ -277,3 +279,32 @@ def _beats_average(mean: np.ndarray, variance: float) -> float:
     """Chance that the best patch's lead over the average one is above zero, given its variance."""
     lead = float(mean.max() - mean.mean())
     return float(norm.cdf(lead / np.sqrt(variance))) if variance > 0 else float(lead > 0)
+
+
+def agreement(pairs: Pairs) -> float:
+    """Mean correlation over patches of the maps (N,) of each pair; a flat map agrees with none."""
+    found = [np.corrcoef(a, b)[0, 1] if np.ptp(a) > 0 and np.ptp(b) > 0 else 0.0 for a, b in pairs]
+    return float(np.mean(found)) if found else np.nan
+
+
+def of_all(of_halves: float) -> float:
+    """Reliability of the map of all clips from the agreement of halves of them (Spearman 1910, Brown 1910).
+
+    Halves that disagree stay as they are: no number of clips makes a map of what is not there.
+    """
+    return 2 * of_halves / (1 + of_halves) if of_halves > 0 else of_halves
+
+
+def of_halves(reliability: float) -> float:
+    """Agreement of halves where all clips have this reliability: the inverse of `of_all`."""
+    return reliability / (2 - reliability) if reliability > 0 else reliability
+
+
+def clips_needed(reliability: float, wanted: float = WANTED) -> float:
+    """Factor on the number of clips that would give the wanted reliability, by the same formula.
+
+    1 or less where these do; infinite where they show nothing that repeats; NaN where it is not known.
+    """
+    if reliability <= 0:
+        return np.inf
+    return wanted * (1 - reliability) / (reliability * (1 - wanted))

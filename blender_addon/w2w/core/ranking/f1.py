@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How good the names given to windows are: F1 and how sure it is (a bootstrap over clips), and ROC areas."""
+"""Scores of predictions: F1 with its uncertainty (a bootstrap over clips), and ROC areas."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.stats import rankdata
 from .weights import mean_over
 
 FEWEST_CLIPS = 5
-"""Of fewer clips the bootstrap draws hardly anything but the same ones: its interval says nothing then."""
+"""From fewer clips the bootstrap draws nearly the same ones each time, and its interval means nothing."""
 
 COUNT_BYTES = 12 * 2**20
 """Memory for the counts of the patches looked at at a time: of 5,000 clips and 30 activities 20 patches'.
@@ -45,7 +45,7 @@ def window_counts(named: np.ndarray, labels: np.ndarray, n_activities: int) -> n
 
 @dataclass(frozen=True, eq=False)
 class ClipCounts:
-    """What F1 needs to know of C clips as N sensors named them, so that resampling is one matrix product."""
+    """Counts of C clips as N sensors named them, from which F1 of a resample is one matrix product."""
 
     hit: np.ndarray  # (C, N), float32: windows of the clip that the sensor named rightly
     named: np.ndarray  # (C, N, A), float32: windows that it named so, rightly or not
@@ -122,7 +122,7 @@ def score_patches(
 
 
 class _Units:
-    """What counts as one clip: the windows of one clip and activity."""
+    """The windows of one clip and activity, which count as one clip."""
 
     def __init__(self, truth: np.ndarray, clip: np.ndarray, n_activities: int) -> None:
         _, clip_index = np.unique(np.asarray(clip), return_inverse=True)
@@ -156,9 +156,9 @@ def f1_scores(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
 
 
 def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Generator) -> np.ndarray:
-    """How often each clip is drawn, shape (n_resamples, C), float32, from clips of activities (C,).
+    """Number of times that each clip, of activities (C,), is drawn, shape (n_resamples, C), float32.
 
-    Of each activity as many clips are drawn, with replacement, as it has.
+    From the clips of each activity as many are drawn, with replacement.
     """
     weights = np.zeros((n_resamples, len(activity)), dtype=np.float32)
     for label in np.unique(activity):

@@ -12,7 +12,7 @@ ALWAYS_TRAIN = -1
 """Fold of windows that every fold trains on and none tests."""
 
 SUBJECT_OUT = "leave one of"
-"""How the protocol begins where subjects are left out."""
+"""First words of the protocol where subjects are left out."""
 
 
 def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed: int = 0) -> np.ndarray:

@@ -18,12 +18,12 @@ from ..imu.recording import ImuRecording
 from .windows import WindowSpec, cut_windows, window_starts
 
 LOCAL_HEADER = struct.Struct("<26x2H")
-"""Of a zip member: the lengths of its name and of its extra field stand after 26 bytes."""
+"""Start of a zip member: after 26 bytes come the lengths of its name and of its extra field."""
 
 
 @dataclass(frozen=True)
 class StoredArray:
-    """Where an array (W, N, D) of single precision is in a file."""
+    """The place of an array (W, N, D), float32, in a file."""
 
     path: Path
     offset: int  # byte of its first value
@@ -71,7 +71,7 @@ ITEM_BYTES = np.dtype(np.float32).itemsize
 
 @runtime_checkable
 class PatchBlocks(Protocol):
-    """What classifiers train on: W windows of N patches, in single precision."""
+    """Inputs of classifiers: W windows of N patches, in single precision."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -163,7 +163,7 @@ def clip_inputs(
     windows: Sequence[int],
     spec: WindowSpec,
 ) -> PatchBlocks:
-    """What a classifier takes of a library (`utility.inputs_of`): `FeatureFiles` or `WindowFiles`."""
+    """Inputs for a classifier that takes this kind (`utility.inputs_of`)."""
     if kind == "features":
         return FeatureFiles(features)
     return WindowFiles(recordings, windows, spec)

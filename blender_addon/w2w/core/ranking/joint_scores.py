@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches worn together: class scores of one classifier on a set of patches, for every next patch.
 
-Where windows are many, a patch enters by its features (`_Sums`): what trainings share is done once, and what
-patches worn explain is taken out by the inverse of a matrix in blocks. Where windows are few for all features
-worn, it enters by its kernel between windows (`_Dual`; Saunders, Gammerman and Vovk 1998).
+Where windows are many, a patch enters by its features (`_Primal`): products that trainings share are formed
+once, and the part that patches worn explain is taken out by the inverse of a matrix in blocks. Where windows
+are few for all features worn, it enters by its kernel between windows (`_Dual`; Saunders, Gammerman and Vovk
+1998).
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class JointScores:
         self.n_patches, _, self._width = features.shape
         self._workers = workers
         self._duals = [_Dual(features, labels, training, ridge) for training in trainings]
-        self._sums = _Sums(features, labels, self._duals)
+        self._primal = _Primal(features, labels, self._duals)
         self.windows = np.concatenate([training.tested for training in trainings])
 
     def of_added(
@@ -68,13 +69,13 @@ class JointScores:
         return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
 
     def _is_wide(self, worn: int) -> bool:
-        """Whether windows are few, or fewer than features worn, in any training."""
+        """Windows are few, or fewer than features worn, in some training."""
         fewest = np.array(min(len(dual.training.trained) for dual in self._duals))
         return bool(few(fewest, self._width)) or worn * self._width > fewest
 
     def adding_by_features(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
         """Scores (V, A) by the patches worn and one more."""
-        return partial(self._sums.add, self._sums.wear(worn) if len(worn) else None)
+        return partial(self._primal.add, self._primal.wear(worn) if len(worn) else None)
 
     def adding_by_kernels(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
         """The same, where windows are few."""
@@ -191,7 +192,7 @@ class _Dual:
         return (products - offset) * np.float32(len(self._labels))
 
 
-class _Of(NamedTuple):
+class _FeatureSums(NamedTuple):
     """Features (W, D) of a patch or of several side by side, and sums over each of T trainings."""
 
     about: np.ndarray  # (W, D): about the class means of all windows, part by part
@@ -201,8 +202,8 @@ class _Of(NamedTuple):
     means: np.ndarray  # (T, A, D): class means over `scale`
 
 
-class _Said(NamedTuple):
-    """What the K features of patches worn say in one training of A classes, tested on v windows."""
+class _Base(NamedTuple):
+    """Scores by the K features of patches worn in one training of A classes, tested on v windows."""
 
     inverse: np.ndarray  # (K, K): of the Cholesky factor of their Gram matrix
     means: np.ndarray  # (A, K): by that inverse
@@ -211,7 +212,7 @@ class _Said(NamedTuple):
     norms: np.ndarray  # (A,)
 
 
-class _Sums:
+class _Primal:
     """All trainings at once, solved for features.
 
     The windows are dealt to parts that every training has whole or not at all, such as folds. Products of
@@ -237,13 +238,13 @@ class _Sums:
         self._counts = self._summed(np.ones((len(self._windows), 1), dtype=np.float32))[..., 0]
         self._average = averaging(self._labels, n_activities)
 
-    def wear(self, patches: Sequence[int]) -> tuple[_Of, list[_Said]]:
-        """The patches' sums, and what they say in each training where one more will be worn."""
+    def wear(self, patches: Sequence[int]) -> tuple[_FeatureSums, list[_Base]]:
+        """The patches' sums, and their scores in each training, where one more will be worn."""
         features = np.concatenate([self._features[patch] for patch in patches], axis=1)
         worn = self._sums(features)
-        return worn, [self._said(features, worn, number, len(patches)) for number in range(len(self._duals))]
+        return worn, [self._base(features, worn, number, len(patches)) for number in range(len(self._duals))]
 
-    def add(self, worn: tuple[_Of, list[_Said]] | None, patch: int) -> np.ndarray:
+    def add(self, worn: tuple[_FeatureSums, list[_Base]] | None, patch: int) -> np.ndarray:
         """Scores (V, A) by the patches worn and one more, training by training."""
         features = self._features[patch]
         own, scores = self._sums(features), []
@@ -252,20 +253,20 @@ class _Sums:
         for number, dual in enumerate(self._duals):
             gram, means = with_ridge(own.gram[number], dual.ridge * count), own.means[number]
             if worn is not None:
-                said = worn[1][number]
-                crossed = multiply_lower(said.inverse, shared[number])
+                base = worn[1][number]
+                crossed = multiply_lower(base.inverse, shared[number])
                 add_square(gram, crossed, -1.0)
-                means = means - multiply(said.means, crossed)
+                means = means - multiply(base.means, crossed)
             slopes = solve_positive(gram, means)
             found = multiply(features[dual.training.tested], (slopes / own.scale[number]).T)
             norms = (means * slopes).sum(axis=1)
             if worn is not None:
-                found += said.scores - multiply(said.tested, multiply(crossed, slopes.T))
-                norms += said.norms
+                found += base.scores - multiply(base.tested, multiply(crossed, slopes.T))
+                norms += base.norms
             scores.append(dual.offset(found, norms))
         return np.concatenate(scores)
 
-    def _sums(self, features: np.ndarray) -> _Of:
+    def _sums(self, features: np.ndarray) -> _FeatureSums:
         inputs = features[self._windows]
         centre = self._average @ inputs
         about = inputs - centre[self._labels]
@@ -282,10 +283,10 @@ class _Sums:
         scale = deviation(np.einsum("tdd->td", gram) / trained, whole).astype(np.float32)
         gram /= scale[:, :, None]
         gram /= scale[:, None]
-        return _Of(about, apart, scale, gram, (centre + apart / roots) / scale[:, None])
+        return _FeatureSums(about, apart, scale, gram, (centre + apart / roots) / scale[:, None])
 
-    def _shared(self, worn: _Of, own: _Of) -> np.ndarray:
-        """Products (T, K, D) of the features worn with a patch's, as in `_Of.gram`."""
+    def _shared(self, worn: _FeatureSums, own: _FeatureSums) -> np.ndarray:
+        """Products (T, K, D) of the features worn with a patch's, as in `_FeatureSums.gram`."""
         shared = np.empty((len(self._parts), worn.about.shape[1], own.about.shape[1]), dtype=np.float32)
         for of_part, rows in zip(shared, self._parts, strict=True):
             multiply(worn.about[rows].T, own.about[rows], out=of_part)
@@ -296,8 +297,8 @@ class _Sums:
         shared /= own.scale[:, None]
         return shared
 
-    def _said(self, features: np.ndarray, worn: _Of, number: int, count: int) -> _Said:
-        """What `count` patches' features (W, K) say in a training beside one more."""
+    def _base(self, features: np.ndarray, worn: _FeatureSums, number: int, count: int) -> _Base:
+        """Scores by `count` patches' features (W, K) in a training, where one more will be worn."""
         dual = self._duals[number]
         upper = with_ridge(worn.gram[number].copy(), dual.ridge * (count + 1))
         lower = cholesky(upper, overwrite_a=True, check_finite=False).T
@@ -305,7 +306,7 @@ class _Sums:
         inverse = solve_triangular(lower, identity, lower=True, check_finite=False)
         means = multiply(worn.means[number], inverse.T)
         tested = multiply(features[dual.training.tested] / worn.scale[number], inverse.T)
-        return _Said(inverse, means, tested, multiply(tested, means.T), np.einsum("ak,ak->a", means, means))
+        return _Base(inverse, means, tested, multiply(tested, means.T), np.einsum("ak,ak->a", means, means))
 
     def _summed(self, rows: np.ndarray) -> np.ndarray:
         """Sums (T, A, D) of rows (W, D) over each training's windows of each class."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How windows are trained on and tested: the protocol, and the windows dealt by it."""
+"""The protocol of training and testing, and windows dealt by it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .weights import weights_of
 
 @dataclass(frozen=True, eq=False)
 class Protocol:
-    """How W windows are trained on and tested, never on the same clip.
+    """Training and testing of W windows, never on the same clip.
 
     Clips that are one motion, and augmented copies of a clip, must bear one name
     (`same_motion.same_motion_groups`). Windows of other activities than `activities` are not used. `seed`

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a patch's neighbours and its mirror image say about it: maps pooled as far as they repeat."""
+"""Maps pooled over a patch's neighbours and its mirror image, as far as they repeat."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Pooling:
         return (about + reflected) / 2 @ self.kernel.T, (about - reflected) / 2 @ self.kernel.T
 
     def side_share(self, pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> float:
-        """How much of the difference between sides other clips show again, by maps (A, N) of disjoint halves.
+        """Share of the difference between sides that repeats, from maps (A, N) of halves of the clips.
 
         Least squares through the origin from each half's one-sided part to the other half's map, over all
         activities, kept between `LEAST` and 1 (stacked regression, Breiman 1996, doi:10.1007/BF00117832).

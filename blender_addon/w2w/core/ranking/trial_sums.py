@@ -18,14 +18,14 @@ TASK_PATCHES = 16
 
 
 class Tried(NamedTuple):
-    """What the trials of a plan said of N patches."""
+    """Results of the trials of a plan for N patches."""
 
     predictions: np.ndarray  # (W_test, N), int16: activities that the whole named
     f1: np.ndarray  # (trials, A, N): F1 by window; NaN where an activity was not tested
 
     @classmethod
     def joined(cls, parts: Sequence[Tried]) -> Tried:
-        """Of all patches, from some after others."""
+        """Results for all patches, from those for some after others."""
         return cls(*(np.concatenate(of_parts, axis=-1) for of_parts in zip(*parts, strict=True)))
 
 

@@ -117,7 +117,7 @@ class UtilityMap:
 
     @property
     def counts(self) -> np.ndarray:
-        """Which activities count, shape (A,), bool: background does not."""
+        """Activities that count, shape (A,), bool: all but background."""
         return self.weights > 0
 
     @property
@@ -292,7 +292,7 @@ def _try_all(
 
 
 def inputs_of(classifier: Any) -> str:
-    """What a classifier, given as for `utility_map`, takes: "features" or "windows"."""
+    """Inputs of a classifier, given as for `utility_map`: "features" or "windows"."""
     return _model(classifier).inputs
 
 

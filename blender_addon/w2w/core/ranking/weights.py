@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each activity counts in means over activities: background is trained against and counts for nothing.
+"""Weights of activities in means over them: background is trained against and counts for nothing.
 
 Equal weights take the plain mean, to the last bit.
 """

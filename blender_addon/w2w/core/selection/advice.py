@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a ranking means for a designer: the best spot, the sensors to wear together, equivalent patches."""
+"""Advice for a designer: the best spot, the sensors to wear together, equivalent patches."""
 
 from __future__ import annotations
 

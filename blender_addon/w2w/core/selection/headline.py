@@ -7,8 +7,8 @@ import numpy as np
 
 from ..patches.body_parts import SIDES, great_part, segment
 from ..patches.patches import PatchSet
+from ..ranking.expected import WANTED, clips_needed
 from ..ranking.f1 import FEWEST_CLIPS
-from ..ranking.reliability import WANTED, clips_needed
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import alike
 from ..wording import capital
@@ -24,14 +24,14 @@ NAMED = 3
 """Most parts of the body that a sentence names."""
 
 WORN = {True: ".11 lower to .26 higher", False: ".19 lower to .25 higher"}
-"""How F1 of four data sets' worn sensors came out against the expected, subjects left out or clips."""
+"""Range of measured less expected F1 on four data sets' worn sensors, by whether subjects were left out."""
 
 FAR = 10.0
 """Times as many clips beyond which a number would be a guess."""
 
 
 def as_good_as(best: int, utility: UtilityMap, allowed: np.ndarray | None = None) -> np.ndarray:
-    """Allowed patches that cannot be told from the best of all; the chosen one alone where it can be."""
+    """Numbers of the allowed patches as good as the best of all; `best` alone where it is not."""
     group = utility.as_good if allowed is None else utility.as_good & allowed
     return np.flatnonzero(group) if utility.as_good[best] else np.array([best])
 
@@ -76,7 +76,7 @@ def mean_title(utility: UtilityMap) -> str:
 
 
 def mean_sentence(utility: UtilityMap) -> str:
-    """Which activities the mean is over and by what weights; empty where all count alike."""
+    """The activities that the mean is over and their weights; empty where all count alike."""
     if alike(utility.weights):
         return ""
     listed = list(zip(utility.activities, utility.weights.tolist(), strict=True))
@@ -101,7 +101,7 @@ def spot_caution(best: int, utility: UtilityMap) -> str:
 
 
 def confidence_sentence(utility: UtilityMap, best: int | None = None) -> str:
-    """How likely the best spot beats an average one and by how much, and how far F1 itself repeats.
+    """The best spot's lead over an average one, its chance, and the repeatability of F1 itself.
 
     `best` is the best allowed patch, where not all are.
     """

@@ -183,7 +183,7 @@ def choose_together(
 def _enough(
     tests: SetTests, terms: Terms, target: float, every_activity: float, order: Sequence[int], made: Promise
 ) -> tuple[int, bool]:
-    """How many of the patches reach the target for the least cost, and whether they do.
+    """The number of patches that reach the target for the least cost, and whether they do.
 
     Where none do, it is the fewest that promise what the most promise but for little.
     """

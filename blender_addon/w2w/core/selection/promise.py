@@ -11,8 +11,7 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 from scipy.stats import norm
 
-from ..ranking.expected import UNPROVEN
-from ..ranking.reliability import agreement
+from ..ranking.expected import UNPROVEN, agreement
 from ..ranking.weights import known_mean, mean_over
 from ..threads import unthreaded_products
 from .set_tests import SetTests, Tests
@@ -148,14 +147,14 @@ def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
 
 
 def _left(level: np.ndarray, level_there: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """How much of a gain is left at another level: F1 moves by p (1 - p) with its logit; never more."""
+    """Share of a gain that is left at another level: F1 moves by p (1 - p) with its logit; at most 1."""
     means = (known_mean(one, weights) for one in (level, level_there))
     whole, there = (mean * (1 - mean) for mean in means)
     return np.minimum(np.maximum(whole, 0) / np.maximum(there, 1e-6), 1.0)
 
 
 def _better_chosen(tests: SetTests) -> float:
-    """How much more a choice by all clips gains than one by half of them.
+    """Factor by which a choice by all clips gains more than one by half of them.
 
     The gain of a choice goes with the root of the repeatable share of the variance that it is made by (Lush's
     breeder's equation), and twice the clips make 2r / (1 + r) of a share r (Spearman 1910, Brown 1910).

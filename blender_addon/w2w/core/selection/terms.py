@@ -49,14 +49,14 @@ class Terms:
 
 
 def fewest(order: Sequence[int], required: Sequence[np.ndarray]) -> int:
-    """How many of the first patches chosen it takes to have one wherever one must be."""
+    """Number of the first patches chosen that it takes to have one wherever one must be."""
     chosen = np.array(order)
     firsts = [np.flatnonzero(np.isin(chosen, options)) for options in required]
     return max((int(found[0]) + 1 for found in firsts if len(found)), default=1)
 
 
 def open_mask(allowed: np.ndarray | None, n_patches: int) -> np.ndarray:
-    """Which patches may be chosen, checked; all by default."""
+    """Mask (N,) of the patches that may be chosen, checked; all by default."""
     mask = np.ones(n_patches, bool) if allowed is None else np.asarray(allowed, dtype=bool)
     if mask.shape != (n_patches,):
         raise ValueError(f"allowed must have shape ({n_patches},), not {mask.shape}")

@@ -35,8 +35,7 @@ def library(n_clips=24, n_classes=3, n_places=4, samples=20, seed=0):
 
 def parts(torch, places, settings=SMALL, dtype=None):
     """What `train` takes, for some places of the library."""
-    from w2w.core.ranking.classifiers.multi3net.examples import Examples
-    from w2w.core.ranking.classifiers.multi3net.network import Network
+    from w2w.core.ranking.classifiers.multi3net.network import Examples, Network
 
     windows, labels, fold, _ = library()
     windows = windows[:, places].astype(dtype or np.float32)
@@ -121,7 +120,7 @@ def test_labels_shuffled_by_clip_give_chance():
 @WAYS
 def test_what_is_tested_has_no_say_in_training(torch, settings):
     """Other windows in the tested fold leave the trained weights as they are."""
-    from w2w.core.ranking.classifiers.multi3net.examples import Examples
+    from w2w.core.ranking.classifiers.multi3net.network import Examples
     from w2w.core.ranking.classifiers.multi3net.training import train
 
     network, examples, schedule, draws = parts(torch, [0, 1], settings)

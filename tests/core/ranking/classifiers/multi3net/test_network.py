@@ -81,7 +81,7 @@ def test_attention_among_few_is_attention_and_has_its_slopes(torch):
 
 
 def test_the_spectrum_tells_tempo_and_direction_whenever_a_window_begins(torch):
-    from w2w.core.ranking.classifiers.multi3net.examples import shape_of
+    from w2w.core.ranking.classifiers.multi3net.network import shape_of
 
     time = torch.arange(50)[:, None] / 50
     swings = ((4, 0.0), (4, 0.3), (9, 0.0))

@@ -4,38 +4,39 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import torch
 
 from ....files import load_arrays, write_npz
 from .classifier import Multi3Net
-from .examples import Examples
-from .network import Network
+from .network import Examples, Network
 from .training import State, name_windows, train
 
 PROGRAM = 3
 """Number of the network and of its training; checkpoints of another one are not resumed."""
 
 
+@dataclass(frozen=True, eq=False)
 class Group:
     """Some patches and one fold: trained together, saved together."""
 
-    def __init__(
-        self,
-        settings: Multi3Net,
-        windows: np.ndarray,
-        labels: np.ndarray,
-        train: np.ndarray,
-        validation: np.ndarray,
-        test: np.ndarray,
-        fold: int,
-    ) -> None:
-        self.settings, self.windows, self.labels = settings, windows, labels
-        self.train, self.validation, self.test, self.fold = train, validation, test, fold
-        folder = settings.checkpoints
-        self.file = None if folder is None else folder / f"{self._key()}.npz"
+    settings: Multi3Net
+    windows: np.ndarray  # (W, P, samples, channels)
+    labels: np.ndarray  # (W,), int
+    train: np.ndarray  # int: indices of windows
+    validation: np.ndarray
+    test: np.ndarray
+    fold: int
+
+    @cached_property
+    def file(self) -> Path | None:
+        """The checkpoint; None where none are kept."""
+        folder = self.settings.checkpoints
+        return None if folder is None else folder / f"{self._key()}.npz"
 
     def predict(self) -> np.ndarray:
         """Classes (tested windows, patches), by networks trained now or resumed from a checkpoint."""
@@ -95,8 +96,8 @@ class Group:
         chosen = {
             field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in free
         }
-        told = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
-        digest = hashlib.sha256(repr(told).encode())
+        facts = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
+        digest = hashlib.sha256(repr(facts).encode())
         for rows in (self.labels, self.train, self.validation, self.test):
             digest.update(np.ascontiguousarray(rows, dtype=np.int64).tobytes())
         digest.update(np.ascontiguousarray(self.windows, dtype=np.float32).tobytes())

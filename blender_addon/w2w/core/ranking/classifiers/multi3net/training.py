@@ -15,8 +15,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from .classifier import Multi3Net
-from .examples import Examples
-from .network import Network
+from .network import Examples, Network
 
 PREDICTED_AT_ONCE = 256
 """Windows named in one go."""
@@ -37,7 +36,7 @@ OF_TRAINING = (
     "waited",
 )
 OF_ALL = ("best", "epochs")
-"""What `State` keeps of the patches still in training, and of all patches."""
+"""Fields of `State` about the patches still in training, and about all patches."""
 
 
 @dataclass(eq=False)
