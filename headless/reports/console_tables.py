@@ -188,7 +188,7 @@ def _regions(chosen: np.ndarray, patches: PatchSet) -> str:
 
 
 def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print the placements, if there are any (`findings.own_placements.own_content`)."""
+    """Print the placements, if there are any (`findings.summary.own_scores`)."""
     if not placements:
         return
     figures = ("expected F1", "rank", "loss against the best")
