@@ -46,7 +46,7 @@ FEWEST_FRAMES = 13
 """Their own preprocessing discards shorter clips."""
 
 CONTACT_M = 0.008
-"""A foot that moves less from frame to frame stands, as in MobilePoser's preprocessing."""
+"""Motion from frame to frame below which a foot is in contact, as in MobilePoser's preprocessing."""
 
 TO_Y_UP = Y_UP_TO_Z_UP.T
 
@@ -115,7 +115,7 @@ def _parts(clip: Worn, body: Body, gravity: np.ndarray, method: str) -> dict[str
 
 
 def _contact(joints: np.ndarray) -> np.ndarray:
-    """Whether the left and the right foot stand, shape (T, 2), int32; the first frame never."""
+    """Contact of the left and the right foot, shape (T, 2), int32; never in the first frame."""
     feet = joints[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
     still = np.linalg.norm(np.diff(feet, axis=0), axis=2) < CONTACT_M
     return np.concatenate([np.zeros((1, 2), dtype=np.int32), still.astype(np.int32)])

@@ -35,30 +35,34 @@ def write_folder(
     study: Study,
     motions: Sequence[Motion | None],
     covers: Mapping[str, Cover],
-    told: Callable[[float], None],
+    progress: Callable[[float], None],
 ) -> None:
-    """Write a results folder, whole or not at all.
+    """Write a results folder, new or empty, whole or not at all.
 
-    Parameters
-    ----------
-    folder : Path
-        New, or empty; ValueError if it is not.
-    study : Study
-        Its clips bear the names of the files to be; its results say where their signals are now.
-    motions : sequence of Motion or None
-        One a clip; None where no motion tells what moved the body.
-    covers : mapping of str to Cover
-        What each garment of the config covers.
-    told : callable
-        Given the fraction done; what it raises ends the work.
+    The study's clips bear the names of the files to be; its results say where their signals are now. Each
+    clip has one of `motions`, None where the body was moved otherwise; `covers` are by garment of the config.
+    `progress` is given the fraction done; an exception from it ends the work.
     """
     check_new(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
+    found, clips = study.results, []
     with tempfile.TemporaryDirectory(
         dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
     ) as temporary:
         out = Path(temporary) / "results"
-        _write(out, study, motions, covers, told)
+        for name in FOLDERS:
+            (out / name).mkdir(parents=True)
+        study.body.save(out / WORK / "body.npz")
+        found.patches.save(out / WORK / "patches.npz")
+        if covers:
+            save_covers(out / FITTED, covers, [""] * len(covers))
+        for number, (clip, motion, place) in enumerate(zip(study.clips, motions, found.places, strict=True)):
+            progress(number / len(motions))
+            clips.append(_write_clip(out, clip, motion, place, found.patches))
+        results = StudyResults(out, found.utility, found.patches, found.clips, found.parameters)
+        finished = replace(study, clips=tuple(clips), results=results)
+        write_json(out / "config.json", config_content(finished))
+        write_results(finished)
         if folder.exists():
             folder.rmdir()
         out.replace(folder)
@@ -70,34 +74,10 @@ def check_new(folder: Path) -> None:
         raise ValueError(f"{folder} is not empty: choose a new folder for the results")
 
 
-def _write(
-    out: Path,
-    study: Study,
-    motions: Sequence[Motion | None],
-    covers: Mapping[str, Cover],
-    told: Callable[[float], None],
-) -> None:
-    for name in FOLDERS:
-        (out / name).mkdir(parents=True)
-    found = study.results
-    study.body.save(out / WORK / "body.npz")
-    found.patches.save(out / WORK / "patches.npz")
-    if covers:
-        save_covers(out / FITTED, covers, [""] * len(covers))
-    clips = []
-    for number, (clip, motion, place) in enumerate(zip(study.clips, motions, found.places, strict=True)):
-        told(number / len(motions))
-        clips.append(_write_clip(out, clip, motion, place, found.patches))
-    results = StudyResults(out, found.utility, found.patches, found.clips, found.parameters)
-    finished = replace(study, clips=tuple(clips), results=results)
-    write_json(out / "config.json", config_content(finished))
-    write_results(finished)
-
-
 def _write_clip(
     out: Path, result: ClipResult, motion: Motion | None, place: tuple[Path, str], patches: PatchSet
 ) -> ClipResult:
-    """Bring a clip's files; gives the clip with what the summary is to say of its windows."""
+    """Copy a clip's files; returns the clip with the numbers of its windows among its details."""
     clip = result.clip
     if motion is not None:
         motion.save(motion_file(out, clip.name))

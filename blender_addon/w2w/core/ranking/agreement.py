@@ -20,7 +20,7 @@ class Agreement:
     low, high : float
         Bootstrap interval of rho.
     p_value : float
-        Chance of a rho this high or higher if their order said nothing. It
+        Chance of a rho this high or higher if their order meant nothing. It
         takes them as exchangeable; neighbouring patches of a body are not, so over
         many patches it is far too small, and the interval is what to read.
     n_ranked : int

@@ -24,7 +24,7 @@ WANTED = 0.85
 """Reliability at which a map may be read patch by patch."""
 
 SURE = 0.9
-"""Chance of beating the average patch from which on clips are said to rank placements."""
+"""Chance of beating the average patch from which on clips can rank placements."""
 
 LEADERS = 20
 """The best 1 in 20 patches are the leaders of a map."""
@@ -100,7 +100,7 @@ class _Repeat:
     slope_by_activity: float
     variance: float  # of a patch's expected macro F1
     freedom: float  # its degrees of freedom; infinite where it is known
-    of_lead: float  # variance of the best patch's lead over the average one, about what is expected
+    of_lead: float  # variance of the best patch's lead over the average one, about the expected
     noise_maps: np.ndarray  # (pairs, N): errors that the expected map may have; none without halves
     reliability: float  # of the macro F1 of all clips; NaN without halves
 
@@ -184,7 +184,7 @@ def _noise_ratio(whole: np.ndarray, halves: Pairs, clips: np.ndarray, weights: n
 
 
 class _Variance(NamedTuple):
-    """Variances of macro F1 about what is expected of it."""
+    """Variances of macro F1 about its expectation."""
 
     of_level: float  # of the level that all patches share
     of_patch: float  # of one patch beyond that: what pooling left out of the signal, and noise
@@ -194,8 +194,8 @@ class _Variance(NamedTuple):
 def _variance(raw: Pairs, pooled: Pairs, slope: _Slope, noise_ratio: float, shrink: float) -> _Variance:
     """From the halves' macro F1 (N,), raw and pooled.
 
-    The variance of a patch is half of what its F1 on other clips lies off its expected F1: the other half is
-    noise of those other clips.
+    The variance of a patch is half of that between its F1 on other clips and its expected F1: the other half
+    is noise of those other clips.
     """
     scale = noise_ratio / shrink
     of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) * scale
@@ -290,7 +290,7 @@ def agreement(pairs: Pairs) -> float:
 def of_all(of_halves: float) -> float:
     """Reliability of the map of all clips from the agreement of halves of them (Spearman 1910, Brown 1910).
 
-    Halves that disagree stay as they are: no number of clips makes a map of what is not there.
+    Halves that disagree stay as they are: no number of clips makes a map where there is none.
     """
     return 2 * of_halves / (1 + of_halves) if of_halves > 0 else of_halves
 

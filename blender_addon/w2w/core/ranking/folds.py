@@ -18,15 +18,11 @@ SUBJECT_OUT = "leave one of"
 def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed: int = 0) -> np.ndarray:
     """Fold of each window, shape (W,), int, 0 to `folds` - 1: each activity spread as its groups allow.
 
-    An activity with at least two groups stands in at least two folds as long as no group
+    An activity with at least two groups is in at least two folds as long as no group
     holds several activities, so that whatever is tested has been trained; scikit-learn's
     StratifiedGroupKFold balances the counts but does not promise that. A `group` (W,), the clip or the clips
-    that are one motion, stays together; `seed` decides which groups come together.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two folds or two groups.
+    that are one motion, stays together; `seed` decides which groups come together. A ValueError says that
+    there are fewer than two folds or two groups.
     """
     if folds < 2:
         raise ValueError(f"folds must be at least 2, not {folds}")
@@ -55,10 +51,7 @@ def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed:
 def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
     """Fold of each window, shape (W,), int: one a subject (W,), for leave-one-subject-out.
 
-    Raises
-    ------
-    ValueError
-        If a window has no subject, all have the same, or a clip has two.
+    A ValueError says that a window has no subject, all have the same, or a clip (W,) has two.
     """
     names, fold = np.unique(np.asarray(subject), return_inverse=True)
     clips, clip_index = np.unique(np.asarray(clip), return_inverse=True)
@@ -82,7 +75,7 @@ def untestable(
     """Those of `activities` that cannot be cross-validated, each with a sentence that says why.
 
     By each window's activity (W,), its group (W,), the clip or the clips that are one motion, and, to find
-    activities that stand in one fold only, its fold (W,).
+    activities that are in one fold only, its fold (W,).
     """
     activity, group = np.asarray(activity), np.asarray(group)
     reasons = {}

@@ -119,7 +119,7 @@ class SomeWindows:
             return block
         if not getattr(self.source, "fresh", False) or not rising:
             return block[self.rows]
-        for target, row in enumerate(self.rows):  # moved up one by one: each stands at its place or after it
+        for target, row in enumerate(self.rows):  # moved up one by one: each is at its place or after it
             block[target] = block[row]
         return block[: len(self.rows)]
 

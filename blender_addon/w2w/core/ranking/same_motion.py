@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find clips that show one and the same motion, so that none is tested on what it was trained on."""
+"""Find clips that show one and the same motion, so that none is tested on its own copy."""
 
 from __future__ import annotations
 

@@ -31,13 +31,7 @@ def counting(
 
 
 def weights_of(activities: Sequence[str], counts: Mapping[str, float] | None) -> np.ndarray:
-    """Weights (A,) of activities, 1 for those without.
-
-    Raises
-    ------
-    ValueError
-        If none of them counts.
-    """
+    """Weights (A,) of activities, 1 for those without; a ValueError if none of them counts."""
     weights = np.array([(counts or {}).get(name, 1.0) for name in activities], dtype=np.float64)
     if not weights.any():
         raise ValueError(
@@ -61,7 +55,7 @@ def mean_over(values: np.ndarray, weights: np.ndarray, axis: int = -1) -> np.nda
 
 
 def known_mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Weighted mean over the last axis of what is not NaN."""
+    """Weighted mean over the last axis of the values that are not NaN."""
     if alike(weights):
         return np.nanmean(values, axis=-1)
     counted = np.flatnonzero(weights)
@@ -101,12 +95,9 @@ def check_counting(
 
 
 def read_weights(path: str | Path) -> tuple[tuple[str, float], ...]:
-    """Read weights from a csv file with the columns ``activity`` and ``weight``.
+    """Read weights from a csv file with columns ``activity``, ``weight``.
 
-    Raises
-    ------
-    ValueError
-        If the file cannot be read or is not such a table; the message says which line.
+    A ValueError says which line is bad.
     """
     weights: dict[str, float] = {}
     for line, row in read_table(path, ("activity", "weight")).rows:

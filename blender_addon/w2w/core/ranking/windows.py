@@ -146,7 +146,7 @@ def cut_alike(values: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> 
 def _prepared(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
     """Signals (T, N, 6) with short gaps bridged, and at least a window long."""
     samples = spec.samples(recording.rate)
-    # channel by channel in memory, so that what is done to a window is done to all sensors at once
+    # channel by channel in memory, so that each operation on a window is one for all sensors
     signals = np.empty((recording.n_samples, 6, recording.n_sensors), dtype=np.float32).transpose(0, 2, 1)
     signals[..., :3], signals[..., 3:] = recording.acc, recording.gyr
     _bridge_gaps(signals, round(spec.longest_gap_s * recording.rate))

@@ -67,10 +67,7 @@ class EstimatorClassifier:
         is_test: np.ndarray,
         progress: Callable[[float], None] | None = None,
     ) -> np.ndarray:
-        """Predict every test window by an estimator fitted to the folds it does not belong to.
-
-        Parameters and what is returned are those of `Ridge.predict_folds`.
-        """
+        """Predict every test window by an estimator fitted to the other folds, as `Ridge.predict_folds`."""
         source = as_blocks(inputs)
         n_patches = source.shape[1]
         folds = np.unique(fold[is_test])
@@ -104,7 +101,7 @@ class EstimatorClassifier:
 
 
 def own(classifier: Any) -> Any:
-    """A classifier of one's own, once it is sure to be one."""
+    """The user's own classifier, checked to be one."""
     if (
         not isinstance(classifier, type)
         and hasattr(classifier, "inputs")

@@ -174,7 +174,7 @@ class _Piece(NamedTuple):
     """Some windows, ordered by block."""
 
     windows: np.ndarray  # (w,), int
-    blocks: list[tuple[int, slice]]  # each block among them and where it stands
+    blocks: list[tuple[int, slice]]  # each block among them, with its place
 
 
 class _Sums(NamedTuple):

@@ -239,9 +239,9 @@ def validation_score(network: Network, weights: Tensor, examples: Examples) -> T
 def macro_f1(named: Tensor, labels: Tensor, classes: int) -> Tensor:
     """Mean F1 of the classes among `labels` (W,), for each row of `named` (Q, W)."""
     truth = functional.one_hot(labels, classes).float()
-    said = functional.one_hot(named, classes).float()
-    hits = (said * truth).sum(dim=1)
-    f1 = 2 * hits / (said.sum(dim=1) + truth.sum(dim=0)).clamp(min=1)
+    given = functional.one_hot(named, classes).float()
+    hits = (given * truth).sum(dim=1)
+    f1 = 2 * hits / (given.sum(dim=1) + truth.sum(dim=0)).clamp(min=1)
     return f1[:, truth.any(dim=0)].mean(dim=1)
 
 
