@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from pathlib import Path
+from zipfile import ZipFile
 
 import bpy
 import numpy as np
@@ -18,7 +21,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.scene.body import armature_of
 from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names
 from w2w.scene.patches import patch_empties
-from w2w.scene.study_record import RECORD
+from w2w.scene.study_record import RECORD, read_record
 from w2w.ui import jobs, preferences, signal_cache
 from w2w.ui.panels import W2W_PT_utility
 from w2w.ui.pick_tool import spot_at
@@ -152,6 +155,36 @@ def test_a_damaged_record_is_said_and_leaves_the_file_as_it_is(finished_run: Pat
     assert jobs.message.text.startswith("The run in this file cannot be opened: what the file says of 'Body'")
     assert not bpy.data.objects["Body"].w2w.is_body
     assert bpy.data.objects["Body"].get(RECORD) is not None
+
+
+CHANGES = (
+    {"config.json": None},
+    {"summary.json": b"{}"},
+    {"utility.npz": b"PK"},
+    {"names.json": b"[]"},
+    {"names.json": b'{"collections": ["Patches"], "actions": {}, "signals": {}}'},
+    {"names.json": b'{"collections": ["Patches", "Chosen patches"], "actions": 5, "signals": {}}'},
+    {"../config.json": b"{}", "config.json": None},
+)
+
+
+def test_a_record_that_holds_something_else_is_refused(finished_run: Path) -> None:
+    extension.unregister()
+    bpy.ops.wm.open_mainfile(filepath=str(finished_run / "study.blend"), use_scripts=False)
+    extension.register()
+    mesh = bpy.data.objects["Body"]
+    with ZipFile(io.BytesIO(base64.b64decode(mesh[RECORD].as_string()))) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    assert read_record(mesh)[0].config() == StudyResults.load(finished_run).config()
+    for changed in CHANGES:
+        packed = io.BytesIO()
+        with ZipFile(packed, "w") as archive:
+            for name, content in (files | changed).items():
+                if content is not None:
+                    archive.writestr(name, content)
+        mesh[RECORD].from_string(base64.b64encode(packed.getvalue()).decode())
+        with pytest.raises(ValueError, match="what the file says of 'Body' is damaged"):
+            read_record(mesh)
 
 
 def test_use_active_mesh_brings_the_study_with_it(finished_run: Path) -> None:

@@ -98,8 +98,12 @@ def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
             study = StudyResults.load(Path(folder))
             study.summary, study.source_hashes  # noqa: B018 - kept, for the folder does not stay
             names = SceneNames(**json.loads(archive.read(NAMES)))
-            first, second = names.collections
-            return study, SceneNames((str(first), str(second)), dict(names.actions), dict(names.signals))
+            first, second = map(str, names.collections)
+            actions, signals = (
+                {str(clip): str(name) for clip, name in part.items()}
+                for part in (names.actions, names.signals)
+            )
+            return study, SceneNames((first, second), actions, signals)
     except (ValueError, AttributeError, RecursionError, OSError, *DAMAGED) as error:
         raise ValueError(f"what the file says of '{mesh.name}' is damaged: {error}") from error
 

@@ -22,6 +22,7 @@ from ..scene.takes import existing_data, new_data
 from . import jobs, own_placements, signal_cache
 from .jobs import EXPECTED, Step, Steps, in_thread
 from .listed import list_labels, take_over
+from .operators import AsksForFile
 from .restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
 from .results import hide_patches
 from .state import bodies, current_body
@@ -31,7 +32,7 @@ from .text import draw_text
 TITLE = "Open Results"
 
 
-class ChoosesResults:
+class ChoosesResults(AsksForFile):
     """Asks for a results folder, or takes a dropped one at once."""
 
     bl_options = {"REGISTER"}
@@ -47,13 +48,12 @@ class ChoosesResults:
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if self.filepath:
             return self.execute(context)
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
+        return super().invoke(context, event)
 
     @property
     def folder(self) -> Path:
         """The chosen folder."""
-        chosen = Path(bpy.path.abspath(self.filepath))
+        chosen = self.path()
         return chosen if chosen.is_dir() else chosen.parent
 
 
@@ -126,10 +126,9 @@ def draw_locate(
     layout: bpy.types.UILayout, context: bpy.types.Context, study: bpy.types.PropertyGroup
 ) -> None:
     """Say that the results folder is gone, and ask where it is."""
-    if misses_folder(study):
-        where = study.results_folder or "the results folder beside this file"
-        draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
-        layout.operator("w2w.locate_results", icon="FILE_FOLDER")
+    where = study.results_folder or "the results folder beside this file"
+    draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
+    layout.operator("w2w.locate_results", icon="FILE_FOLDER")
 
 
 def open_steps(folder: Path) -> Steps:

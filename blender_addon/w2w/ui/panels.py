@@ -12,7 +12,7 @@ from ..scene.source_beside import source_collections
 from . import jobs
 from .baking import UNBAKED
 from .counting import is_reweighed
-from .open_results import draw_locate
+from .open_results import draw_locate, misses_folder
 from .run_all import TITLE as RUN_ALL
 from .run_all import draw_run_all
 from .shape import draw_sliders
@@ -256,7 +256,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
 
     def is_done(self, context: Context) -> bool:
         body = current_body(context)
-        if body is None or self.missing(context):
+        if body is None or self.missing(context) or misses_folder(body.w2w):
             return False
         settings = bake_settings(body.w2w)
         return all(state_of(clip, settings) == BAKED for clip in usable(body.w2w))
@@ -275,8 +275,10 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         row.scale_y = 1.2
         row.operator("w2w.bake_signals", text="Bake All", icon="REC").which = "ALL"
         row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(selected(study))})").which = "TICKED"
-        layout.label(text=f"{done} of {len(clips)} clips are up to date")
-        draw_locate(layout, context, study)
+        if misses_folder(study):
+            draw_locate(layout, context, study)
+        else:
+            layout.label(text=f"{done} of {len(clips)} clips are up to date")
         if 0 <= study.clip_index < len(study.clips):
             clip = study.clips[study.clip_index]
             if clip.bake_path.startswith(("general", UNBAKED)):

@@ -87,10 +87,10 @@ def clips_of(
                 "file": entry["file"],
                 "activity": clip.activity,
                 "subject": clip.subject,
-                "n_frames": entry["frames"],
-                "rate": entry["frame_rate"],
-                "skeleton": entry.get("skeleton", ""),
-                "scale": entry.get("scale", 1.0),
+                "n_frames": int(entry["frames"]),
+                "rate": float(entry["frame_rate"]),
+                "skeleton": str(entry.get("skeleton", "")),
+                "scale": float(entry.get("scale", 1.0)),
                 "motion_key": clip.motion_key,
                 "signals": signals.get(clip.name, ""),
                 "stored_as": clip.name,
@@ -103,6 +103,8 @@ def clips_of(
         raise ValueError(
             f"{run.out}: summary.json does not say {error} of a clip: run the study again"
         ) from error
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{run.out}: what summary.json says of clips is damaged: {error}") from error
     skipped = run.summary.get("skipped", [])
     return used + [
         {"name": shown(Path(entry["file"]).name), "file": entry["file"], "problem": entry["reason"]}
