@@ -8,6 +8,7 @@ from types import ModuleType
 import bpy
 
 from . import (
+    baking,
     character,
     choosing,
     exports,
@@ -36,14 +37,13 @@ from . import (
     step1_body,
     step2_motions,
     step3_patches,
-    step4_signals,
     step5_ranking,
     upkeep,
 )
 
 MODULES: tuple[ModuleType, ...] = (
     preferences, garment_properties, shape, rows, on_character, properties, jobs, job_windows,
-    step1_body, step2_motions, import_dialog, source_view, step3_patches, step4_signals, step5_ranking,
+    step1_body, step2_motions, import_dialog, source_view, step3_patches, baking, step5_ranking,
     choosing, run_all, menus, open_results, save_results, exports, panels, character,
     own_placement_panel, own_sensor_panel, garments, result_panels, placement_panels, pick_tool,
     overlay, upkeep,

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from bpy.props import EnumProperty
 
 from ..core.body.body import Body
 from ..core.clip_files import WORK, ClipWindows, ranking_inputs
@@ -30,8 +31,20 @@ from . import results, signal_cache
 from .garment_properties import baker_steps
 from .jobs import Step, Steps, in_thread
 from .on_body import is_there, on_body
+from .operators import IsJob
 from .preferences import cache_folder
-from .state import BAKED, FAILED, bake_settings, config_of, patches_of, rank_settings, state_of
+from .state import (
+    BAKED,
+    FAILED,
+    bake_settings,
+    config_of,
+    missing_for_bake,
+    missing_for_rank,
+    patches_of,
+    rank_settings,
+    selected,
+    state_of,
+)
 
 SHOWN_REASONS = 2
 
@@ -42,6 +55,47 @@ AS_SHOWN = 1e-5
 """How far single precision may be from a position, metres, or a weight."""
 
 BakeSteps = Generator[Step, None, Bake]
+
+
+class W2W_OT_bake_signals(IsJob, bpy.types.Operator):
+    """Simulate accelerometers and gyroscopes on all patches; Esc cancels"""
+
+    bl_idname = "w2w.bake_signals"
+    bl_label = "Bake Signals"
+
+    which: EnumProperty(
+        name="Which",
+        items=(
+            ("ALL", "All", "Bake every clip whose signals are missing or out of date"),
+            ("TICKED", "Ticked", "Bake the ticked clips, or the active one, even if they are up to date"),
+        ),
+    )
+
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return missing_for_bake(body)
+
+    def steps(self, body: bpy.types.Object) -> Steps:
+        study = body.w2w
+        if self.which == "ALL":
+            return bake_steps(body, to_bake(study))
+        ticked = {clip.name for clip in selected(study)}
+        chosen = [index for index, clip in enumerate(study.clips) if clip.name in ticked and clip.action]
+        return bake_steps(body, chosen)
+
+
+class W2W_OT_rank_patches(IsJob, bpy.types.Operator):
+    """Train and test a classifier at every patch, and show where activities are told apart best"""
+
+    bl_idname = "w2w.rank_patches"
+    bl_label = "Rank Patches"
+
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return missing_for_rank(body)
+
+    def steps(self, body: bpy.types.Object) -> Steps:
+        return rank_steps(body)
 
 
 @on_body
@@ -57,6 +111,8 @@ def bake_steps(
     A clip that cannot be baked is left without signals and says why. With `keep`, baked clips stay so where
     the job is ended before the last.
     """
+    if not indices:
+        return "All signals are up to date"
     study, patches = mesh.w2w, patches_of(mesh)
     before = {
         index: (clip.signals, clip.baked_as, clip.bake_path)

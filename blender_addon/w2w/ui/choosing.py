@@ -20,12 +20,12 @@ from ..core.results_folder import StudyResults, choose_to_wear, prepared_tests
 from ..core.selection.advice import Advice
 from ..core.study import StudyConfig
 from ..core.wording import capital
-from . import counting, jobs, results, signal_cache
+from . import counting, results, signal_cache
 from .baking import as_labelled, body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread
 from .on_body import on_body
-from .operators import can_change
-from .state import config_of, current_body, patches_of, rank_settings, utility_of
+from .operators import IsJob, is_ranked
+from .state import config_of, patches_of, rank_settings, utility_of
 
 TITLE = "Choose Sensors"
 
@@ -56,34 +56,25 @@ class SceneResults(StudyResults):
         return replace(self, clips=tuple(clips))
 
 
-class W2W_OT_choose_sensors(bpy.types.Operator):
+class W2W_OT_choose_sensors(IsJob, bpy.types.Operator):
     """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
 
     bl_idname = "w2w.choose_sensors"
     bl_label = TITLE
-    bl_options = {"REGISTER"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if not can_change(cls, context):
-            return False
-        missing = missing_for_choice(current_body(context))
-        cls.poll_message_set(missing)
-        return not missing
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return missing_for_choice(body)
 
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        return jobs.start(self, context, TITLE, choose_steps(current_body(context)))
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        return jobs.run_now(self, TITLE, choose_steps(current_body(context)))
+    def steps(self, body: bpy.types.Object) -> Steps:
+        return choose_steps(body)
 
 
 def missing_for_choice(body: bpy.types.Object) -> str:
     """What stands in the way of choosing sensors; empty where nothing does."""
-    study = body.w2w
-    if utility_of(study) is None or patches_of(body) is None:
+    if not is_ranked(body):
         return "Rank the patches first (step 5)"
-    if study.ranked_as != rank_settings(study):
+    if body.w2w.ranked_as != rank_settings(body.w2w):
         return "Clips or settings have changed since the ranking: rank again first (step 5)"
     return ""
 

@@ -14,7 +14,7 @@ from .choosing import choose_steps, missing_for_choice
 from .counting import is_reweighed
 from .jobs import Steps, part
 from .on_body import is_there, on_body
-from .operators import can_change
+from .operators import IsJob
 from .own_placements import is_pending
 from .state import (
     BAKED,
@@ -37,27 +37,22 @@ PLACING, BAKING, RANKING, CHOOSING = 6.0, 0.4, 12.0, 30.0
 """About how many seconds a part takes, `BAKING` for each clip: the bar goes by them."""
 
 
-class W2W_OT_run_all(bpy.types.Operator):
+class W2W_OT_run_all(IsJob, bpy.types.Operator):
     """Do all that is missing, from patches to sensors; Esc stops, and the next time goes on from there"""
 
     bl_idname = "w2w.run_all"
     bl_label = TITLE
-    bl_options = {"REGISTER"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if not can_change(cls, context):
-            return False
-        missing = missing_for_all(current_body(context))
-        cls.poll_message_set(missing)
-        return not missing
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return missing_for_all(body)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         body = current_body(context)
         return jobs.start(self, context, TITLE, run_all_steps(body), kept_of(body))
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        return jobs.run_now(self, TITLE, run_all_steps(current_body(context)))
+    def steps(self, body: bpy.types.Object) -> Steps:
+        return run_all_steps(body)
 
 
 class Part(NamedTuple):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -13,8 +14,6 @@ from ..core.clip_files import signals_key
 from ..core.findings.finished_study import ClipResult, Study
 from ..core.findings.new_folder import check_new, write_folder
 from ..core.motion.library import Clip, Library, unique_names
-from ..core.motion.motion import Motion
-from ..core.study import StudyConfig
 from ..scene.actions import read_action
 from ..scene.body import armature_of
 from . import counting
@@ -22,7 +21,7 @@ from .choosing import advised_steps, counted_clips
 from .garment_properties import covers_steps
 from .jobs import Step, Steps, in_thread, part, start
 from .on_body import on_body
-from .operators import can_change
+from .operators import AsksForFile, OnRanking
 from .state import (
     advice_settings,
     config_of,
@@ -36,7 +35,7 @@ from .state import (
 TITLE = "Save Results"
 
 
-class W2W_OT_save_results(bpy.types.Operator):
+class W2W_OT_save_results(AsksForFile, OnRanking, bpy.types.Operator):
     """Save the study as a results folder, as w2w run leaves one, in a new or empty folder"""
 
     bl_idname = "w2w.save_results"
@@ -47,18 +46,6 @@ class W2W_OT_save_results(bpy.types.Operator):
         name="Folder", description="A new or empty folder", subtype="DIR_PATH", options={"SKIP_SAVE"}
     )
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if not can_change(cls, context):
-            return False
-        cls.poll_message_set("Rank the patches first (step 5)")
-        body = current_body(context)
-        return utility_of(body.w2w) is not None and patches_of(body) is not None
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         folder = Path(bpy.path.abspath(self.directory))
@@ -73,14 +60,17 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
         raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
     check_new(folder)
     left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, utility_of(study))
-    config = _config(study, sampled_patches(study, len(patches_of(mesh))))
+    config = replace(config_of(study), patches=sampled_patches(study, len(patches_of(mesh))))
     found, advice = yield from part(advised_steps(mesh, config), 0.0, 0.6)
     clips, armature = counted_clips(study), armature_of(mesh)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
     motions = []
     for number, (clip, name) in enumerate(zip(clips, names, strict=True)):
         yield Step(0.6 + 0.2 * number / len(clips), clip.name)
-        motions.append(_motion(armature, clip, name))
+        try:
+            motions.append(read_action(armature, clip.action).labelled(clip.activity, clip.subject, name))
+        except ValueError:  # its action moves the body in ways that no motion file tells
+            motions.append(None)
     covers = yield from covers_steps(mesh, found.patches, 0.8)
     saved = tuple(map(_saved, clips, names))
     library = _library(study, saved, left_out)
@@ -114,11 +104,6 @@ def _move_in(
         study.advised_as = advice_settings(study)
 
 
-def _config(study: bpy.types.PropertyGroup, n_patches: int) -> StudyConfig:
-    given = config_of(study).as_dict()
-    return StudyConfig.from_dict(given | {"patches": n_patches})
-
-
 def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
     """A clip as it is in the scene, under a name for its files."""
     file = clip.file if clip.file and not Path(clip.file).is_absolute() else name
@@ -135,14 +120,6 @@ def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
         },
         clip.source_sha256,
     )
-
-
-def _motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, name: str) -> Motion | None:
-    """The motion of a clip; None where its action moves the body in ways that no motion file tells."""
-    try:
-        return read_action(armature, clip.action).labelled(clip.activity, clip.subject, name)
-    except ValueError:
-        return None
 
 
 def _library(study: bpy.types.PropertyGroup, saved: Iterable[ClipResult], left_out: set[str]) -> Library:

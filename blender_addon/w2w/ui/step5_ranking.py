@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Step 5: rank the patches, and pick one to look at."""
+"""Step 5: pick a patch to look at, and the range of colours."""
 
 from __future__ import annotations
 
@@ -8,32 +8,8 @@ from bpy.props import BoolProperty, IntProperty
 
 from ..scene.patches import empties_by_patch
 from . import jobs, results
-from .baking import rank_steps
-from .operators import can_change
-from .state import current_body, missing_for_rank, patches_of
+from .state import current_body, patches_of
 from .step1_body import select_only
-
-
-class W2W_OT_rank_patches(bpy.types.Operator):
-    """Train and test a classifier at every patch, and show where activities are told apart best"""
-
-    bl_idname = "w2w.rank_patches"
-    bl_label = "Rank Patches"
-    bl_options = {"REGISTER"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if not can_change(cls, context):
-            return False
-        missing = missing_for_rank(current_body(context))
-        cls.poll_message_set(missing)
-        return not missing
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        return jobs.start(self, context, "Rank Patches", rank_steps(current_body(context)))
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        return jobs.run_now(self, "Rank Patches", rank_steps(current_body(context)))
 
 
 class W2W_OT_select_patch(bpy.types.Operator):
