@@ -214,12 +214,9 @@ def place_patches(body: Body, config: StudyConfig) -> PatchSet:
 def record(
     body: Body, patches: PatchSet, motion: Motion, config: StudyConfig, worn: Worn | None = None
 ) -> ImuRecording:
-    """What sensors on all patches would record of one motion; of those that garments carry, as they moved.
+    """Recording of sensors on all patches through one motion; those that garments carry move as `worn` says.
 
-    Raises
-    ------
-    ValueError
-        If the motion is too short for the synthesis.
+    ValueError if the motion is too short for the synthesis.
     """
     motion = measured(motion, config)
     if worn is None:
@@ -238,12 +235,9 @@ def measured(motion: Motion, config: StudyConfig) -> Motion:
 
 
 def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -> Iterator[ImuRecording]:
-    """Recordings of the augmented copies of a motion that the config asks for: none, or as many as it says.
+    """Recordings of the augmented copies of a motion that the config asks for, which may be none.
 
-    Raises
-    ------
-    ValueError
-        If copies on other bodies are asked for and the body is not W2W's own.
+    ValueError if copies on other bodies are asked for and the body is not W2W's own.
     """
     if config.augmentation is not None:
         motion = measured(motion, config)
@@ -262,27 +256,11 @@ def record_baked(
     root: np.ndarray | None = None,
     worn: Worn | None = None,
 ) -> ImuRecording:
-    """What sensors on all patches would record of a surface that Blender has moved.
+    """Recording of sensors on all patches of a surface that Blender has moved.
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (T, N, 4, 4)
-        World matrices of the patches.
-    rate : float
-        Frames per second.
-    patches : PatchSet
-    labels : tuple of str
-        Activity, subject and clip.
-    config : StudyConfig
-    root : ndarray, shape (T, 3), optional
-        Path of the body's root in the world, without which it cannot be band-limited.
-    worn : Worn, optional
-        The sensors that garments carry.
-
-    Raises
-    ------
-    ValueError
-        If the motion is too short for the synthesis, or the root's path is to be band-limited and not known.
+    `matrices`, shape (T, N, 4, 4), are the patches' in the world, `labels` activity, subject and clip.
+    `root`, shape (T, 3), is the path of the body's root in the world. ValueError if it is to be band-limited
+    and not known, or if the motion is too short for the synthesis.
     """
     if config.root_band_hz is not None and config.root_band_hz < rate / 2:
         if root is None or worn is not None:
@@ -301,18 +279,9 @@ def record_baked(
 
 
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Windows of a recording as features.
+    """Windows of a recording as features, shape (W, N, D), float32, and which may be tested on, shape (W,).
 
-    Returns
-    -------
-    features : ndarray, shape (W, N, D), float32
-    is_test : ndarray, shape (W,), bool
-        Windows that do not overlap and may be tested on.
-
-    Raises
-    ------
-    TooShortError
-        If the recording is too short to give one window.
+    Windows to test on do not overlap. TooShortError if the recording does not fill one window.
     """
     windows = cut_windows(recording, config.windows)
     features = window_features(windows.signals, recording.rate)

@@ -42,32 +42,20 @@ def write_study(
 
     It holds the body, its armature with an action a motion, an empty on each patch with its
     scores as custom properties, the chosen patches in a collection of their own, and a colour
-    attribute an activity and for the mean. The file is built in a fresh Blender session:
-    whatever is open is closed.
+    attribute an activity and for the mean, which spans at least `span`. The file is built in a
+    fresh Blender session: whatever is open is closed. RuntimeError if Blender runs with a
+    window, where that would lose work.
 
     Parameters
     ----------
-    path : str or Path
-    body : Body
-    patches : PatchSet, N patches
     motions : iterable of Motion
         The scene takes the rate of the first.
     utility_f1 : ndarray, shape (N, A)
-        Expected F1 of each patch and activity.
-    activities : sequence of str, length A
-    mean : ndarray, shape (N,)
-        Expected mean F1 of each patch.
+        Expected F1 of each patch and activity; `mean`, shape (N,), over the activities.
     chosen : sequence of int
         Chosen patches in order of choice.
     results : StudyResults, optional
         The finished run that W2W's panel shows when it opens the file.
-    span : float
-        F1 that each heatmap's colours span at least.
-
-    Raises
-    ------
-    RuntimeError
-        If Blender runs with a window, where closing the open file would lose work.
     """
     if not bpy.app.background:
         raise RuntimeError(

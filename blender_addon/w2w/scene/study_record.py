@@ -34,16 +34,9 @@ NAMES = "names.json"
 
 @dataclass(frozen=True)
 class SceneNames:
-    """What the parts of a run are called in its .blend file.
+    """Names in a run's .blend file: collections of all patches and of the chosen ones, each clip's action.
 
-    Parameters
-    ----------
-    collections : tuple of str
-        Of all patches and of the chosen ones.
-    actions : mapping of str to str
-        Of each clip that has one.
-    signals : mapping of str to str
-        `core.clip_files.signals_key` of each clip.
+    Each clip's signals are known by the key of `core.clip_files.signals_key`.
     """
 
     collections: tuple[str, str]
@@ -81,13 +74,7 @@ def has_record(mesh: bpy.types.Object) -> bool:
 
 
 def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
-    """The study of the record beside a mesh, without what lies in large files, and its names in the file.
-
-    Raises
-    ------
-    ValueError
-        If it is damaged.
-    """
+    """The study that a record holds, without large files, and names in the file; ValueError if damaged."""
     try:
         packed = base64.b64decode(mesh[RECORD].as_string())
         with ZipFile(io.BytesIO(packed)) as archive, TemporaryDirectory() as folder:
