@@ -77,23 +77,33 @@ class Surface:
         A distance is infinite where no near face looks the same way.
         """
         _, near = self.tree.query(points, k=NEAREST_FACES)
-        repeated = np.repeat(points, NEAREST_FACES, axis=0)
-        found = closest_point(self.vertices[self.faces[near.ravel()]], repeated)
-        distance = np.linalg.norm(found - repeated, axis=1).reshape(near.shape)
+        found, distance = closest_on(self.vertices[self.faces[near]], points)
         alike = np.einsum("nka,na->nk", self.face_normals[near], normals) > SAME_SIDE
         distance = np.where(alike, distance, np.inf)
-        best = distance.argmin(axis=1)
-        rows = np.arange(len(points))
-        return found.reshape(*near.shape, 3)[rows, best], near[rows, best], distance[rows, best]
+        rows, best = np.arange(len(points)), distance.argmin(axis=1)
+        return found[rows, best], near[rows, best], distance[rows, best]
 
     def shares(self, points: np.ndarray, faces: np.ndarray) -> csr_matrix:
         """Barycentric coordinates (N, V) of the points nearest to some points (N, 3) on given faces (N,)."""
         triangles = self.vertices[self.faces[faces]]
-        share = points_to_barycentric(triangles, closest_point(triangles, points))
-        share = np.clip(np.nan_to_num(share, nan=1 / 3), 0, 1)
-        share /= share.sum(axis=1, keepdims=True)
+        share = barycentric(triangles, closest_point(triangles, points))
         places = (share.ravel(), (np.repeat(np.arange(len(points)), 3), self.faces[faces].ravel()))
         return csr_matrix(places, shape=(len(points), len(self.vertices)))
+
+
+def closest_on(triangles: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Closest points (N, K, 3) on K triangles (N, K, 3, 3) for each of some points (N, 3), and distances."""
+    repeated = np.repeat(points, triangles.shape[1], axis=0)
+    found = closest_point(triangles.reshape(-1, 3, 3), repeated)
+    distance = np.linalg.norm(found - repeated, axis=1)
+    return found.reshape(*triangles.shape[:2], 3), distance.reshape(triangles.shape[:2])
+
+
+def barycentric(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates (N, 3) of points on triangles (N, 3, 3), never outside them."""
+    shares = points_to_barycentric(triangles, points)
+    shares = np.clip(np.nan_to_num(shares, nan=1 / 3), 0, 1)
+    return shares / shares.sum(axis=1, keepdims=True)
 
 
 @dataclass(frozen=True, eq=False)

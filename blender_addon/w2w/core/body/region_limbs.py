@@ -108,10 +108,7 @@ def _fingers(
 
 def _reach_from_wrist(body: Body, vertices: np.ndarray, wrist: np.ndarray) -> np.ndarray:
     """Distance of a hand's vertices from the wrist along its edges, shape (K,)."""
-    local = np.full(len(body.vertices), -1)
-    local[vertices] = np.arange(len(vertices))
-    edges = local[body.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)]
-    edges = edges[(edges >= 0).all(axis=1)]
+    edges = _edges_between(body.faces, vertices)
     points = body.vertices[vertices]
     lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     shape = (len(vertices), len(vertices))
@@ -122,6 +119,14 @@ def _reach_from_wrist(body: Body, vertices: np.ndarray, wrist: np.ndarray) -> np
     return np.where(np.isfinite(reach), reach, 0)
 
 
+def _edges_between(faces: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+    """Edges of a mesh between some vertices, by their positions among these, shape (E, 2)."""
+    local = np.full(faces.max() + 1, -1)
+    local[vertices] = np.arange(len(vertices))
+    edges = local[faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)]
+    return edges[(edges >= 0).all(axis=1)]
+
+
 def _branches(
     faces: np.ndarray, vertices: np.ndarray, height: np.ndarray, prominence: float
 ) -> list[np.ndarray]:
@@ -130,13 +135,10 @@ def _branches(
     Of every branch that rises at least `prominence` above the saddle where it meets another, the positions
     of its members in `vertices`.
     """
-    local = np.full(faces.max() + 1, -1)
-    local[vertices] = np.arange(len(vertices))
     neighbours: list[set[int]] = [set() for _ in vertices]
-    for first, second in local[faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)]:
-        if first >= 0 and second >= 0:
-            neighbours[first].add(second)
-            neighbours[second].add(first)
+    for first, second in _edges_between(faces, vertices):
+        neighbours[first].add(second)
+        neighbours[second].add(first)
     members: dict[int, list[int]] = {}
     owner = np.full(len(vertices), -1)
     trunks: set[int] = set()

@@ -28,9 +28,9 @@ HELPERS = re.compile(r"twist|roll|share|helper|_end$|nub|ik[_.]|pole|ctrl|contro
 """Bones that rigs carry beside the skeleton: never a joint."""
 
 SIDES = tuple(
-    (sign, re.compile(rf"[{i}]{side[1:]}|{side.upper()}|(?<![A-Za-z])[{i}](?![A-Za-z0-9])"
+    (side, re.compile(rf"[{i}]{side[1:]}|{side.upper()}|(?<![A-Za-z])[{i}](?![A-Za-z0-9])"
                       rf"|(?<![A-Za-z])[{i}](?=[A-Z])(?![A-Z]_)"))
-    for sign, side, i in ((1, "left", "lL"), (-1, "right", "rR"))
+    for side, i in (("left", "lL"), ("right", "rR"))
 )  # fmt: skip
 """``Left`` anywhere, or an L that stands apart or before a capital (``hip.l``, ``lHip``; not ``RL_Root``)."""
 
@@ -218,16 +218,16 @@ def _human(tree: _Tree, legs: list[Chain], arms: list[Chain]) -> bool:
 
 def _sides_swapped(tree: _Tree, limbs: list[Chain], legs: list[Chain], arms: list[Chain]) -> bool:
     """Whether the first of two limbs is the right one."""
-    first, second = (sum(_told_side(tree.names[bone]) for bone in limb[:3]) for limb in limbs)
+    told = [[_told_side(tree.names[bone]) for bone in limb[:3]] for limb in limbs]
+    first, second = (sides.count("left") - sides.count("right") for sides in told)
     if first * second < 0:
         return first < 0
     starts = tree.heads[:, limbs[0][0]] - tree.heads[:, limbs[1][0]]
     return float(np.sum(starts * _left(tree, legs, arms))) < 0
 
 
-def _told_side(name: str) -> int:
-    """1 where a bone's name says left, -1 where it says right, else 0."""
-    return next((sign for sign, pattern in SIDES if pattern.search(name)), 0)
+def _told_side(name: str) -> str:
+    return next((side for side, pattern in SIDES if pattern.search(name)), "")
 
 
 def _left(tree: _Tree, legs: list[Chain], arms: list[Chain]) -> np.ndarray:

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
-from trimesh.triangles import closest_point, points_to_barycentric
 
+from ..adopt.registration import barycentric, closest_on
 from ..adopt.rest_pose import metres_per_unit
 from ..body.body import Body, vertex_normals
 from ..body.shapes import RANGES, shaped
@@ -185,17 +185,12 @@ def _faces_around(body: Body) -> np.ndarray:
 
 
 def _nearest_points(points: np.ndarray, body: Body, faces: np.ndarray) -> SurfacePoints:
-    """The nearest point on some faces to each point; `faces` has shape (V, candidates)."""
-    triangles = body.vertices[body.faces[faces.ravel()]]
-    repeated = np.repeat(points, faces.shape[1], axis=0)
-    closest = closest_point(triangles, repeated)
-    distance = np.linalg.norm(closest - repeated, axis=1).reshape(faces.shape)
-    best = np.arange(len(points)) * faces.shape[1] + distance.argmin(axis=1)
-    shares = points_to_barycentric(triangles[best], closest[best])
-    shares = np.clip(np.nan_to_num(shares, nan=1 / 3), 0, 1)
-    return SurfacePoints(
-        faces.ravel()[best], shares / shares.sum(axis=1, keepdims=True), distance.ravel()[best]
-    )
+    """The nearest point on some faces (V, K) to each point (V, 3)."""
+    triangles = body.vertices[body.faces[faces]]
+    found, distance = closest_on(triangles, points)
+    rows, best = np.arange(len(points)), distance.argmin(axis=1)
+    shares = barycentric(triangles[rows, best], found[rows, best])
+    return SurfacePoints(faces[rows, best], shares, distance[rows, best])
 
 
 LIMBS = {"arms": ("shoulder", "elbow", "wrist"), "legs": LEG}
