@@ -21,16 +21,16 @@ from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.garments.cover import Cover, cover
 from w2w.core.garments.cut import cut
-from w2w.core.garments.on_cloth import Worn
+from w2w.core.garments.on_cloth import ClothSensors
 from w2w.core.garments.run_up import with_run_up
 from w2w.core.imu.synthesis import synthesize
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.scene.garments.wear import worn_through
+from w2w.scene.garments.wear import followed
 
 FRAMES, RATE, ARM_DOWN = 20, 60.0, 70
 
-BEFORE = {"cloth.FRICTION": 5.0, "cloth.COLLISION_STEPS": 2, "collider.FACES": 10**9}
+BEFORE = {"cloth.FRICTION": 5.0, "cloth.COLLISION_STEPS": 2, "cloth.COARSE_FACES": 10**9}
 
 
 def main() -> None:
@@ -61,9 +61,9 @@ def show(
     """Print what settings give."""
     with ExitStack() as stack:
         for name, value in settings.items():
-            stack.enter_context(mock.patch(f"w2w.scene.{name}", value))
+            stack.enter_context(mock.patch(f"w2w.scene.garments.{name}", value))
         begun = time.process_time()
-        worn = worn_through(body, patches, {kind: own}, still)
+        worn = followed(body, patches, {kind: own}, still)
         spent = (time.process_time() - begun) / with_run_up(still)[0].n_frames
     path = worn.matrices[:, :, :3, 3]
     raw = np.linalg.norm(np.diff(path, 2, axis=0), axis=2) * RATE**2
@@ -81,7 +81,7 @@ def _standing(body: Body) -> Motion:
     return Motion(rotations, np.tile(body.joints[0], (FRAMES, 1)), RATE)
 
 
-def _in_band(worn: Worn) -> np.ndarray:
+def _in_band(worn: ClothSensors) -> np.ndarray:
     """How far what the sensors feel is from its mean, (T, K)."""
     acc = synthesize(worn.matrices, worn.rate).acc.astype(float)
     return np.linalg.norm(acc - acc.mean(axis=0), axis=2)

@@ -31,10 +31,9 @@ from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
 from w2w.scene.body import add_body
 from w2w.scene.evaluated import EvaluatedVertices
-from w2w.scene.garments.bake import follow
-from w2w.scene.garments.clear_arms import SIDES, outward
+from w2w.scene.garments.clear import SIDES, outward, times_inside
 from w2w.scene.garments.cloth import dress
-from w2w.scene.garments.overlap import times_inside
+from w2w.scene.garments.follow import follow
 from w2w.scene.load import carry, read_motion
 from w2w.scene.output import quiet_output
 
@@ -124,7 +123,7 @@ def main() -> None:
     with ExitStack() as stack:
         if before:
             stack.enter_context(
-                mock.patch("w2w.scene.garments.bake.with_clear_arms", lambda _, motion: motion)
+                mock.patch("w2w.scene.garments.follow.with_clear_arms", lambda _, motion: motion)
             )
         for clip in clips:
             found.append(through(kind, body, Path(clip)))

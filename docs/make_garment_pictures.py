@@ -21,8 +21,8 @@ from w2w.core.patches.patches import sample_patches
 from w2w.drawing.body import BodyPictures
 from w2w.scene.body import add_body
 from w2w.scene.evaluated import EvaluatedVertices
-from w2w.scene.garments.bake import follow
 from w2w.scene.garments.cloth import dress
+from w2w.scene.garments.follow import follow
 from w2w.scene.load import carry, read_motion
 from w2w.scene.output import quiet_output
 

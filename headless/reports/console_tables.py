@@ -18,7 +18,8 @@ from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.label_notes import copies_sentence, label_notes
 from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
-from w2w.core.garments.findings import caught_sentences, garment_content, garment_sentence
+from w2w.core.garments.caught import caught_sentences
+from w2w.core.garments.cover import garment_content, garment_sentence
 from w2w.core.motion.library import Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap

@@ -23,7 +23,8 @@ from w2w.core.findings.counts import (
 )
 from w2w.core.findings.label_notes import copies_sentence
 from w2w.core.findings.summary import best_regions
-from w2w.core.garments.findings import caught_sentences, garment_sentence
+from w2w.core.garments.caught import caught_sentences
+from w2w.core.garments.cover import garment_sentence
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults

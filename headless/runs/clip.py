@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,20 +14,23 @@ from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK, copy_file, write_features
 from w2w.core.files import file_sha256
 from w2w.core.findings.finished_study import ClipResult
+from w2w.core.garments.caught import caught_content
+from w2w.core.garments.cover import FITTED, Cover, load_covers
+from w2w.core.garments.on_cloth import ClothSensors
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.motion_file import readable_size, unreadable
 from w2w.core.motion.source import UnusableMotion, reason_of
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import TooShortError
-from w2w.core.study import copies_of, describe, record
+from w2w.core.study import copies_of, describe, measured, record
 from w2w.core.threads import unthreaded_products
 from w2w.scene.output import quiet_output
 
-from ..blender import NoBlenderError, forget_scripts_path
+from ..blender import NoBlenderError, forget_scripts_path, needs_blender
 from .clip_task import ClipTask, finished, mark_source, marked_source, unfinished, write_record
 from .guard import allowed_memory, guarded, timed_out, untimed
-from .load_clip import caught_in, load_clip, worn_in
+from .load_clip import load_clip
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -137,8 +141,8 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
     _, motion, details = load_clip(task.clip, body, task.engine.bone_maps, task.engine.pose)
     _refuse_too_long(motion, task)
-    worn = worn_in(task, body, patches, motion)
-    recording = record(body, patches, motion, task.config, worn)
+    on_cloth = _sensors_on_cloth(task, body, patches, motion)
+    recording = record(body, patches, motion, task.config, on_cloth)
     features, is_test = describe(recording, task.config)
     copies, copy_files = _make_copies(task, body, patches, motion)
     signature = motion_signature(motion)
@@ -147,10 +151,24 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
         motion.save(unfinished(task.motion_file))
         recording.save(unfinished(task.signals_file))
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
-    details |= caught_in(task, worn)
+    if on_cloth is not None:
+        frames = dict(zip(_covers(task.out, task.inputs), on_cloth.caught, strict=True))
+        details |= caught_content(frames, len(on_cloth.matrices))
     if task.config.augmentation is not None:
         details |= {"copies": len(copies), "copy_windows": sum(len(copy) for copy in copies)}
     return details, (task.motion_file, task.signals_file, task.features_file, *copy_files)
+
+
+def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Motion) -> ClothSensors | None:
+    """Where the sensors on garments are, as Blender moves the cloth; None where the study has no garments."""
+    if not task.config.garments:
+        return None
+    covers = _covers(task.out, task.inputs)
+    forget_scripts_path()
+    with needs_blender(), quiet_output():
+        from w2w.scene.garments.wear import followed
+
+        return followed(body, patches, covers, measured(motion, task.config))
 
 
 def _make_copies(
@@ -198,3 +216,9 @@ def _conclude(task: ClipTask, result: ClipResult, files: tuple[Path, ...] = ()) 
 @cache  # read once a worker and study
 def _body_and_patches(out: Path, inputs: str) -> tuple[Body, PatchSet]:  # noqa: ARG001 - a key of the cache
     return Body.load(out / WORK / "body.npz"), PatchSet.load(out / WORK / "patches.npz")
+
+
+@cache
+def _covers(out: Path, inputs: str) -> Mapping[str, Cover]:  # noqa: ARG001 - a key of the cache
+    """What the study's garments cover, read once a worker and study."""
+    return load_covers(out / FITTED)

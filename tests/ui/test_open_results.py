@@ -16,7 +16,7 @@ from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
 from w2w.scene.bake import PatchBaker
 from w2w.scene.body import body_of
-from w2w.scene.pauses import without_pauses
+from w2w.scene.steps import without_pauses
 from w2w.ui import jobs, signal_cache
 from w2w.ui.open_results import open_steps
 from w2w.ui.state import (

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .body.body import Body
-from .garments.on_cloth import Worn
+from .garments.on_cloth import ClothSensors
 from .imu.augmentation import Augmentation
 from .imu.copies import record_copies
 from .imu.further import NOTHING, FurtherSensors, further_signals
@@ -212,19 +212,19 @@ def place_patches(body: Body, config: StudyConfig) -> PatchSet:
 
 
 def record(
-    body: Body, patches: PatchSet, motion: Motion, config: StudyConfig, worn: Worn | None = None
+    body: Body, patches: PatchSet, motion: Motion, config: StudyConfig, on_cloth: ClothSensors | None = None
 ) -> ImuRecording:
-    """Recording of sensors on all patches through one motion; those that garments carry move as `worn` says.
+    """Recording of sensors on all patches through one motion; `on_cloth` says how those on garments move.
 
     ValueError if the motion is too short for the synthesis.
     """
     motion = measured(motion, config)
-    if worn is None:
+    if on_cloth is None:
         return record_motion(
             body, patches, motion, config.synthesis, config.sensor_model(), config.seed, config.further
         )
     ideal = record_motion(body, patches, motion, config.synthesis)
-    return config.sensor_model().apply(worn.over(ideal, config.synthesis), seed=config.seed)
+    return config.sensor_model().apply(on_cloth.over(ideal, config.synthesis), seed=config.seed)
 
 
 def measured(motion: Motion, config: StudyConfig) -> Motion:
@@ -254,7 +254,7 @@ def record_baked(
     labels: tuple[str, str, str],
     config: StudyConfig,
     root: np.ndarray | None = None,
-    worn: Worn | None = None,
+    on_cloth: ClothSensors | None = None,
 ) -> ImuRecording:
     """Recording of sensors on all patches of a surface that Blender has moved.
 
@@ -263,13 +263,13 @@ def record_baked(
     and not known, or if the motion is too short for the synthesis.
     """
     if config.root_band_hz is not None and config.root_band_hz < rate / 2:
-        if root is None or worn is not None:
+        if root is None or on_cloth is not None:
             raise ValueError("its root cannot be told from its surface: set the root band to 0")
         matrices = matrices.copy()
         matrices[..., :3, 3] += (low_passed(root, rate, config.root_band_hz) - root)[:, None]
     ideal = synthesize(matrices, rate, config.synthesis)
-    if worn is not None:
-        ideal = worn.over(ideal, config.synthesis)
+    if on_cloth is not None:
+        ideal = on_cloth.over(ideal, config.synthesis)
     named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
     sensor = config.sensor_model()
     others = further_signals(

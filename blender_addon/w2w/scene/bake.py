@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.garments.on_cloth import Worn
+from ..core.garments.on_cloth import ClothSensors
 from ..core.motion.motion import Motion
 from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet
@@ -20,8 +20,8 @@ from . import actions
 from .body import armature_of, body_of, body_space, matrix
 from .evaluated import EvaluatedVertices
 from .fast_path import why_not_fast
-from .pauses import without_pauses
 from .playback import active_action, at_rate, each_frame, playing, without_empties
+from .steps import without_pauses
 
 EVEN_SCALE = 1e-4
 """How far the three scales of an object may differ and still count as one."""
@@ -45,8 +45,8 @@ class Bake:
         What the action does in the armature's space; None where no `Motion` can tell it.
     root : ndarray, shape (T, 3), or None
         Path of the root in the world; None on the general path, where more than the bones may move it.
-    worn : Worn or None
-        The sensors that garments carry; in `matrices` they are on the skin.
+    on_cloth : ClothSensors or None
+        The sensors that sit on garments; in `matrices` they are on the skin.
     """
 
     matrices: np.ndarray
@@ -55,7 +55,7 @@ class Bake:
     reason: str
     motion: Motion | None
     root: np.ndarray | None = None
-    worn: Worn | None = None
+    on_cloth: ClothSensors | None = None
 
 
 class PatchBaker:

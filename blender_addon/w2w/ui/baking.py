@@ -154,7 +154,7 @@ def _bake_clip(
 
     def work(told: Callable[[float], None]) -> str:
         recording = record_baked(
-            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.worn
+            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.on_cloth
         )
         told(0.5)
         windows = describe(recording, config)

@@ -18,6 +18,7 @@ from typing import NamedTuple, TypeVar
 import bpy
 
 from ..core.motion.source import UnusableMotion
+from ..scene.steps import each_as
 
 POLL = 0.02
 """Seconds to wait for a thread before the window gets its turn."""
@@ -164,15 +165,14 @@ def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: floa
 
 def part(steps: Steps, low: float, high: float) -> Steps:
     """The steps of one job as a part of another, from one fraction of that to the next."""
-    try:
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as stop:
-                return stop.value
-            yield Step(low + (high - low) * step.fraction, step.text)
-    finally:
-        steps.close()
+    return each_as(steps, lambda step: Step(low + (high - low) * step.fraction, step.text))
+
+
+def as_steps(
+    shares: Generator[float, None, T], text: str, low: float, high: float
+) -> Generator[Step, None, T]:
+    """Work that yields its share done as steps of a job that show a text."""
+    return each_as(shares, lambda share: Step(low + (high - low) * share, text))
 
 
 def time_left(fraction: float, seconds: float) -> str:

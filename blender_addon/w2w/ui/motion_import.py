@@ -19,7 +19,7 @@ from ..scene.body import armature_of, body_of
 from ..scene.load import Carried, Source, carry, read_motion
 from ..scene.scene_motion import read_scene_take
 from ..scene.scene_takes import SceneTake
-from .jobs import Step, Steps
+from .jobs import Step, Steps, as_steps
 from .listed import list_labels
 from .on_body import on_body
 from .state import without_updates
@@ -96,15 +96,7 @@ def _read(item: Wanted, number: int, count: int) -> Generator[Step, None, Source
     if item.take is None:
         return read_motion(item.path)
     frames = read_scene_take(item.take)
-    try:
-        while True:
-            try:
-                share = next(frames)
-            except StopIteration as stop:
-                return stop.value
-            yield Step((number + share) / count, item.shown)
-    finally:
-        frames.close()
+    return (yield from as_steps(frames, item.shown, number / count, (number + 1) / count))
 
 
 def _listed_already(mesh: bpy.types.Object, wanted: Sequence[Wanted]) -> list[str]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from w2w.core.garments.caught import RestLengths, caught_sentence
+from w2w.core.garments.caught import RestLengths, caught_content, caught_sentence, caught_sentences
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [0, 0]])
@@ -30,3 +30,23 @@ def test_it_is_said_of_the_garments_that_it_happened_to():
     assert caught_sentence({"T-Shirt": 0, "Trousers": 7}, 90) == (
         "cloth caught on the body, stretched to more than 2 times its length: Trousers in 7 of 90 frames"
     )
+
+
+def test_clips_in_which_cloth_caught_are_named_and_counted():
+    fine = caught_content({"tshirt": 0}, 90)
+    assert fine == {}
+    bad = caught_content({"tshirt": 7, "trousers": 0}, 90)
+    assert bad == {"cloth_caught": {"tshirt": 7}, "cloth_frames": 90}
+    (sentence,) = caught_sentences([("walk", fine), ("kick", bad)])
+    assert sentence == (
+        "In kick cloth caught on the body, stretched to more than 2 times its length: tshirt in 7 of 90 "
+        "frames: do not trust what its sensors feel there"
+    )
+    assert caught_sentences([("walk", fine)]) == []
+
+
+def test_many_clips_are_not_all_named():
+    bad = caught_content({"tshirt": 7}, 90)
+    sentences = caught_sentences([(f"kick{number}", bad) for number in range(5)])
+    assert len(sentences) == 4
+    assert sentences[-1] == "Cloth caught in 2 more clips: see cloth_caught in summary.json"

@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from w2w.core.garments.cover import cover, load_covers, save_covers, skinned_as, without_overlap
+from w2w.core.clip_files import WORK
+from w2w.core.garments.cover import (
+    FITTED,
+    Cover,
+    cover,
+    garment_content,
+    garment_sentence,
+    load_covers,
+    save_covers,
+    skinned_as,
+    without_overlap,
+)
 from w2w.core.garments.cut import cut
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
@@ -107,3 +118,22 @@ def test_what_is_covered_can_be_saved_and_read(tmp_path, covers):
     (tmp_path / "garments.npz").write_bytes(b"none")
     with pytest.raises(ValueError, match="does not say what garments cover"):
         load_covers(tmp_path / "garments.npz")
+
+
+def test_it_names_the_patches_and_their_regions(tmp_path, bundled_body):
+    patches = sample_patches(bundled_body, n=12)
+    (tmp_path / WORK).mkdir()
+    chosen = np.array([2, 5])
+    own = Cover(chosen, np.zeros((2, 3), dtype=int), np.tile(np.eye(3), (2, 1, 1)))
+    save_covers(tmp_path / FITTED, {"tshirt": own}, [""])
+    content = garment_content(tmp_path, ("tshirt",), patches)
+    regions = sorted({patches.regions[2], patches.regions[5]})
+    assert content == {"tshirt": {"patches": [2, 5], "regions": regions}}
+    sentence = garment_sentence(content, 12)
+    assert sentence.startswith("Of 12 patches 2 on tshirt and 10 on the skin.")
+    assert "not yet been checked against worn garments" in sentence
+
+
+def test_where_nothing_is_worn_nothing_is_said(tmp_path):
+    assert garment_content(tmp_path, (), None) == {}
+    assert garment_sentence({}, 12) == ""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.garments.on_cloth import Worn
+from w2w.core.garments.on_cloth import ClothSensors
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study import StudyConfig, record, record_baked
@@ -26,8 +26,8 @@ def test_a_garment_that_is_the_skin_feels_what_the_skin_feels(bundled_body, some
     config = StudyConfig(sensor="bmi270")
     matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
     chosen = np.array([3, 11, 20])
-    worn = Worn(chosen, matrices[:, chosen], waving.rate)
-    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, worn))
+    on_cloth = ClothSensors(chosen, matrices[:, chosen], waving.rate)
+    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, on_cloth))
     np.testing.assert_allclose(cloth.acc, skin.acc, atol=0.02)
     np.testing.assert_allclose(cloth.gyr, skin.gyr, atol=0.002)
     assert cloth.sites == skin.sites
@@ -38,8 +38,8 @@ def test_a_rigid_offset_adds_its_lever_arm(bundled_body, some_patches, waving):
     config, offset = StudyConfig(sensor="ideal"), np.array([0.0, 0.0, 0.05])
     matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
     chosen = np.array([5, 9])
-    worn = Worn(chosen, offset_by(matrices[:, chosen], offset), waving.rate)
-    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, worn))
+    on_cloth = ClothSensors(chosen, offset_by(matrices[:, chosen], offset), waving.rate)
+    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, on_cloth))
     others = np.setdiff1d(np.arange(24), chosen)
     np.testing.assert_array_equal(cloth.acc[:, others], skin.acc[:, others])
     np.testing.assert_allclose(cloth.gyr, skin.gyr, atol=1e-5)
@@ -58,8 +58,8 @@ def test_carried_to_another_pose_a_sensor_keeps_its_place_over_its_patch(bundled
         for motion in (waving, replace(waving, rotations=waving.rotations[::-1]))
     )
     offset = np.array([0.01, -0.02, 0.03])
-    worn = Worn(np.array([4, 7]), offset_by(there, offset), waving.rate, (5,))
-    carried = worn.carried(there, here)
+    on_cloth = ClothSensors(np.array([4, 7]), offset_by(there, offset), waving.rate, (5,))
+    carried = on_cloth.carried(there, here)
     np.testing.assert_allclose(carried.matrices, offset_by(here, offset), atol=1e-9)
     assert np.abs(here - there).max() > 0.1
     assert carried.caught == (5,)
@@ -68,19 +68,20 @@ def test_carried_to_another_pose_a_sensor_keeps_its_place_over_its_patch(bundled
 def test_the_panels_door_gives_the_same(bundled_body, some_patches, waving):
     config = StudyConfig(sensor="bmi270")
     matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
-    worn = Worn(np.array([2]), offset_by(matrices[:, [2]], np.array([0.0, 0.0, 0.03])), waving.rate)
+    moved = offset_by(matrices[:, [2]], np.array([0.0, 0.0, 0.03]))
+    on_cloth = ClothSensors(np.array([2]), moved, waving.rate)
     labels = (waving.activity, waving.subject, waving.clip)
-    baked = record_baked(matrices, waving.rate, some_patches, labels, config, worn=worn)
-    run = record(bundled_body, some_patches, waving, config, worn)
+    baked = record_baked(matrices, waving.rate, some_patches, labels, config, on_cloth=on_cloth)
+    run = record(bundled_body, some_patches, waving, config, on_cloth)
     np.testing.assert_allclose(baked.acc, run.acc, atol=0.02)
     np.testing.assert_allclose(baked.gyr, run.gyr, atol=0.002)
 
 
 def test_frames_that_end_too_early_are_refused(bundled_body, some_patches, waving):
     matrices = patch_matrices(bundled_body, some_patches.triangles[:1], waving)
-    worn = Worn(np.array([0]), matrices[:30], waving.rate)
+    on_cloth = ClothSensors(np.array([0]), matrices[:30], waving.rate)
     with pytest.raises(ValueError, match="frames end before the clip does"):
-        record(bundled_body, some_patches, waving, StudyConfig(), worn)
+        record(bundled_body, some_patches, waving, StudyConfig(), on_cloth)
 
 
 def test_frames_of_another_rate_are_at_the_same_times(bundled_body, some_patches, waving):
@@ -88,7 +89,7 @@ def test_frames_of_another_rate_are_at_the_same_times(bundled_body, some_patches
     slow = replace(waving, rotations=waving.rotations[::2], pelvis=waving.pelvis[::2], rate=15.0)
     matrices = patch_matrices(bundled_body, some_patches.triangles[:1], waving)
     longer = np.concatenate([matrices, matrices[-1:]])
-    alone = record(bundled_body, some_patches, slow, config, Worn(np.array([0]), longer, 30.0))
+    alone = record(bundled_body, some_patches, slow, config, ClothSensors(np.array([0]), longer, 30.0))
     quick = record(bundled_body, some_patches, waving, config)
     count = alone.n_samples
     error = alone.acc[10 : count - 10, 0] - quick.acc[10 : count - 10, 0]

@@ -11,8 +11,9 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import patch_matrices, skinning_transforms
 from w2w.scene.actions import show_action, write_action
 from w2w.scene.body import add_skinned, body_of
-from w2w.scene.garments.bake import GarmentBaker, check_garment, cover_of, follow
-from w2w.scene.pauses import without_pauses
+from w2w.scene.garments.bake import GarmentBaker, check_garment, cover_of
+from w2w.scene.garments.follow import follow
+from w2w.scene.steps import without_pauses
 
 from ..conftest import bake, difference
 
@@ -45,15 +46,15 @@ def test_a_surface_deform_a_hair_off_feels_what_the_skin_feels(body_in_scene, bu
     follow_surface(item, body_in_scene.mesh)
     own = cover_of(item, body_in_scene.mesh, patches)
     assert len(own) == len(patches)
-    worn = without_pauses(follow(body_in_scene.mesh, [item], [own], short, patches))
+    on_cloth = without_pauses(follow(body_in_scene.mesh, [item], [own], short, patches))
     same = (own.triangles == patches.triangles).all(axis=1)
     assert same.mean() > 0.7  # of triangles that are equally steady another may be chosen
     moved, before = with_run_up(short)
     truth = patch_matrices(bundled_body, patches.triangles[same], moved)[before:]
-    distance, angle = difference(worn.matrices[:, same], truth)
+    distance, angle = difference(on_cloth.matrices[:, same], truth)
     assert distance < 0.002
     assert angle < 3
-    error = synthesize(worn.matrices[:, same], worn.rate), synthesize(truth, worn.rate)
+    error = synthesize(on_cloth.matrices[:, same], on_cloth.rate), synthesize(truth, on_cloth.rate)
     assert np.sqrt(((error[0].acc - error[1].acc) ** 2).mean()) < 0.1
     assert np.sqrt(((error[0].gyr - error[1].gyr) ** 2).mean()) < 0.05
 
@@ -71,14 +72,14 @@ def test_a_rigid_offset_is_the_skins_path_and_its_lever_arm(body_in_scene, bundl
     modifier = plate.modifiers.new("Armature", "ARMATURE")
     modifier.object = body_in_scene.armature
     own = cover_of(plate, body_in_scene.mesh, patches)
-    worn = without_pauses(follow(body_in_scene.mesh, [plate], [own], short, patches))
+    on_cloth = without_pauses(follow(body_in_scene.mesh, [plate], [own], short, patches))
     moved, before = with_run_up(short)
     rest = own.matrices(np.array([tuple(crown + corner) for corner in corners])[own.triangles][None])[0]
     head = skinning_transforms(bundled_body, moved)[before:, 15]
     truth = np.broadcast_to(np.eye(4), (len(head), len(own), 4, 4)).copy()
     truth[..., :3, :3] = head[:, None, :, :3] @ rest[:, :3, :3]
     truth[..., :3, 3] = np.einsum("tab,nb->tna", head[..., :3], rest[:, :3, 3]) + head[:, None, :, 3]
-    distance, angle = difference(worn.matrices, truth)
+    distance, angle = difference(on_cloth.matrices, truth)
     assert distance < 2e-5
     assert angle < 0.02
 
@@ -116,9 +117,9 @@ def test_a_bake_has_the_skin_and_what_is_worn(body_in_scene, patches, short):
     skin = bake(body_in_scene.mesh, patches, action)
     np.testing.assert_array_equal(found.matrices, skin.matrices)
     assert found.path == "general"
-    assert found.reason == f"{len(found.worn.patches)} sensors are on Shirt"
-    assert found.worn.rate == pytest.approx(60)
-    gap = found.worn.matrices[::2, :, :3, 3] - skin.matrices[:, found.worn.patches][..., :3, 3]
+    assert found.reason == f"{len(found.on_cloth.patches)} sensors are on Shirt"
+    assert found.on_cloth.rate == pytest.approx(60)
+    gap = found.on_cloth.matrices[::2, :, :3, 3] - skin.matrices[:, found.on_cloth.patches][..., :3, 3]
     gap -= np.median(gap, axis=(0, 1)) * (1, 1, 0)  # the body moves about the origin meanwhile
     assert 0.01 < np.median(np.linalg.norm(gap, axis=2)) < 0.06
 
@@ -132,8 +133,8 @@ def test_signals_of_a_body_moved_by_more_than_bones_are_baked_frame_by_frame(bod
     show_action(body_in_scene.armature, action)
     body_in_scene.armature.constraints.new("LIMIT_LOCATION")
     found = without_pauses(GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action))
-    assert found.worn.rate == pytest.approx(30)
-    skinned = synthesize(found.worn.matrices, found.worn.rate, Synthesis())
+    assert found.on_cloth.rate == pytest.approx(30)
+    skinned = synthesize(found.on_cloth.matrices, found.on_cloth.rate, Synthesis())
     assert skinned.n_samples >= synthesize(found.matrices, found.rate, Synthesis()).n_samples
 
 
@@ -176,6 +177,6 @@ def test_a_lattice_is_one_more_way_to_follow(body_in_scene, bundled_body, patche
     bpy.context.view_layer.update()
     check_garment(cap, body_in_scene.mesh)
     own = cover_of(cap, body_in_scene.mesh, patches)
-    worn = without_pauses(follow(body_in_scene.mesh, [cap], [own], short, patches))
-    assert np.isfinite(worn.matrices).all()
-    assert patch_matrices(bundled_body, patches.triangles, short).shape[1:] == worn.matrices.shape[1:]
+    on_cloth = without_pauses(follow(body_in_scene.mesh, [cap], [own], short, patches))
+    assert np.isfinite(on_cloth.matrices).all()
+    assert patch_matrices(bundled_body, patches.triangles, short).shape[1:] == on_cloth.matrices.shape[1:]

@@ -12,11 +12,13 @@ from w2w.core.garments.run_up import with_run_up
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.scene.body import add_skinned
-from w2w.scene.garments import bake, clear_arms
-from w2w.scene.garments.bake import cover_of, follow
-from w2w.scene.garments.clear_arms import ANGLES, outward, with_clear_arms
-from w2w.scene.garments.cloth import dress
-from w2w.scene.pauses import without_pauses
+from w2w.scene.garments import clear
+from w2w.scene.garments import follow as following
+from w2w.scene.garments.bake import cover_of
+from w2w.scene.garments.clear import ANGLES, outward, with_clear_arms
+from w2w.scene.garments.cloth import KIND, dress
+from w2w.scene.garments.follow import follow
+from w2w.scene.steps import without_pauses
 
 
 def standing(body, left=0.0, right=0.0, frames=2):
@@ -39,7 +41,7 @@ def test_arms_that_are_clear_stay_as_they_are(bundled_body):
 
 @pytest.mark.parametrize(("side", "other"), [("left", "right"), ("right", "left")])
 def test_only_an_arm_that_is_sunk_is_turned_and_outward(bundled_body, side, other, monkeypatch):
-    monkeypatch.setattr(clear_arms, "AS_CLEAR", 0.0)
+    monkeypatch.setattr(clear, "ARM_AS_CLEAR", 0.0)
     motion = standing(bundled_body, **{side: 80.0})
     cleared = with_clear_arms(bundled_body, motion)
     found, own = wrist(bundled_body, cleared, side), wrist(bundled_body, motion, side)
@@ -50,7 +52,7 @@ def test_only_an_arm_that_is_sunk_is_turned_and_outward(bundled_body, side, othe
 
 
 def test_the_angle_is_the_least_that_clears(bundled_body, monkeypatch):
-    monkeypatch.setattr(clear_arms, "AS_CLEAR", 0.0)
+    monkeypatch.setattr(clear, "ARM_AS_CLEAR", 0.0)
     angle = outward(bundled_body, standing(bundled_body, left=80.0), "left")
     assert 0 < angle < ANGLES[-1]
     step = ANGLES[1] - ANGLES[0]
@@ -59,7 +61,7 @@ def test_the_angle_is_the_least_that_clears(bundled_body, monkeypatch):
 
 
 def test_where_turning_does_not_help_the_arm_stays(bundled_body, monkeypatch):
-    monkeypatch.setattr(clear_arms, "inside", lambda _tree, _points: 7)
+    monkeypatch.setattr(clear, "inside", lambda _tree, _points: 7)
     assert outward(bundled_body, standing(bundled_body, left=80.0), "left") == 0
 
 
@@ -74,7 +76,7 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
     body_in_scene.armature.location = (0.3, -0.2, 0.1)
     cloth = cut("tshirt", bundled_body).cloth
     item = add_skinned(cloth, body_in_scene.armature, bpy.context.scene.collection, "Shirt")
-    item[bake.KIND] = "tshirt"
+    item[KIND] = "tshirt"
     bpy.context.view_layer.update()
     own = cover_of(item, body_in_scene.mesh, patches)
     motion = standing(bundled_body, left=88.0, right=88.0)
@@ -94,9 +96,9 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
 def test_arms_are_cleared_for_our_garments_alone(body_in_scene, bundled_body, patches, monkeypatch, ours):
     item = dress(body_in_scene.mesh, "tshirt")
     if not ours:
-        del item[bake.KIND]
+        del item[KIND]
     asked = []
-    monkeypatch.setattr(bake, "with_clear_arms", lambda _, motion: asked.append(motion) or motion)
+    monkeypatch.setattr(following, "with_clear_arms", lambda _, motion: asked.append(motion) or motion)
     own = cover_of(item, body_in_scene.mesh, patches)
     frames = follow(body_in_scene.mesh, [item], [own], standing(bundled_body), patches)
     next(frames)

@@ -7,10 +7,11 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.scene.garments import bake
-from w2w.scene.garments.bake import cover_of, follow
-from w2w.scene.garments.clear_run_up import REACHES, clear_reach
+from w2w.scene.garments import follow as following
+from w2w.scene.garments.bake import cover_of
+from w2w.scene.garments.clear import REACHES, clear_reach
 from w2w.scene.garments.cloth import dress
+from w2w.scene.garments.follow import follow
 
 
 def turning(body, speed, joint="right_hip", start=0.0):
@@ -53,9 +54,9 @@ def test_a_clip_that_begins_sunk_keeps_its_run_up(bundled_body):
 def test_the_body_goes_by_it_with_a_garment_on(body_in_scene, bundled_body, patches, monkeypatch):
     item = dress(body_in_scene.mesh, "trousers")
     asked = []
-    usual = bake.with_run_up
-    monkeypatch.setattr(bake, "clear_reach", lambda *_: 0.25)
-    monkeypatch.setattr(bake, "with_run_up", lambda *given: asked.append(given[1:]) or usual(*given))
+    usual = following.with_run_up
+    monkeypatch.setattr(following, "clear_reach", lambda *_: 0.25)
+    monkeypatch.setattr(following, "with_run_up", lambda *given: asked.append(given[1:]) or usual(*given))
     own = cover_of(item, body_in_scene.mesh, patches)
     frames = follow(body_in_scene.mesh, [item], [own], turning(bundled_body, 1.0), patches)
     next(frames)

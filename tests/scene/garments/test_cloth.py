@@ -13,7 +13,7 @@ from w2w.core.patches.patches import sample_patches
 from w2w.scene.body import add_body, body_of, rest_vertices
 from w2w.scene.fast_path import why_not_fast
 from w2w.scene.garments.cloth import HELD, dress, lie_on, lies_on_nothing, refit
-from w2w.scene.garments.wear import worn_through
+from w2w.scene.garments.wear import followed
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -68,7 +68,7 @@ def test_a_shirt_hangs_on_the_body_and_gives_the_same_bytes_again():
     standing = Motion(lean, pelvis, 50.0, "standing", "one", "clip")
     cloth = cut("tshirt", body).cloth
     own = cover(cloth.vertices, cloth.faces, body, patches)
-    first, second = (worn_through(body, patches, {"tshirt": own}, standing) for _ in range(2))
+    first, second = (followed(body, patches, {"tshirt": own}, standing) for _ in range(2))
     assert first.matrices.tobytes() == second.matrices.tobytes()
     assert np.isfinite(first.matrices).all()
     assert not bpy.data.objects

@@ -9,8 +9,7 @@ from scipy.spatial import KDTree
 from w2w.core.body.body import vertex_normals
 from w2w.scene.actions import write_action
 from w2w.scene.evaluated import EvaluatedVertices
-from w2w.scene.garments.cloth import COLLIDER, lie_on
-from w2w.scene.garments.collider import FACES, coarse_collider
+from w2w.scene.garments.cloth import COARSE_FACES, COLLIDER, coarse_collider, lie_on
 from w2w.scene.playback import playing
 
 
@@ -33,7 +32,7 @@ def test_the_double_moves_as_the_body_does(collider, bundled_body, waving):
     mesh = collider.mesh
     with playing(collider.armature, write_action(collider.armature, waving)), coarse_collider(mesh):
         (double,) = others(mesh)
-        assert 0.9 * FACES < len(double.data.polygons) < 1.1 * FACES
+        assert 0.9 * COARSE_FACES < len(double.data.polygons) < 1.1 * COARSE_FACES
         assert mesh.modifiers.get(COLLIDER) is None
         assert [modifier.type for modifier in double.modifiers] == ["ARMATURE", "COLLISION"]
         assert double.collision.cloth_friction == 33

@@ -19,7 +19,7 @@ from ..body.body import PACKAGE
 from ..clip_files import WORK
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
-from ..garments.findings import garment_content
+from ..garments.cover import garment_content
 from ..motion.library import Library
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap

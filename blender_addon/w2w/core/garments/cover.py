@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -69,29 +70,21 @@ class Cover:
 
 
 def cover(vertices: np.ndarray, faces: np.ndarray, body: Body, patches: PatchSet) -> Cover:
-    """The patches of a body that a mesh around it covers.
+    """The patches of a body that a mesh around it covers, vertices (V, 3) in the body's rest pose, metres.
 
     A patch is covered where the mesh passes over it, facing as the skin does; its sensor sits on
     the nearest such vertex, on a triangle of vertices around that.
-
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        The garment in the body's rest pose and space, metres.
-    faces : ndarray of int, shape (F, 3)
-    body : Body
-    patches : PatchSet
-        Of the body.
     """
+    nothing = Cover(np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.int64), np.empty((0, 3, 3)))
     used, numbers = np.unique(faces, return_inverse=True)
     if len(used) < 3:
-        return _nothing()
+        return nothing
     cloth = skinned_as(vertices[used], numbers.reshape(-1, 3), body)
     places, normals = body.vertices[patches.vertices], body.vertex_normals[patches.vertices]
     centre = _over(cloth, places, normals)
     covered = np.flatnonzero(centre >= 0)
     if not len(covered):
-        return _nothing()
+        return nothing
     graph = StripGraph.of(cloth.vertices, cloth.faces)
     triangles = carrier_triangles(cloth, graph, centre[covered])
     on_cloth = triangle_frames(cloth.vertices[triangles])[:, :3, :3]
@@ -126,10 +119,6 @@ def _over(cloth: Body, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(cost[rows, best]), near[rows, best], -1)
 
 
-def _nothing() -> Cover:
-    return Cover(np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.int64), np.empty((0, 3, 3)))
-
-
 def save_covers(path: str | Path, covers: Mapping[str, Cover], sources: Sequence[str]) -> None:
     """Write what garments cover, by their names, to an npz file; `sources` are hashes of their files."""
     whole = list(covers.values())
@@ -145,13 +134,7 @@ def save_covers(path: str | Path, covers: Mapping[str, Cover], sources: Sequence
 
 
 def load_covers(path: str | Path) -> dict[str, Cover]:
-    """Read what `save_covers` wrote.
-
-    Raises
-    ------
-    ValueError
-        If the file does not hold it.
-    """
+    """Read what `save_covers` wrote; a `ValueError` where the file does not hold it."""
     needed = ("names", "owners", "patches", "triangles", "mounts")
     data = load_arrays(path, needed, "does not say what garments cover")
     found = {}
@@ -162,10 +145,34 @@ def load_covers(path: str | Path) -> dict[str, Cover]:
 
 
 def without_overlap(covers: Sequence[Cover]) -> list[Cover]:
-    """Covers of several garments, the outer first: each without the patches of those before it."""
+    """Covers of several garments, the outer first: each without the patches of the ones before it."""
     taken = np.empty(0, dtype=np.int64)
     found = []
     for own in covers:
         found.append(own.without(taken))
         taken = np.concatenate([taken, own.patches])
     return found
+
+
+def garment_content(out: Path, garments: Sequence[str], patches: PatchSet) -> dict[str, Any]:
+    """The patches on each garment of a study, and the regions that these lie in."""
+    covers = load_covers(out / FITTED) if garments else {}
+    return {
+        name: {
+            "patches": covers[name].patches.tolist(),
+            "regions": sorted({patches.regions[patch] for patch in covers[name].patches}),
+        }
+        for name in garments
+    }
+
+
+def garment_sentence(content: dict[str, Any], n_patches: int) -> str:
+    """How many sensors sit on cloth and how many on the skin; empty where all sit on the skin."""
+    if not content:
+        return ""
+    parts = [f"{len(own['patches'])} on {name}" for name, own in content.items()]
+    on_skin = n_patches - sum(len(own["patches"]) for own in content.values())
+    return (
+        f"Of {n_patches} patches {', '.join(parts)} and {on_skin} on the skin. The cloth is simulated by "
+        "Blender and has not yet been checked against worn garments"
+    )

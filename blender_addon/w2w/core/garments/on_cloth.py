@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensors that sit on a garment, beside those on the skin."""
+"""Sensors that sit on cloth, beside those on the skin."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ..imu.synthesis import Synthesis, synthesize
 
 
 @dataclass(frozen=True, eq=False)
-class Worn:
-    """Where the sensors were that a garment carried through a clip.
+class ClothSensors:
+    """Where the sensors on garments were during a clip.
 
     Parameters
     ----------
     patches : ndarray of int, shape (K,)
-        Patches whose sensors are on the garment.
+        Patches whose sensors sit on cloth.
     matrices : ndarray, shape (T, K, 4, 4), float64
         World matrices of those sensors, metres, without scale.
     rate : float
@@ -32,24 +32,16 @@ class Worn:
     rate: float
     caught: tuple[int, ...] = ()
 
-    def carried(self, there: np.ndarray, here: np.ndarray) -> Worn:
-        """The same over a body in another pose: each sensor stays where it is relative to its patch.
+    def carried(self, there: np.ndarray, here: np.ndarray) -> ClothSensors:
+        """The same over a body in another pose: each sensor keeps its place relative to its patch.
 
-        Parameters
-        ----------
-        there, here : ndarray, shape (T, K, 4, 4)
-            World matrices of the patches on the skin in the pose followed and in the one wanted.
+        `there` and `here` (T, K, 4, 4) are world matrices of the patches on the skin, in the simulated
+        pose and in the wanted one.
         """
         return replace(self, matrices=here @ np.linalg.inv(there) @ self.matrices)
 
     def over(self, skin: ImuRecording, settings: Synthesis) -> ImuRecording:
-        """The ideal recording of the skin, with what the garment's sensors feel in place of the skin's.
-
-        Parameters
-        ----------
-        skin : ImuRecording
-            Ideal signals of all patches, by the same settings.
-        settings : Synthesis
+        """The ideal recording of the skin with the signals of the sensors on cloth in place of the skin's.
 
         Raises
         ------

@@ -1,7 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""W2W's own T-shirt and trousers in the scene: cut for the body, moved by Blender's cloth."""
+"""W2W's own T-shirt and trousers in the scene, moved by Blender's cloth in real time over a coarse body.
+
+Blender's cloth knows no time: its unit is a frame, and gravity is a thousandth of the scene's for each
+frame squared. So it keeps real time at the root of 1,000 frames per second, and elsewhere only at a speed
+set for the frame rate.
+"""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import bpy
 import numpy as np
@@ -48,21 +57,20 @@ FRICTION = 60.0
 COLLIDER = "W2W collision"
 """Modifier of a body that cloth lies on."""
 
+KEPT = ("thickness_outer", "thickness_inner", "cloth_friction", "damping", "use_culling", "use_normal")
+"""Settings of a collider that cloth feels."""
+
+COARSE_FACES = 4000
+"""Triangles of the coarse body, about; a body with no more than that serves itself."""
+
+REAL_TIME_RATE = math.sqrt(1000.0)
+"""Frames per second at which cloth of speed 1 falls as things do."""
+
+NUDGE = 1e-6
+
 
 def dress(mesh: bpy.types.Object, kind: str) -> bpy.types.Object:
-    """Add a T-shirt or trousers to a body's scene, cut for the body as it is.
-
-    Parameters
-    ----------
-    mesh : Object
-        The body's mesh.
-    kind : str
-        One of `garments.KINDS`.
-
-    Returns
-    -------
-    Object
-        Moved by the body's armature, then by cloth.
+    """Add a garment, one of `KINDS`, cut for the body as it is; the armature moves it, then cloth.
 
     Raises
     ------
@@ -74,7 +82,15 @@ def dress(mesh: bpy.types.Object, kind: str) -> bpy.types.Object:
     home = mesh.users_collection[0] if mesh.users_collection else bpy.context.scene.collection
     item = add_skinned(_in_armature(garment.cloth, armature), armature, home, NAMES[kind])
     item[KIND] = kind
-    _make_cloth(item, garment)
+    modifier = item.modifiers.new(CLOTH, "CLOTH")
+    for name, value in COTTON.items():
+        setattr(modifier.settings, name, value)
+    collision = modifier.collision_settings
+    collision.use_collision = True
+    collision.collision_quality = COLLISION_STEPS
+    collision.distance_min = CLOTH_GAP
+    collision.use_self_collision = False
+    _hold(item, garment)
     lie_on(mesh)
     return item
 
@@ -104,22 +120,47 @@ def refit(item: bpy.types.Object, mesh: bpy.types.Object, garment: Garment) -> N
     _hold(item, garment)
 
 
+@contextmanager
+def coarse_collider(mesh: bpy.types.Object) -> Iterator[None]:
+    """Let cloth lie on a coarse double of a body: contact takes most of the time.
+
+    Only where W2W made the body a collider and bones alone move it.
+    """
+    own = mesh.modifiers.get(COLLIDER)
+    if own is None or not _moved_by_bones_alone(mesh) or len(mesh.data.polygons) <= COARSE_FACES:
+        yield
+        return
+    settings = {name: getattr(mesh.collision, name) for name in KEPT}
+    double = _double(mesh)
+    data = double.data
+    try:
+        mesh.modifiers.remove(own)
+        _collide(double, settings)
+        yield
+    finally:
+        bpy.data.objects.remove(double)
+        bpy.data.meshes.remove(data)
+        _collide(mesh, settings)
+
+
+def real_time_speed(speed: float, rate: float, steps: int) -> float:
+    """The speed at which cloth keeps time at a frame rate, with some steps of simulation each frame.
+
+    A user's own speed stays in proportion. Blender adds steps up in single precision until they fill the
+    frame, and where rounding leaves them short by a hair it makes one more, a tenth of the gravity too much
+    at 20 steps: such speeds are passed over.
+    """
+    wanted = speed * REAL_TIME_RATE / rate
+    nudged = wanted
+    while _steps_made(nudged, steps) > steps:
+        nudged += NUDGE * wanted
+    return nudged
+
+
 def _in_armature(cloth: Body, armature: bpy.types.Object) -> Body:
     """A garment in its armature's own units; the body is in metres."""
     scale = np.linalg.norm(np.array(armature.matrix_world, dtype=np.float64)[:3, :3], axis=0)
     return Body(cloth.vertices / scale, cloth.faces, cloth.joints, cloth.weights, cloth.name)
-
-
-def _make_cloth(item: bpy.types.Object, garment: Garment) -> None:
-    modifier = item.modifiers.new(CLOTH, "CLOTH")
-    for name, value in COTTON.items():
-        setattr(modifier.settings, name, value)
-    collision = modifier.collision_settings
-    collision.use_collision = True
-    collision.collision_quality = COLLISION_STEPS
-    collision.distance_min = CLOTH_GAP
-    collision.use_self_collision = False
-    _hold(item, garment)
 
 
 def _hold(item: bpy.types.Object, garment: Garment) -> None:
@@ -127,3 +168,44 @@ def _hold(item: bpy.types.Object, garment: Garment) -> None:
     item.vertex_groups.new(name=HELD).add(np.flatnonzero(garment.held).tolist(), 1.0, "REPLACE")
     if CLOTH in item.modifiers:
         item.modifiers[CLOTH].settings.vertex_group_mass = HELD
+
+
+def _moved_by_bones_alone(mesh: bpy.types.Object) -> bool:
+    kinds = [modifier.type for modifier in mesh.modifiers if modifier.show_viewport]
+    animated = mesh.data.shape_keys is not None or mesh.animation_data is not None
+    return sorted(kinds) == ["ARMATURE", "COLLISION"] and not animated
+
+
+def _double(mesh: bpy.types.Object) -> bpy.types.Object:
+    """The mesh with fewer triangles, weighted alike."""
+    double = mesh.copy()
+    mesh.users_collection[0].objects.link(double)
+    rig = next(modifier.object for modifier in double.modifiers if modifier.type == "ARMATURE")
+    double.modifiers.clear()
+    double.modifiers.new("Decimate", "DECIMATE").ratio = COARSE_FACES / len(mesh.data.polygons)
+    view = bpy.context.evaluated_depsgraph_get()
+    data = bpy.data.meshes.new_from_object(
+        double.evaluated_get(view), preserve_all_data_layers=True, depsgraph=view
+    )
+    double.modifiers.clear()
+    double.data = data
+    double.modifiers.new("Armature", "ARMATURE").object = rig
+    double.hide_render = True
+    return double
+
+
+def _collide(item: bpy.types.Object, settings: dict[str, object]) -> None:
+    item.modifiers.new(COLLIDER, "COLLISION")
+    for name, value in settings.items():
+        setattr(item.collision, name, value)
+
+
+def _steps_made(speed: float, steps: int) -> int:
+    """Steps that Blender makes of a frame, counted as it counts them."""
+    frame = np.float32(speed)
+    step = np.float32(1) / np.float32(steps) * frame
+    done, count = np.float32(0), 0
+    while done < frame:
+        done += step
+        count += 1
+    return count

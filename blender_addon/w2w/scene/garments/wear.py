@@ -1,51 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A body that puts on garments, moves once, and goes again: what a run does with each of its clips."""
+"""A body that puts on garments, moves once and goes again, as a run needs it for each of its clips."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 
 import bpy
 
 from ...core.body.body import Body
+from ...core.body.skeleton import JOINT_NAMES
 from ...core.garments.cover import Cover
-from ...core.garments.cut import KINDS, split_name
-from ...core.garments.on_cloth import Worn
+from ...core.garments.cut import split_name
+from ...core.garments.on_cloth import ClothSensors
 from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
 from ..body import BodyObjects, add_body
-from ..pauses import without_pauses
+from ..steps import without_pauses
 from ..takes import existing_data, new_data
-from .bake import check_garment, cover_of, follow
-from .cloth import dress
-from .files import put_on
+from .bake import check_garment, cover_of
+from .cloth import dress, lie_on
+from .follow import follow
 
 
 def fitted(garment: str, body: Body, patches: PatchSet) -> Cover:
-    """The patches of a body that a garment covers.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be worn, or covers none.
-    """
+    """The patches of a body that a garment covers; a `ValueError` where it cannot be worn or covers none."""
     with _dressed(body, (garment,)) as (objects, (item,)):
         check_garment(item, objects.mesh)
         return cover_of(item, objects.mesh, patches)
 
 
-def worn_through(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion: Motion) -> Worn:
-    """Where the sensors on garments were while a body moved.
-
-    Parameters
-    ----------
-    body : Body
-    patches : PatchSet
-        Of the body.
-    covers : mapping of str to Cover
-        What each garment covers, by its name.
-    motion : Motion
+def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion: Motion) -> ClothSensors:
+    """Where the sensors on garments are while a body moves, from what each garment covers, by its name.
 
     Raises
     ------
@@ -58,21 +45,73 @@ def worn_through(body: Body, patches: PatchSet, covers: Mapping[str, Cover], mot
 
 @contextmanager
 def _dressed(body: Body, garments: tuple[str, ...]) -> Iterator[tuple[BodyObjects, list[bpy.types.Object]]]:
-    """A body in the open scene and what it wears, removed again at the end."""
+    """A body and its garments in the open scene, removed again at the end."""
     before = existing_data()
     libraries = set(bpy.data.libraries)
     try:
         objects = add_body(body)
-        yield objects, [_put_on(garment, objects) for garment in garments]
+        items = []
+        for garment in garments:
+            file, name = split_name(garment)
+            items.append(put_on(file, name, objects) if file else dress(objects.mesh, name))
+        yield objects, items
     finally:
         bpy.data.batch_remove(new_data(before))
         bpy.data.batch_remove([item for item in bpy.data.libraries if item not in libraries])
 
 
-def _put_on(garment: str, objects: BodyObjects) -> bpy.types.Object:
-    file, name = split_name(garment)
-    if file:
-        return put_on(file, name, objects)
-    if name not in KINDS:
-        raise ValueError(f"there is no garment called '{name}': there are {' and '.join(KINDS)}")
-    return dress(objects.mesh, name)
+def put_on(path: str | Path, name: str, objects: BodyObjects) -> bpy.types.Object:
+    """Append a garment from a .blend file and let it follow this body instead of the one in its file.
+
+    Its dependencies come along: lattices, other meshes. An armature with the bones of a body
+    becomes this body's; so does the mesh of the same body.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read, does not hold the garment, or it follows no body there.
+    """
+    before = existing_data()
+    garment = _append(Path(path), name)
+    came = [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
+    n_vertices = len(objects.mesh.data.vertices)
+    bodies = [
+        item
+        for item in came
+        if item is not garment and item.type == "MESH" and len(item.data.vertices) == n_vertices
+    ]
+    rigs = [
+        item for item in came if item.type == "ARMATURE" and set(JOINT_NAMES) <= set(item.data.bones.keys())
+    ]
+    if not rigs:
+        raise ValueError(
+            f"'{name}' in {path} follows no body: in that file let it follow a body that Add Body made, by "
+            "its armature or its mesh"
+        )
+    for theirs, ours in ((bodies, objects.mesh), (rigs, objects.armature)):
+        for item in theirs:
+            item.user_remap(ours)
+    home = objects.mesh.users_collection[0]
+    for item in came:
+        if item not in bodies and item not in rigs:
+            home.objects.link(item)
+    if any(modifier.type == "CLOTH" for modifier in garment.modifiers):
+        lie_on(objects.mesh)
+    bpy.context.view_layer.update()
+    return garment
+
+
+def _append(path: Path, name: str) -> bpy.types.Object:
+    try:
+        with bpy.data.libraries.load(str(path), link=False) as (held, wanted):
+            names = list(held.objects)
+            wanted.objects = [name] if name in names else []
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read as a .blend file: {error}") from error
+    if name not in names:
+        known = ", ".join(sorted(names)[:12]) or "none"
+        raise ValueError(f"{path} holds no object '{name}'; its objects are: {known}")
+    found = wanted.objects[0]
+    if found is None:
+        raise ValueError(f"'{name}' cannot be read from {path}: the file is damaged")
+    return found

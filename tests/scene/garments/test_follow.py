@@ -7,7 +7,7 @@ import pytest
 
 from w2w.core.garments.caught import CAUGHT
 from w2w.core.garments.cover import Cover
-from w2w.scene.garments.followed import Followed
+from w2w.scene.garments.follow import Followed
 
 SIDE, FRAMES = 0.1, 6
 

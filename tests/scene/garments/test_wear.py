@@ -7,7 +7,7 @@ import pytest
 from w2w.core.garments.cut import cut
 from w2w.core.motion.motion import Motion
 from w2w.scene.body import add_body, add_skinned
-from w2w.scene.garments.wear import fitted, worn_through
+from w2w.scene.garments.wear import fitted, followed
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_it_covers_and_follows_the_body_that_wears_it(wardrobe, bundled_body, pa
     garment = f"{wardrobe}:Shirt"
     own = fitted(garment, bundled_body, patches)
     assert 10 < len(own) < len(patches)
-    worn = worn_through(bundled_body, patches, {garment: own}, short)
+    worn = followed(bundled_body, patches, {garment: own}, short)
     assert worn.patches.tolist() == own.patches.tolist()
     turns = np.swapaxes(worn.matrices[:1, :, :3, :3], -1, -2) @ worn.matrices[..., :3, :3]
     assert np.abs(turns - np.eye(3)).max() > 0.01, "it stands still"

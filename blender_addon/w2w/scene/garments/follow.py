@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Garments that follow a body through a clip, frame by frame, once their cloth has settled."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ...core.garments.caught import RestLengths
+from ...core.garments.cover import Cover
+from ...core.garments.on_cloth import ClothSensors
+from ...core.garments.run_up import POSE_S, SETTLE_S, with_run_up
+from ...core.motion.motion import Motion
+from ...core.motion.skinning import patch_matrices
+from ...core.patches.patches import PatchSet
+from ..actions import FIRST_FRAME, bone_curves, frames_of, key_rate, scene_rate, write_action
+from ..bake import placed
+from ..body import armature_of, body_of, matrix, rest_vertices
+from ..evaluated import EvaluatedVertices
+from ..playback import at_rate, each_frame, playing, without_empties
+from .clear import clear_reach, with_clear_arms
+from .cloth import KIND, coarse_collider, real_time_speed
+
+FARTHEST = 3.0
+"""Metres between a sensor and the middle of all beyond which cloth has flown apart."""
+
+
+def follow(
+    mesh: bpy.types.Object,
+    garments: Sequence[bpy.types.Object],
+    covers: Sequence[Cover],
+    motion: Motion,
+    patches: PatchSet,
+) -> Generator[float, None, ClothSensors]:
+    """Let garments follow a body through a motion in its armature's space, settled before it begins.
+
+    Where one is ours, the body's arms are held clear of its trunk meanwhile; the sensors are then
+    carried back with the skin below them. Yields the share of the frames done. Between these pauses the
+    scene is on another frame; at the end, or when the generator is closed early, it is as it was.
+
+    Raises
+    ------
+    ValueError
+        If the cloth flies apart.
+    """
+    body, armature = body_of(mesh), armature_of(mesh)
+    ours = any(KIND in item for item in garments)
+    cleared = with_clear_arms(body, motion) if ours else motion
+    reach = clear_reach(body, cleared)
+    moved, before = with_run_up(cleared, reach)
+    with ExitStack() as stack:
+        stack.enter_context(at_rate(moved.rate))
+        action = write_action(armature, moved, "W2W run-up")
+        stack.callback(bpy.data.actions.remove, action)
+        stack.enter_context(playing(armature, action))
+        frames = int(FIRST_FRAME) + np.arange(moved.n_frames)
+        on_cloth = yield from _settled(mesh, garments, covers, frames, before, moved.rate)
+    if not ours:
+        return on_cloth
+    triangles = patches.triangles[on_cloth.patches]
+    there, here = (
+        patch_matrices(
+            body,
+            triangles,
+            placed(replace(one, rotations=one.rotations[before:], pelvis=one.pelvis[before:]), armature),
+        )
+        for one in (moved, with_run_up(motion, reach)[0])
+    )
+    return on_cloth.carried(there, here)
+
+
+def follow_scene(
+    mesh: bpy.types.Object,
+    garments: Sequence[bpy.types.Object],
+    covers: Sequence[Cover],
+    action: bpy.types.Action | None,
+    n_frames: int,
+    rate: float,
+) -> Generator[float, None, ClothSensors]:
+    """As `follow` where more than bones moves the body: it holds its first pose while cloth settles.
+
+    `n_frames` and `rate` are the clip's; the scene is played at the rate of the action's keys.
+    """
+    armature = armature_of(mesh)
+    first = bpy.context.scene.frame_start
+    if action is not None and (curves := bone_curves(armature, action)):
+        first = int(np.floor(frames_of(action, curves)[0][0]))
+    per_second = key_rate(action)
+    count = int(np.ceil(n_frames * per_second / rate)) + 1
+    before = round((POSE_S + SETTLE_S) * per_second)
+    with at_rate(per_second), playing(armature, action):
+        frames = np.arange(first - before, first + count)
+        return (yield from _settled(mesh, garments, covers, frames, before, per_second))
+
+
+def _settled(
+    mesh: bpy.types.Object,
+    garments: Sequence[bpy.types.Object],
+    covers: Sequence[Cover],
+    frames: np.ndarray,
+    before: int,
+    rate: float,
+) -> Generator[float, None, ClothSensors]:
+    """Garments through frames of the scene, in the first of which cloth only settles."""
+    with ExitStack() as stack:
+        stack.enter_context(without_empties(mesh))
+        stack.enter_context(coarse_collider(mesh))
+        for item in garments:
+            stack.enter_context(_simulated_over(item, frames, scene_rate()))
+        followed = [
+            Followed(item, own, len(frames) - before) for item, own in zip(garments, covers, strict=True)
+        ]
+        with closing(each_frame(frames)) as numbers:
+            for number in numbers:
+                if number >= before:
+                    for one in followed:
+                        one.take(number - before)
+                yield (number + 1) / len(frames)
+    matrices = [own.matrices(one.corners) for own, one in zip(covers, followed, strict=True)]
+    patches = np.concatenate([own.patches for own in covers])
+    caught = tuple(one.caught for one in followed)
+    return ClothSensors(patches, np.concatenate(matrices, axis=1), rate, caught)
+
+
+@contextmanager
+def _simulated_over(item: bpy.types.Object, frames: np.ndarray, rate: float) -> Iterator[None]:
+    """Let physics run over these frames, cloth in real time; at the end as they were set before."""
+    kept = []
+    for modifier in simulated(item):
+        cache = modifier.point_cache
+        kept.append((cache, cache.frame_start, cache.frame_end))
+        cache.frame_start, cache.frame_end = int(frames[0]), int(frames[-1])
+    cloths = [modifier.settings for modifier in item.modifiers if modifier.type == "CLOTH"]
+    speeds = [settings.time_scale for settings in cloths]
+    for settings, speed in zip(cloths, speeds, strict=True):
+        settings.time_scale = real_time_speed(speed, rate, settings.quality)
+    try:
+        yield
+    finally:
+        for cache, start, end in kept:
+            cache.frame_start, cache.frame_end = start, end
+        for settings, speed in zip(cloths, speeds, strict=True):
+            settings.time_scale = speed
+
+
+def simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:
+    """Modifiers that simulate from frame to frame."""
+    return [modifier for modifier in item.modifiers if getattr(modifier, "point_cache", None) is not None]
+
+
+class Followed:
+    """Corners of the triangles that carry a garment's sensors, and how often its cloth had caught.
+
+    Attributes
+    ----------
+    corners : ndarray, shape (n_frames, K, 3, 3)
+    caught : int
+        Frames in which it had; a garment that is not simulated never does.
+    """
+
+    def __init__(self, item: bpy.types.Object, own: Cover, n_frames: int) -> None:
+        self.corners = np.empty((n_frames, *own.triangles.shape, 3))
+        self.caught = 0
+        self._item, self._own = item, own
+        self._vertices = EvaluatedVertices(item, own.triangles)
+        self._lengths = _rest_lengths(item) if simulated(item) else None
+
+    def take(self, number: int) -> None:
+        """Take the scene's frame as this one of the clip; a `ValueError` where the cloth has flown apart."""
+        if self._lengths is None:
+            self.corners[number] = self._vertices.positions()
+        else:
+            points = self._vertices.everywhere()
+            self.corners[number] = points[self._own.triangles]
+            self.caught += self._lengths.caught(points)
+        points = self.corners[number].reshape(-1, 3)
+        if not len(points):
+            return
+        if not np.isfinite(points).all() or np.abs(points - np.median(points, axis=0)).max() > FARTHEST:
+            raise ValueError(
+                f"the cloth of '{self._item.name}' flew apart in this clip: raise the quality steps of its "
+                "cloth, or take it off"
+            )
+
+
+def _rest_lengths(item: bpy.types.Object) -> RestLengths:
+    edges = np.empty((len(item.data.edges), 2), dtype=np.int32)
+    item.data.edges.foreach_get("vertices", edges.ravel())
+    return RestLengths(rest_vertices(item) @ matrix(item.matrix_world)[:3, :3].T, edges)
