@@ -63,26 +63,11 @@ def write_demo_library(
     clips of the same number are the same person. The same seed, with the same Blender,
     gives the same bytes; files of an earlier such library are replaced.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Made if it does not exist.
-    clips_per_activity : int
-    seed : int
-    progress : callable, optional
-        Called with 1 after every clip.
-
-    Returns
-    -------
-    list of Path
-        The FBX files in the order of `ACTIVITIES`.
-
-    Raises
-    ------
-    ValueError
-        If the number of clips is not positive or the seed is negative.
-    ForeignFileError
-        If a file that W2W did not write has one of these names.
+    `folder`: made if it does not exist.
+    `progress`: called with 1 after every clip.
+    Returns the FBX files in the order of `ACTIVITIES`.
+    Raises ValueError if the number of clips is not positive or the seed is negative.
+    Raises ForeignFileError if a file that W2W did not write has one of these names.
     """
     if clips_per_activity < 1:
         raise ValueError(f"a library needs at least one clip an activity, not {clips_per_activity}")
@@ -98,20 +83,10 @@ def write_takes(
 ) -> list[Path]:
     """Write a library of generated clips and its labels.
 
-    Parameters
-    ----------
-    folder : Path
-        Made if it does not exist.
-    takes_of : callable
-        Gives the takes of so many clips.
-    clips, seed : int
-    progress : callable, optional
-        Called with 1 after every clip.
-
-    Raises
-    ------
-    ForeignFileError
-        If a file that W2W did not write has one of the names.
+    `folder`: made if it does not exist.
+    `takes_of`: gives the takes of so many clips.
+    `progress`: called with 1 after every clip.
+    Raises ForeignFileError if a file that W2W did not write has one of the names.
     """
     with needs_blender():
         from ..rehab.mixamo_export import write_mixamo_fbx
@@ -136,10 +111,7 @@ def write_library_once(
 ) -> None:
     """Write a library, unless an earlier run of the same code and seed finished it.
 
-    Raises
-    ------
-    typer.Exit
-        With the exit code, where a file that W2W did not write stands in the way.
+    Raises typer.Exit with the exit code, where a file that W2W did not write stands in the way.
     """
     made_by = {
         "clips": clips,

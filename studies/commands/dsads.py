@@ -59,11 +59,7 @@ def rank_dsads(recordings: tuple, classifier: str = "ridge") -> UtilityMap:
 
     The segments of one person and activity were cut from one recording: they are one clip.
 
-    Parameters
-    ----------
-    recordings : tuple of ImuRecording
-        From `read_dsads`.
-    classifier : str
+    `recordings`: from `read_dsads`.
     """
     windows = np.stack([np.concatenate([r.acc, r.gyr], axis=2) for r in recordings]).astype(np.float32)
     windows = windows.transpose(0, 2, 1, 3)

@@ -84,10 +84,7 @@ def library(
 def _read(libraries: list[Path], labels: Path | None, exact: bool) -> Library:
     """The library as the csv labels it, or by the names of its files.
 
-    Raises
-    ------
-    ValueError
-        If it cannot be understood; the message says why.
+    Raises ValueError if it cannot be understood; the message says why.
     """
     if labels is None:
         return labelled_by_name(libraries)

@@ -116,30 +116,17 @@ def mixamo(
 
 
 class Named(NamedTuple):
-    """Activities that were asked for by name.
+    """Activities that were asked for by name."""
 
-    Attributes
-    ----------
-    group_of : dict of str to str
-        Group of each activity that may be taken.
-    per_group : int
-        Most activities of a group; 0 where none was asked for by name.
-    missing : list of str
-        What was asked for and cannot be taken, in sentences.
-    """
-
-    group_of: dict[str, str]
-    per_group: int
-    missing: list[str]
+    group_of: dict[str, str]  # group of each activity that may be taken
+    per_group: int  # most activities of a group; 0 where none was asked for by name
+    missing: list[str]  # what was asked for and cannot be taken, in sentences
 
 
 def named_activities(text: str, library: Library, group_of: Mapping[str, str]) -> Named:
     """The activities that `--activities` names, in any case and spelling of spaces.
 
-    Raises
-    ------
-    ValueError
-        If the library has none of them.
+    Raises ValueError if the library has none of them.
     """
     given = {same_label(name): name.strip() for name in text.split(",") if name.strip()}
     if not given:

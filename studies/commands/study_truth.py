@@ -87,10 +87,7 @@ def _compare(
 ) -> None:
     """Compare set by set, and write the pages.
 
-    Raises
-    ------
-    typer.Exit
-        If no set can be used.
+    Raises typer.Exit if no set can be used.
     """
     found, names, settings = {}, {}, {}
     for name, path in given.items():

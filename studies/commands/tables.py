@@ -72,10 +72,7 @@ def tables(
 def read_groups(path: Path, activities: Iterable[str]) -> dict[str, str]:
     """Groups of activities that have one: for each, the group that most lines of the csv give it.
 
-    Raises
-    ------
-    ValueError
-        If the file cannot be read or lacks the columns ``activity`` and ``group``.
+    Raises ValueError if the file cannot be read or lacks the columns ``activity`` and ``group``.
     """
     lines: dict[str, Counter[str]] = {}
     for _, row in read_table(path, ("activity", "group")).rows:

@@ -29,10 +29,7 @@ def run_protocol(
 
     `told` is given a sentence for each library of no use and each analysis that cannot be done.
 
-    Raises
-    ------
-    ValueError
-        If no analysis can be done; the message says why.
+    Raises ValueError if no analysis can be done; the message says why.
     """
     if protocol.joints:
         sides_of = partial(paired_sides, protocol, worn, seed)

@@ -35,41 +35,25 @@ LOWPASS_HZ, LONGEST_LAG_S, ROOT_HZ = 10.0, 0.1, 3.0
 
 
 class GaitValidation(NamedTuple):
-    """What was found, site by site.
-
-    Attributes
-    ----------
-    sites, simulated_at : tuple of str
-    acc, gyr : list of Correlation
-        Magnitudes, real against simulated.
-    energy : dict of str to (ndarray, ndarray)
-        Root mean square of the alternating magnitude of each kind, (N,), real and simulated.
-    energy_agreement : dict of str to Agreement
-    phases : SiteValidation
-    calibrated : list of list of Alike
-        Of both halves of the walk, each after a calibration on the other.
-    taught : list of PhasesTaught
-        Phases of the worn sensors, named by what was learned from simulated ones.
-    """
+    """What was found, site by site."""
 
     sites: tuple[str, ...]
     simulated_at: tuple[str, ...]
     acc: list[Correlation]
     gyr: list[Correlation]
+    """Magnitudes, real against simulated."""
     energy: dict[str, tuple[np.ndarray, np.ndarray]]
+    """Root mean square of the alternating magnitude of each kind, (N,), real and simulated."""
     energy_agreement: dict[str, Agreement]
     phases: SiteValidation
-    calibrated: list[list[Alike]]
-    taught: list[PhasesTaught]
+    calibrated: list[list[Alike]]  # of both halves of the walk, each after a calibration on the other
+    taught: list[PhasesTaught]  # phases of the worn sensors, named by what was learned from simulated ones
 
 
 def compare_gait(folder: Path, trial: str, seed: int, sensor: SensorModel) -> GaitValidation:
     """Simulate a trial's sensors, with a part's errors, from its BVH and compare.
 
-    Raises
-    ------
-    ValueError
-        If files are missing or do not belong together.
+    Raises ValueError if files are missing or do not belong together.
     """
     worn = read_gait(folder, trial)
     unknown = [site for site in worn.recording.sites if site not in SITES]

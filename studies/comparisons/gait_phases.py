@@ -63,22 +63,14 @@ def phase_windows(recording: ImuRecording, phase: np.ndarray) -> SiteWindows:
 
 
 class PhasesTaught(NamedTuple):
-    """Macro F1 of worn sensors' phases, each half of the walk named by what was learned from the other.
+    """Macro F1 of worn sensors' phases, each half of the walk named by what was learned from the other."""
 
-    Attributes
-    ----------
-    way : str
-        What was learned from.
-    mean, low, high : float
-        Over the sites, and the 95 % interval over stretches of the walk.
-    by_site : ndarray, shape (S,)
-    """
-
-    way: str
+    way: str  # what was learned from
     mean: float
     low: float
     high: float
-    by_site: np.ndarray
+    """Over the sites, and the 95 % interval over stretches of the walk."""
+    by_site: np.ndarray  # (S,)
 
 
 def taught_phases(
@@ -86,20 +78,11 @@ def taught_phases(
 ) -> list[PhasesTaught]:
     """Train on one half of the walk, test on the worn sensors of the other; both ways.
 
-    Parameters
-    ----------
-    pairs : sequence of (ImuRecording, ImuRecording)
-        Worn and simulated, site by site.
-    phase : ndarray of int, shape (T,)
-    longest_shift_s : float
-        As for `calibrate`, which sees the half that is trained on.
-    seed : int
-
-    Returns
-    -------
-    list of PhasesTaught
-        Learned from simulated sensors as they are, turned as each sat, with soft tissue too, and from worn
-        ones.
+    `phase` int (T,).
+    `pairs`: worn and simulated, site by site.
+    `longest_shift_s`: as for `calibrate`, which sees the half that is trained on.
+    What was learned from: simulated sensors as they are, turned as each sat, with soft tissue too, and from
+    worn ones.
     """
     middle, named, asked = len(phase) // 2, {}, []
     worn = phase_windows(_together([real for real, _ in pairs]), phase)

@@ -31,10 +31,7 @@ def try_settings(
 ) -> dict[str, Result]:
     """The first analysis of a data set's protocol with one setting after the other.
 
-    Raises
-    ------
-    ValueError
-        If it cannot be done; the message says why.
+    Raises ValueError if it cannot be done; the message says why.
     """
     body = Body.bundled()
     simulator = RegionSimulator(body, protocol, seed)
@@ -92,10 +89,7 @@ def _result(real: SiteScores, made: SiteScores, sites: tuple[str, ...], seed: in
 def write_left_out(out: Path, results: Mapping[str, Mapping[str, Result]]) -> str:
     """Write ``left_out.md`` and ``left_out.json``; returns the page.
 
-    Raises
-    ------
-    ValueError
-        If there are fewer than two sets.
+    Raises ValueError if there are fewer than two sets.
     """
     chosen = leave_one_set_out(results)
     lines = ["# Settings chosen on the other data sets", "", *_chosen(chosen), ""]

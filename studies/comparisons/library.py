@@ -41,10 +41,7 @@ ENOUGH = 2 * CURVE[-1]
 def labelled_by_name(libraries: Sequence[Path]) -> Library:
     """The clips of several folders that `library_names` knows, under its labels.
 
-    Raises
-    ------
-    LibraryError
-        If a folder holds no motion, or no clip's name is known.
+    Raises LibraryError if a folder holds no motion, or no clip's name is known.
     """
     titles = _titles(libraries)
     clips, files, skipped = [], [], []
@@ -71,10 +68,7 @@ def labelled_by_name(libraries: Sequence[Path]) -> Library:
 def with_enough(library: Library, fewest: int) -> Library:
     """The library less the activities that fewer clips show.
 
-    Raises
-    ------
-    LibraryError
-        If fewer than two activities are left.
+    Raises LibraryError if fewer than two activities are left.
     """
     counts = library.activities
     kept = tuple(clip for clip in library.clips if counts[clip.activity] >= fewest)
@@ -113,10 +107,7 @@ def write_labels(path: Path, library: Library) -> None:
 def mixed_windows(study: StudyResults) -> MixedWindows:
     """The windows of a finished run with where they are from.
 
-    Raises
-    ------
-    ValueError
-        If the run's labels name no sources.
+    Raises ValueError if the run's labels name no sources.
     """
     used = study.summary["used"]
     if not all(entry.get("source") for entry in used):
@@ -132,35 +123,19 @@ def mixed_windows(study: StudyResults) -> MixedWindows:
 
 @dataclass(frozen=True, eq=False)
 class LibraryFindings:
-    """What a library of several sources says.
-
-    Attributes
-    ----------
-    windows : MixedWindows
-    within, at_once : SourcedMap
-        Compared within sources, and all sources at once.
-    repeats, repeats_at_once : Repeats
-    curve : dict of int to Repeats
-        By clips of each activity in a half, of the activities with enough.
-    curve_activities : tuple of str
-    between : dict of str to float
-        Rho of an activity's maps in different sources.
-    told : dict of str to UtilityMap
-        How well sources are told within an activity.
-    across : AcrossSources or None
-        One source left out at a time; None where no two activities allow it.
-    """
+    """What a library of several sources says."""
 
     windows: MixedWindows
     within: SourcedMap
     at_once: SourcedMap
+    """Compared within sources, and all sources at once."""
     repeats: Repeats
     repeats_at_once: Repeats
-    curve: dict[int, Repeats]
+    curve: dict[int, Repeats]  # by clips of each activity in a half, of the activities with enough
     curve_activities: tuple[str, ...]
-    between: dict[str, float]
-    told: dict[str, UtilityMap]
-    across: AcrossSources | None
+    between: dict[str, float]  # rho of an activity's maps in different sources
+    told: dict[str, UtilityMap]  # how well sources are told within an activity
+    across: AcrossSources | None  # one source left out at a time; None where no two activities allow it
 
 
 def study_library(
@@ -170,18 +145,9 @@ def study_library(
 ) -> LibraryFindings:
     """Rank a finished run's clips within their sources, and see how far that repeats.
 
-    Parameters
-    ----------
-    study : StudyResults
-    halvings : int
-        Of the performers.
-    step : callable
-        Given what is done next; a context while it lasts.
-
-    Raises
-    ------
-    ValueError
-        If sources are not named, or nothing can be compared; the message says why.
+    `halvings`: of the performers.
+    `step`: given what is done next; a context while it lasts.
+    Raises ValueError if sources are not named, or nothing can be compared; the message says why.
     """
     windows, seed = mixed_windows(study), study.config().seed
     as_one = windows.as_one_source()

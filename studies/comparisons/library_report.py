@@ -24,10 +24,7 @@ MOST_TIMES = 20
 def write_library(out: Path, found: LibraryFindings) -> str:
     """Write `library.md`, `library.csv`, `library.json` and, of a learning curve, its picture.
 
-    Returns
-    -------
-    str
-        The page.
+    Returns the page.
     """
     rows = activity_rows(found)
     write_text(out / TABLE, csv_text([list(rows[0]), *([_plain(v) for v in row.values()] for row in rows)]))

@@ -17,10 +17,7 @@ from .report import write_validation
 def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str:
     """Write ``report.md`` and ``summary.json`` beside what `write_validation` writes of each analysis.
 
-    Returns
-    -------
-    str
-        The report.
+    Returns the report.
     """
     from .figures import cells_figure  # matplotlib is slow to import
 

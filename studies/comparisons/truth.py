@@ -30,10 +30,7 @@ DATA_SETS: Mapping[str, Protocol] = {"mhad": MHAD, "umafall": UMAFALL, "dsads": 
 def mighar_set(positions: Path, told: Callable[[str], None]) -> Protocol:
     """The MIG HAR garment at the sites where a user placed its sensors.
 
-    Raises
-    ------
-    ValueError, OSError
-        If the csv is wrong, or no region is called so.
+    Raises ValueError, OSError if the csv is wrong, or no region is called so.
     """
     protocol = mighar(read_positions(positions), told)
     RegionSimulator(Body.bundled(), protocol)  # a wrong region is said before minutes of reading
@@ -62,13 +59,8 @@ def write_empty_positions(path: Path) -> None:
 def write_page(out: Path, found: Mapping[str, Sequence[Found]], names: Mapping[str, str]) -> str:
     """Write ``truth.md``: sets by agreement, ceiling, regret and transfer, and a figure each.
 
-    Parameters
-    ----------
-    out : Path
-    found : mapping of str to sequence of Found
-        By the folder of a set.
-    names : mapping of str to str
-        What each set is called.
+    `found`: by the folder of a set.
+    `names`: what each set is called.
     """
     lines = ["# Does W2W predict real people?", "", *_table(found, names), ""]
     lines += [

@@ -42,23 +42,12 @@ KINECT_FILES = (
 
 
 class Moving(NamedTuple):
-    """A motion under its labels, and the source it is from.
+    """A motion under its labels, and the source it is from."""
 
-    Attributes
-    ----------
-    motion : Motion
-        Its clip is the first that shows this motion, with its library's number.
-    source : str
-    own_name : str
-        Of the clip itself, by which its sensors' errors are drawn (`noise_name`).
-    key : str
-        Clips of one key show the same motion, too.
-    """
-
-    motion: Motion
+    motion: Motion  # its clip is the first that shows this motion, with its library's number
     source: str
-    own_name: str
-    key: str = ""
+    own_name: str  # of the clip itself, by which its sensors' errors are drawn (`noise_name`)
+    key: str = ""  # clips of one key show the same motion, too
 
 
 def noise_name(clip: str) -> str:
@@ -152,10 +141,7 @@ class RegionSimulator:
 def _patches_at(site: str | SensorSite | int, patches: PatchSet, body: Body) -> list[int]:
     """Patches that stand for a site.
 
-    Raises
-    ------
-    ValueError
-        If no region has its name, or the body no such vertex; the message says which.
+    Raises ValueError if no region has its name, or the body no such vertex; the message says which.
     """
     if isinstance(site, str):
         return patches_named(patches.regions, site).tolist()
@@ -173,25 +159,10 @@ def load_motions(
 ) -> tuple[list[Moving], list[str]]:
     """The libraries' clips that the protocol's rules name, each distinct motion under one name.
 
-    Parameters
-    ----------
-    protocol : Protocol
-    libraries : sequence of Path
-        Folders of motion files, or UTD-MHAD's archive or folder.
-    body : Body
-    told : callable
-        Given a sentence for each library of which nothing is used.
-
-    Returns
-    -------
-    motions : list of Moving
-    unusable : list of str
-        Clips that could not be read, each with the reason.
-
-    Raises
-    ------
-    ValueError
-        If no clip fits a rule.
+    `libraries`: folders of motion files, or UTD-MHAD's archive or folder.
+    `told`: given a sentence for each library of which nothing is used.
+    Also returns the clips that could not be read, each with the reason.
+    Raises ValueError if no clip fits a rule.
     """
     found: list[Moving] = []
     unusable: list[str] = []

@@ -40,32 +40,19 @@ POSE_CUTOFF_HZ = 3.0
 
 
 class PartOfUtd(NamedTuple):
-    """What was found of the actions that one site was worn for.
-
-    Attributes
-    ----------
-    site : str
-    activities : tuple of str
-    transfers : list of Transfer
-    steps : list of Transfer
-        Simulated to real, one step of the calibration after the other (`calibrated_transfer`).
-    alike : list of Alike
-        Signals before and after it, of people whom it was not fitted to.
-    fitted, raw : list of Correlation
-        Magnitude of specific force, real against simulated, clip by clip: through the body, and from the
-        plain second difference of the nearest Kinect joint.
-    rates : list of Correlation
-        The same of angular velocity, through the body.
-    """
+    """What was found of the actions that one site was worn for."""
 
     site: str
     activities: tuple[str, ...]
     transfers: list[Transfer]
     steps: list[Transfer]
-    alike: list[Alike]
+    """Simulated to real, one step of the calibration after the other (`calibrated_transfer`)."""
+    alike: list[Alike]  # signals before and after it, of people whom it was not fitted to
     fitted: list[Correlation]
     raw: list[Correlation]
-    rates: list[Correlation]
+    """Magnitude of specific force, real against simulated, clip by clip: through the body, and from the plain
+    second difference of the nearest Kinect joint."""
+    rates: list[Correlation]  # the same of angular velocity, through the body
 
 
 def compare_utd(

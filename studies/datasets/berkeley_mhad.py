@@ -47,22 +47,11 @@ WRONG = "is no archive of Berkeley MHAD's accelerometers"
 def read_berkeley_mhad(path: str | Path) -> tuple[ImuRecording, ...]:
     """Read the accelerometers of Berkeley MHAD.
 
-    Parameters
-    ----------
-    path : str or Path
-        An npz with an array ``s01_a01_r01_h01`` a subject, action, repetition and sensor, each (T, 4):
-        seconds from the start, then x, y and z in g.
-
-    Returns
-    -------
-    tuple of ImuRecording
-        One a subject, action and repetition: six sites at 30 Hz over the time that all of them share. Lost
-        samples, and sites that the trial lacks, are NaN; angular velocity is 0 throughout.
-
-    Raises
-    ------
-    ValueError
-        If it is no such file; the message says what is wrong with it.
+    `path`: an npz with an array ``s01_a01_r01_h01`` a subject, action, repetition and sensor, each (T, 4):
+    seconds from the start, then x, y and z in g.
+    One recording a subject, action and repetition: six sites at 30 Hz over the time that all of them share.
+    Lost samples, and sites that the trial lacks, are NaN; angular velocity is 0 throughout.
+    Raises ValueError if it is no such file; the message says what is wrong with it.
     """
     trials = _trials(Path(path))
     return tuple(_recording(path, name, trials[name]) for name in sorted(trials))

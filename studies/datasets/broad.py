@@ -15,32 +15,19 @@ from w2w.core.imu.recording import ImuRecording
 
 
 class BroadTrial(NamedTuple):
-    """A trial of BROAD (Laidig et al. 2021, doi:10.3390/data6070072).
+    """A trial of BROAD (Laidig et al. 2021, doi:10.3390/data6070072)."""
 
-    Attributes
-    ----------
-    recording : ImuRecording
-        The real sensor, (T, 1, 3).
-    matrices : ndarray, shape (T, 1, 4, 4)
-        Optical pose, sensor to east-north-up world; NaN where the optics lost it.
-    movement : ndarray, shape (T,), bool
-        Samples that count for errors.
-    """
-
-    recording: ImuRecording
+    recording: ImuRecording  # the real sensor, (T, 1, 3)
     matrices: np.ndarray
-    movement: np.ndarray
+    """(T, 1, 4, 4): optical pose, sensor to east-north-up world; NaN where the optics lost it."""
+    movement: np.ndarray  # (T,): samples that count for errors
 
 
 def read_broad(path: str | Path) -> BroadTrial:
     """Read a trial of BROAD from its HDF5 file.
 
-    Raises
-    ------
-    ImportError
-        If h5py is not installed.
-    ValueError
-        If the file is not a trial of BROAD.
+    Raises ImportError if h5py is not installed.
+    Raises ValueError if the file is not a trial of BROAD.
     """
     try:
         import h5py

@@ -11,17 +11,8 @@ import numpy as np
 def shared_times(times: Sequence[np.ndarray], rate: float, shortest_s: float) -> np.ndarray:
     """Evenly spaced instants over the time that all sensors share.
 
-    Parameters
-    ----------
-    times : sequence of ndarray, each shape (T,)
-        Increasing, s.
-    rate : float
-    shortest_s : float
-
-    Raises
-    ------
-    ValueError
-        If they share less than `shortest_s`.
+    `times` (T,): increasing, s.
+    Raises ValueError if they share less than `shortest_s`.
     """
     start, end = max(of[0] for of in times), min(of[-1] for of in times)
     if end - start < shortest_s:
@@ -32,18 +23,10 @@ def shared_times(times: Sequence[np.ndarray], rate: float, shortest_s: float) ->
 def at_times(known: np.ndarray, values: np.ndarray, times: np.ndarray, longest_step_s: float) -> np.ndarray:
     """Straight lines between samples; NaN where samples were lost.
 
-    Parameters
-    ----------
-    known : ndarray, shape (T,)
-        When the samples were taken, increasing.
-    values : ndarray, shape (T, K)
-    times : ndarray, shape (M,)
-    longest_step_s : float
-        Samples further apart have lost what was between them.
-
-    Returns
-    -------
-    ndarray, shape (M, K)
+    `values` (T, K), `times` (M,).
+    `known` (T,): when the samples were taken, increasing.
+    `longest_step_s`: samples further apart have lost what was between them.
+    Returns (M, K).
     """
     found = np.stack([np.interp(times, known, column) for column in values.T], axis=1)
     after = np.clip(np.searchsorted(known, times), 1, len(known) - 1)

@@ -30,21 +30,10 @@ DSADS_ACTIVITIES = (
 def read_dsads(path: str | Path) -> tuple[ImuRecording, ...]:
     """Read windows of DSADS, Daily and Sports Activities: its own folder, or an npz of all of it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The folder that holds ``a01/p1/s01.txt`` and so on (125 lines of 45 numbers: 9 a sensor), or
-        an npz of x (W, 125, 5, 6), activity, subject and segment.
-
-    Returns
-    -------
-    tuple of ImuRecording
-        One a 5 s segment: 125 samples of 5 sensors at 25 Hz.
-
-    Raises
-    ------
-    ValueError
-        If it is neither, or a segment is damaged.
+    `path`: the folder that holds ``a01/p1/s01.txt`` and so on (125 lines of 45 numbers: 9 a sensor), or an
+    npz of x (W, 125, 5, 6), activity, subject and segment.
+    One recording a 5 s segment: 125 samples of 5 sensors at 25 Hz.
+    Raises ValueError if it is neither, or a segment is damaged.
     """
     path = Path(path)
     x, activity, subject, segment = _dsads_folder(path) if path.is_dir() else _dsads_npz(path)

@@ -15,40 +15,21 @@ from w2w.core.imu.recording import ImuRecording
 
 
 class GaitTrial(NamedTuple):
-    """Worn Xsens sensors with the wearer's Vicon joints.
+    """Worn Xsens sensors with the wearer's Vicon joints."""
 
-    Attributes
-    ----------
-    recording : ImuRecording
-        The real sensors, (T, N, 3).
-    orientations : ndarray, shape (T, N, 4)
-        Xsens's estimate, w, x, y, z, sensor to world.
-    vicon : dict of str to ndarray
-        Joint positions (T, 3) in metres and segment orientations (T, 4), w, x, y, z, by name.
-    first_row : int
-        Frame of the trial's full-body motion, counted from 0, that the first sample belongs to.
-    """
-
-    recording: ImuRecording
-    orientations: np.ndarray
+    recording: ImuRecording  # the real sensors, (T, N, 3)
+    orientations: np.ndarray  # (T, N, 4): xsens's estimate, w, x, y, z, sensor to world
     vicon: dict[str, np.ndarray]
-    first_row: int
+    """Joint positions (T, 3) in metres and segment orientations (T, 4), w, x, y, z, by name."""
+    first_row: int  # frame of the trial's full-body motion, counted from 0, that the first sample belongs to
 
 
 def read_gait(folder: str | Path, trial: str) -> GaitTrial:
     """Read a trial of worn Xsens sensors and Vicon joints (gaittoolbox's CSV files).
 
-    Parameters
-    ----------
-    folder : str or Path
-        Holds ``<trial>-<site>.csv`` for each sensor and ``vicon_<trial>.csv``.
-    trial : str
-        E.g. "S02-Trial-Walk-1".
-
-    Raises
-    ------
-    ValueError
-        If no sensor's file is there, one is damaged, or their lengths differ.
+    `folder`: holds ``<trial>-<site>.csv`` for each sensor and ``vicon_<trial>.csv``.
+    `trial`: E.g. "S02-Trial-Walk-1".
+    Raises ValueError if no sensor's file is there, one is damaged, or their lengths differ.
     """
     folder = Path(folder)
     paths = sorted(folder.glob(f"{trial}-*.csv"))

@@ -17,22 +17,13 @@ from w2w.core.body.landmarks import SensorSite
 
 
 class Worn(NamedTuple):
-    """A worn sensor's place.
+    """A worn sensor's place."""
 
-    Attributes
-    ----------
-    on_body : str or SensorSite
-        A region, or a point along a limb and the way it faces.
-    joint, segment : str
-        Vicon's nearest joint and the orientation of the segment it sat on.
-    bone : str
-        The same segment in the BVH.
-    """
-
-    on_body: str | SensorSite
+    on_body: str | SensorSite  # a region, or a point along a limb and the way it faces
     joint: str
     segment: str
-    bone: str
+    """Vicon's nearest joint and the orientation of the segment it sat on."""
+    bone: str  # the same segment in the BVH
 
 
 THIGH, SHIN, ABOVE_ANKLE = 0.5, 0.4, 0.85

@@ -47,35 +47,20 @@ MOST_ROWS = 60_000
 
 
 class WornAt(NamedTuple):
-    """Where sensors of the garment are.
+    """Where sensors of the garment are."""
 
-    Attributes
-    ----------
-    sensors : tuple of int
-        Their numbers, from 0, in the order of the files' columns.
-    sites : dict of str to (str or int)
-        Words for regions of the body, or vertices of W2W's body, by the name of the site.
-    site_of : ndarray of int
-        Site of each sensor.
-    """
-
-    sensors: tuple[int, ...]
+    sensors: tuple[int, ...]  # their numbers, from 0, in the order of the files' columns
     sites: dict[str, str | int]
-    site_of: np.ndarray
+    """Words for regions of the body, or vertices of W2W's body, by the name of the site."""
+    site_of: np.ndarray  # site of each sensor
 
 
 def read_positions(path: str | Path) -> WornAt:
     """Read where the sensors are: a csv of columns sensor, region, vertex.
 
-    Parameters
-    ----------
-    path : str or Path
-        Rows with neither region nor vertex are passed over; sensors of one region, or vertex, are one site.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be understood, or holds fewer than three sites; the message says where.
+    `path`: rows with neither region nor vertex are passed over; sensors of one region, or vertex, are one
+    site.
+    Raises ValueError if it cannot be understood, or holds fewer than three sites; the message says where.
     """
     where: dict[int, str | int] = {}
     for number, row in read_table(path, ("sensor",), ("region", "vertex")).rows:
@@ -113,25 +98,12 @@ def read_mighar(
 ) -> tuple[tuple[ImuRecording, ...], tuple[str, ...]]:
     """Read some sensors of every trial.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Holds ``subject1`` to ``subject12``, or the folder ``data`` that does: in each a folder an activity
-        with ``data1.csv.gz`` and ``data2.csv.gz``.
-    sensors : sequence of int
-        Numbers from 0, in the order of the columns.
-
-    Returns
-    -------
-    recordings : tuple of ImuRecording
-        At 50 Hz; gaps longer than 0.2 s are NaN.
-    left_out : tuple of str
-        Files that cannot be read, each with the reason.
-
-    Raises
-    ------
-    ValueError
-        If no file can be read.
+    `folder`: holds ``subject1`` to ``subject12``, or the folder ``data`` that does: in each a folder an
+    activity with ``data1.csv.gz`` and ``data2.csv.gz``.
+    `sensors`: numbers from 0, in the order of the columns.
+    Returns `recordings`: at 50 Hz; gaps longer than 0.2 s are NaN; `left_out`: files that cannot be read,
+    each with the reason.
+    Raises ValueError if no file can be read.
     """
     folder = Path(folder)
     inside = folder / "data" if (folder / "data").is_dir() else folder

@@ -63,18 +63,12 @@ LARGEST_RATE = 35.0
 
 
 class Exercise(NamedTuple):
-    """A set of repetitions.
+    """A set of repetitions."""
 
-    Attributes
-    ----------
-    recording : ImuRecording
-        The devices that ran, at `RATE_HZ`; NaN where a stream has a gap.
-    pose : ndarray, shape (F, 17, 3)
-        Joints of `MM_FIT_17` at `CAMERA_RATE`, in the file's own unit and axes; NaN where there is none.
-    """
-
-    recording: ImuRecording
+    recording: ImuRecording  # the devices that ran, at `RATE_HZ`; NaN where a stream has a gap
     pose: np.ndarray
+    """(F, 17, 3): joints of `MM_FIT_17` at `CAMERA_RATE`, in the file's own unit and axes; NaN where there is
+    none."""
 
 
 class _Stream(NamedTuple):
@@ -86,22 +80,10 @@ class _Stream(NamedTuple):
 def read_mmfit(folder: str | Path, rests: bool = False) -> tuple[Exercise, ...]:
     """Read every labelled exercise of every workout that has a 3D pose.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Holds ``w00`` to ``w20``, or some of them; the folder ``mm-fit`` of the download.
-    rests : bool
-        Also what is between the sets, as `NON_ACTIVITY`. The pieces of one rest are one clip.
-
-    Returns
-    -------
-    tuple of Exercise
-        Only the devices that all exercises of the folder have in common, in the order of `DEVICES`.
-
-    Raises
-    ------
-    ValueError
-        If there is no workout, or a file is not what it should be.
+    `folder`: holds ``w00`` to ``w20``, or some of them; the folder ``mm-fit`` of the download.
+    `rests`: also what is between the sets, as `NON_ACTIVITY`. The pieces of one rest are one clip.
+    Gives only the devices that all exercises of the folder have in common, in the order of `DEVICES`.
+    Raises ValueError if there is no workout, or a file is not what it should be.
     """
     workouts = sorted(path for path in Path(folder).glob("w[0-9][0-9]") if path.is_dir())
     workouts = [path for path in workouts if (path / f"{path.name}_labels.csv").is_file()]
@@ -128,10 +110,7 @@ def read_mmfit(folder: str | Path, rests: bool = False) -> tuple[Exercise, ...]:
 def read_labels(path: str | Path) -> list[tuple[int, int, int, str]]:
     """Rows of ``wNN_labels.csv``: first frame, last frame, repetitions, activity.
 
-    Raises
-    ------
-    ValueError
-        If a row is not that.
+    Raises ValueError if a row is not that.
     """
     rows = []
     with Path(path).open(newline="", encoding="utf-8-sig") as stream:
@@ -214,10 +193,7 @@ def _workout(folder: Path, devices: list[str], rests: bool) -> list[Exercise]:
 def guessed_unit(values: np.ndarray, kind: str, path: str | Path = "") -> str:
     """The unit that makes a stream possible: acceleration rests near 1 g, rates stay below `LARGEST_RATE`.
 
-    Raises
-    ------
-    ValueError
-        If neither m/s2 nor g fits.
+    Raises ValueError if neither m/s2 nor g fits.
     """
     length = np.linalg.norm(values, axis=1)
     if kind == "gyr":

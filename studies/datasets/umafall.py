@@ -36,23 +36,11 @@ WRONG = "is no archive of UMAFall"
 def read_umafall(path: str | Path) -> tuple[tuple[ImuRecording, ...], tuple[str, ...]]:
     """Read the daily activities of UMAFall.
 
-    Parameters
-    ----------
-    path : str or Path
-        An npz of ``meta`` with its ``columns``, the scales ``acc_lsb_g`` and ``gyr_lsb_dps``, and for each
-        trial and site ``000_CHEST_a`` and ``_g``, whole numbers (T, 3), with ``_a_t`` and ``_g_t``, seconds.
-
-    Returns
-    -------
-    recordings : tuple of ImuRecording
-        Of the trials that have all four sites, at 20 Hz; lost samples are NaN.
-    left_out : tuple of str
-        The others, each with the reason.
-
-    Raises
-    ------
-    ValueError
-        If it is no such file.
+    `path`: an npz of ``meta`` with its ``columns``, the scales ``acc_lsb_g`` and ``gyr_lsb_dps``, and for
+    each trial and site ``000_CHEST_a`` and ``_g``, whole numbers (T, 3), with ``_a_t`` and ``_g_t``, seconds.
+    Returns `recordings`: of the trials that have all four sites, at 20 Hz; lost samples are NaN; `left_out`:
+    the others, each with the reason.
+    Raises ValueError if it is no such file.
     """
     path = Path(path)
     try:

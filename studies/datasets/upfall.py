@@ -44,25 +44,12 @@ Row = tuple[float, list[float]]
 def read_upfall(path: str | Path) -> tuple[tuple[ImuRecording, ...], tuple[str, ...]]:
     """Read the daily activities of UP-Fall.
 
-    Parameters
-    ----------
-    path : str or Path
-        ``CompleteDataSet.csv``, or the folder that holds it: two lines of headings, then a time, the sensors'
-        readings in g and degrees a second, and subject, activity and trial by number.
-
-    Returns
-    -------
-    recordings : tuple of ImuRecording
-        One a trial, five sites at 18 Hz; lost samples are NaN.
-    left_out : tuple of str
-        Trials of no use, each with the reason.
-
-    Raises
-    ------
-    ValueError
-        If it is no such file; the message says what is wrong with it.
-    OSError
-        If it cannot be read.
+    `path`: ``CompleteDataSet.csv``, or the folder that holds it: two lines of headings, then a time, the
+    sensors' readings in g and degrees a second, and subject, activity and trial by number.
+    Returns `recordings`: one a trial, five sites at 18 Hz; lost samples are NaN; `left_out`: trials of no
+    use, each with the reason.
+    Raises ValueError if it is no such file; the message says what is wrong with it.
+    Raises OSError if it cannot be read.
     """
     path = Path(path) / UPFALL_FILE if Path(path).is_dir() else Path(path)
     try:

@@ -29,18 +29,10 @@ UTD_ACTIONS = (
 
 
 class UtdTrial(NamedTuple):
-    """An action of UTD-MHAD: one worn sensor and a Kinect skeleton over the same span of time.
+    """An action of UTD-MHAD: one worn sensor and a Kinect skeleton over the same span of time."""
 
-    Attributes
-    ----------
-    recording : ImuRecording
-        (T, 1, 3), 50 Hz.
-    skeleton : ndarray, shape (F, 20, 3)
-        Joints in the camera's axes, metres, y up.
-    """
-
-    recording: ImuRecording
-    skeleton: np.ndarray
+    recording: ImuRecording  # (T, 1, 3), 50 Hz
+    skeleton: np.ndarray  # (F, 20, 3): joints in the camera's axes, metres, y up
 
     @property
     def skeleton_rate(self) -> float:
@@ -56,16 +48,9 @@ class UtdTrial(NamedTuple):
 def read_utd_mhad(path: str | Path) -> tuple[UtdTrial, ...]:
     """Read the actions of UTD-MHAD: its own folder, or an npz of all of it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The folder that holds ``Inertial/a1_s1_t1_inertial.mat`` (d_iner) and
-        ``Skeleton/a1_s1_t1_skeleton.mat`` (d_skel), or an npz of ``a1_s1_t1_imu`` and ``a1_s1_t1_skel``.
-
-    Raises
-    ------
-    ValueError
-        If it holds no such pair.
+    `path`: the folder that holds ``Inertial/a1_s1_t1_inertial.mat`` (d_iner) and
+    ``Skeleton/a1_s1_t1_skeleton.mat`` (d_skel), or an npz of ``a1_s1_t1_imu`` and ``a1_s1_t1_skel``.
+    Raises ValueError if it holds no such pair.
     """
     path = Path(path)
     return tuple(

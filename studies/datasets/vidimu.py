@@ -71,32 +71,18 @@ STEM = re.compile(r"S(\d\d)_(A\d\d)_T(\d\d)$")
 
 
 class Trial(NamedTuple):
-    """A trial with both.
+    """A trial with both."""
 
-    Attributes
-    ----------
-    recording : ImuRecording
-        Angular velocity at 50 Hz; the accelerations are 0, for there are none.
-    pose : ndarray, shape (F, 34, 3)
-        Joints of `BODY_34` at 30 Hz, in the file's unit and axes; NaN where there is none.
-    """
-
-    recording: ImuRecording
+    recording: ImuRecording  # angular velocity at 50 Hz; the accelerations are 0, for there are none
     pose: np.ndarray
+    """(F, 34, 3): joints of `BODY_34` at 30 Hz, in the file's unit and axes; NaN where there is none."""
 
 
 def read_vidimu(folder: str | Path) -> tuple[Trial, ...]:
     """Read every trial that has both a ``.raw`` and a ``.csv`` file.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Searched with all folders below it, such as ``VIDIMU/dataset/videoandimus``.
-
-    Raises
-    ------
-    ValueError
-        If there is none, or a file is damaged.
+    `folder`: searched with all folders below it, such as ``VIDIMU/dataset/videoandimus``.
+    Raises ValueError if there is none, or a file is damaged.
     """
     paths = sorted(path for path in Path(folder).rglob("*.raw") if STEM.match(path.stem))
     paths = [path for path in paths if path.with_suffix(".csv").is_file()]
@@ -111,10 +97,7 @@ def read_vidimu(folder: str | Path) -> tuple[Trial, ...]:
 def read_trial(path: str | Path) -> Trial:
     """Read one trial by its ``.raw`` file.
 
-    Raises
-    ------
-    ValueError
-        If its name or content is not VIDIMU's.
+    Raises ValueError if its name or content is not VIDIMU's.
     """
     path = Path(path)
     match = STEM.match(path.stem)
@@ -134,10 +117,7 @@ def read_trial(path: str | Path) -> Trial:
 def read_pose(path: str | Path) -> np.ndarray:
     """Joints of a video pose file, shape (F, 34, 3).
 
-    Raises
-    ------
-    ValueError
-        If a joint's columns are missing or a row is damaged.
+    Raises ValueError if a joint's columns are missing or a row is damaged.
     """
     names, rows = _table(Path(path))
     columns = []
@@ -186,16 +166,9 @@ def _rates(path: Path, wanted: tuple[str, ...]) -> ImuRecording:
 def angular_velocity(quaternions: np.ndarray, rate: float) -> np.ndarray:
     """Angular velocity in the sensor's frame by central differences, rad/s.
 
-    Parameters
-    ----------
-    quaternions : ndarray, shape (T, 4)
-        w, x, y, z, sensor to world.
-    rate : float
-        Samples per second.
-
-    Returns
-    -------
-    ndarray, shape (T, 3)
+    `quaternions` (T, 4): w, x, y, z, sensor to world.
+    `rate`: samples per second.
+    Returns (T, 3).
     """
     turns = Rotation.from_quat(quaternions[:, [1, 2, 3, 0]])
     inner = (turns[:-2].inv() * turns[2:]).as_rotvec() * (rate / 2)

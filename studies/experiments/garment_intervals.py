@@ -29,16 +29,8 @@ def performers_and_clips(
 ) -> np.ndarray:
     """How often each clip is drawn: as many performers as there are, then as many clips of each by activity.
 
-    Parameters
-    ----------
-    performer, activity : sequence of str, length C
-        Of each clip.
-    resamples : int
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (resamples, C)
+    `performer`, `activity` length C: of each clip.
+    Returns (resamples, C).
     """
     performer, activity = np.asarray(performer), np.asarray(activity)
     people = np.unique(performer)
@@ -89,12 +81,8 @@ def between_halves(skin: ClipCounts, cloth: ClipCounts, sides: np.ndarray) -> di
 
     Cloth that changed nothing would leave all three alike.
 
-    Parameters
-    ----------
-    skin, cloth : ClipCounts
-        Of the same clips and patches.
-    sides : ndarray of bool, shape (H, C)
-        Clips on one side, as from `halves`.
+    `skin`, `cloth`: of the same clips and patches.
+    `sides` bool (H, C): clips on one side, as from `halves`.
     """
     (a, b), (c, d) = ([mean_f1(own, side) for side in (sides, ~sides)] for own in (skin, cloth))
     rhos = {

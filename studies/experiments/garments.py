@@ -45,19 +45,13 @@ GRAVITY = 9.80665
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Clips of which there are signals on the skin and on cloth.
+    """Clips of which there are signals on the skin and on cloth."""
 
-    Parameters
-    ----------
-    names, performer, activity : ndarray of str, shape (C,)
-    rms : dict of str to ndarray, shape (C, N)
-        By clip and patch: of what differs, of its size alone, and of the skin's motion.
-    """
-
-    names: np.ndarray
-    performer: np.ndarray
-    activity: np.ndarray
+    names: np.ndarray  # str (C,)
+    performer: np.ndarray  # str (C,)
+    activity: np.ndarray  # str (C,)
     rms: dict[str, np.ndarray]
+    """(C, N): by clip and patch: of what differs, of its size alone, and of the skin's motion."""
 
     @cached_property
     def drawn(self) -> np.ndarray | None:

@@ -9,15 +9,8 @@ import numpy as np
 def lever_effects(spin: np.ndarray, spin_up: np.ndarray) -> np.ndarray:
     """What a unit of lever arm along each axis adds to the specific force, w' x r + w x (w x r).
 
-    Parameters
-    ----------
-    spin, spin_up : ndarray, shape (T, 3)
-        Angular velocity and acceleration in the sensor frame, rad/s and rad/s2.
-
-    Returns
-    -------
-    ndarray, shape (T, 3, 3)
-        Times an arm (3,), in metres, the difference in m/s2.
+    `spin`, `spin_up` (T, 3): angular velocity and acceleration in the sensor frame, rad/s and rad/s2.
+    Returns (T, 3, 3): times an arm (3,), in metres, the difference in m/s2.
     """
     return np.stack(
         [np.cross(spin_up, axis) + np.cross(spin, np.cross(spin, axis)) for axis in np.eye(3)], axis=-1

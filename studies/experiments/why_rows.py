@@ -19,24 +19,15 @@ from ..validation.sites import mean_rho
 
 
 class Row(NamedTuple):
-    """How a step's ranking agrees with its judges'; each (value, low, high).
-
-    Attributes
-    ----------
-    step : str
-    f1 : float
-        Mean over sites and activities.
-    of_mean, by_activity, regret : tuple of 3 floats
-    against : tuple of 3 floats
-        Rho by activity less that of the first step of its kind: worn by other people, simulated as fixed.
-    """
+    """How a step's ranking agrees with its judges'; each (value, low, high)."""
 
     step: str
-    f1: float
+    f1: float  # mean over sites and activities
     of_mean: tuple[float, float, float]
     by_activity: tuple[float, float, float]
     regret: tuple[float, float, float]
     against: tuple[float, float, float]
+    """Rho by activity less that of the first step of its kind: worn by other people, simulated as fixed."""
 
 
 NONE = (np.nan,) * 3

@@ -57,26 +57,18 @@ FEW_PEOPLE, FEW_DRAWS = 4, 8
 
 
 class Step(NamedTuple):
-    """What stands in for half of the people, and how their judges are seen.
-
-    Attributes
-    ----------
-    name : str
-    side : {"worn", "few", "simulated"}
-    view : {"", "band", "posture", "magnitudes", "low magnitudes"}
-        What is taken from the signals: what is above the simulated band, each window's mean specific force,
-        the directions, or directions and what is above the band.
-    made : {"", "ideal", "loose", "tempo", "apart"}
-        What is changed in how they are simulated, or scored.
-    judged : str
-        View of the judges' signals.
-    """
+    """What stands in for half of the people, and how their judges are seen."""
 
     name: str
-    side: str
+    side: str  # "worn" or "few" or "simulated"
     view: str = ""
+    """"" or "band" or "posture" or "magnitudes" or "low magnitudes": what is taken from the signals: what is
+    above the simulated band, each window's mean specific force, the directions, or directions and what is
+    above the band."""
     made: str = ""
-    judged: str = ""
+    """"" or "ideal" or "loose" or "tempo" or "apart": what is changed in how they are simulated, or
+    scored."""
+    judged: str = ""  # view of the judges' signals
 
 
 STEPS = (

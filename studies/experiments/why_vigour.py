@@ -62,23 +62,12 @@ View = Callable[[np.ndarray], np.ndarray]
 
 
 class Candidate(NamedTuple):
-    """What is done about how hard simulated sensors are moved.
-
-    Attributes
-    ----------
-    name : str
-    view : callable, optional
-        Of windows (W, N, samples, 6).
-    clips : callable, optional
-        Of all recordings.
-    features : {"", "no lengths", "one mean"}
-        What is done to the features.
-    """
+    """What is done about how hard simulated sensors are moved."""
 
     name: str
-    view: View | None = None
-    clips: Callable[[Sequence[ImuRecording]], list[ImuRecording]] | None = None
-    features: str = ""
+    view: View | None = None  # of windows (W, N, samples, 6)
+    clips: Callable[[Sequence[ImuRecording]], list[ImuRecording]] | None = None  # of all recordings
+    features: str = ""  # "" or "no lengths" or "one mean": what is done to the features
 
 
 AS_FIXED, ORACLE = "as fixed", "as hard as people"

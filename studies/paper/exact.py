@@ -27,20 +27,12 @@ class FacilityLocation:
     x_n is 1 where facility n is open; z_an <= x_n is the share of client a that n
     serves. Solved by HiGHS (Huangfu and Hall 2018, doi:10.1007/s12532-017-0130-5).
 
-    Parameters
-    ----------
-    value : ndarray, shape (N, A)
-        What a client gets from each facility.
-    cost : ndarray, shape (N,)
-        Cost of opening each.
-    allowed : ndarray of bool, shape (N,)
-        Facilities that may be opened.
-    required : sequence of ndarray of int
-        Of each of these groups at least one must be open.
-    max_size : int
-        Most facilities open.
-    time_limit_s : float
-        Seconds the solver may take for one programme.
+    `value` (N, A): what a client gets from each facility.
+    `cost` (N,): cost of opening each.
+    `allowed` bool (N,): facilities that may be opened.
+    `required`: of each of these groups at least one must be open.
+    `max_size`: most facilities open.
+    `time_limit_s`: seconds the solver may take for one programme.
     """
 
     def __init__(
@@ -78,10 +70,7 @@ class FacilityLocation:
     def best(self, at_most_cost: float | None = None) -> Choice:
         """The choice of greatest mean value, within a budget.
 
-        Raises
-        ------
-        ValueError
-            If the requirements cannot be met together.
+        Raises ValueError if the requirements cannot be met together.
         """
         budget = np.inf if at_most_cost is None else at_most_cost * (1 + 1e-9)
         choice = self._solve(-self.mean_value, LinearConstraint(self.cost[None], -np.inf, budget))

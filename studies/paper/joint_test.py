@@ -36,23 +36,12 @@ def multi_sensor_check(
 ) -> list[UtilityMap]:
     """Test the mean of maxima: one classifier on the chosen sensors' signals together.
 
-    Parameters
-    ----------
-    order : sequence of int
-        Patches as chosen.
-    inputs : ndarray or PatchBlocks, shape (W, N, D) or (W, N, samples, 6)
-        Features or windows of all patches, as for `utility_map`.
-    protocol : Protocol
-        The same gives the same folds.
-    classifier, resamples
-        As for `utility_map`.
-
-    Returns
-    -------
-    list of UtilityMap
-        For the first sensor alone, the first two together, and so on; each of one
-        patch, the sensors' inputs side by side along the last axis. Their clips are not halved:
-        Gram matrices of so many features by every half would take much memory.
+    `order`: patches as chosen.
+    `inputs` (W, N, D): features or windows of all patches, as for `utility_map`.
+    `protocol`: the same gives the same folds. `classifier`, `resamples`: as for `utility_map`.
+    One map for the first sensor alone, the first two together, and so on; each of one patch, the sensors'
+    inputs side by side along the last axis. Their clips are not halved: Gram matrices of so many features by
+    every half would take much memory.
     """
     source = as_blocks(inputs)
     alone = [source.patches(patch, patch + 1)[:, 0] for patch in order]
@@ -104,21 +93,11 @@ def joint_content(
 ) -> dict[str, Any] | None:
     """The smallest set whose joint classifier reaches the target, else the one that comes nearest.
 
-    Parameters
-    ----------
-    together : sequence of dict
-        What one classifier on the first sensor, the first two, and so on reached, and, where it is
-        known, would reach on other clips.
-    target : float
-    chosen : int
-        Sensors of the whole set, of which only the first few are tested together.
-    least : int
-        Fewest sensors that do what the designer asked for.
-
-    Returns
-    -------
-    dict or None
-        None where nothing was tested together.
+    `together`: what one classifier on the first sensor, the first two, and so on reached, and, where it is
+    known, would reach on other clips.
+    `chosen`: sensors of the whole set, of which only the first few are tested together.
+    `least`: fewest sensors that do what the designer asked for.
+    Returns None if nothing was tested together.
     """
     tested = [entry for entry in together if entry["sensors"] >= least] or list(together[-1:])
     if not tested:

@@ -28,15 +28,9 @@ def exact_by_half(half: Tests, terms: Terms, size: int) -> list[int]:
 def promised(subset: Subset, promises: Promises, expected: Sequence[np.ndarray], choose: Choose) -> Subset:
     """A set with what it would reach on other clips, worn together.
 
-    Parameters
-    ----------
-    subset : Subset
-    promises : Promises
-        Under the terms it was chosen under.
-    expected : three ndarrays, shape (N,)
-        Expected macro F1 of each patch alone and its interval.
-    choose : callable
-        How it was chosen, from the tests of a half.
+    `promises`: under the terms it was chosen under.
+    `expected` (N,): expected macro F1 of each patch alone and its interval.
+    `choose`: how it was chosen, from the tests of a half.
     """
     alone = tuple(float(values[subset.order[0]]) for values in expected)
     return replace(subset, promise=promises.of(subset.order, choose, alone))

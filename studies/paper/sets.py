@@ -21,24 +21,14 @@ from .subsets import ROUNDING, Subset, exact_subset, greedy_subset
 
 @dataclass(frozen=True, eq=False)
 class PaperSets:
-    """The sets that the paper's proxy chooses.
+    """The sets that the paper's proxy chooses."""
 
-    Attributes
-    ----------
-    greedy : Subset
-        By algorithm 2.
-    exact : Subset or None
-        The cheapest set that does it; None where the solver found none in time.
-    together : list of UtilityMap
-        What one classifier on the first sensor of `greedy`, the first two, and so on reaches on these clips.
-    least : int
-        How many of its first patches it takes to have one wherever one must be.
-    """
-
-    greedy: Subset
-    exact: Subset | None
+    greedy: Subset  # by algorithm 2
+    exact: Subset | None  # the cheapest set that does it; None where the solver found none in time
     together: list[UtilityMap]
-    least: int
+    """What one classifier on the first sensor of `greedy`, the first two, and so on reaches on these
+    clips."""
+    least: int  # how many of its first patches it takes to have one wherever one must be
 
     def joint(self) -> dict[str, Any] | None:
         """What the smallest set that is enough reaches when it is tested as one."""
@@ -65,10 +55,7 @@ class PaperSets:
 def paper_sets(study: StudyResults, config: StudyConfig) -> PaperSets:
     """Choose the paper's sets from a finished ranking, and test them.
 
-    Raises
-    ------
-    ValueError
-        If the constraints cannot be met.
+    Raises ValueError if the constraints cannot be met.
     """
     utility, wishes = study.utility, config.constraints.terms(study.patches)
     asked = (utility.counted_f1, config.target, config.max_places)

@@ -25,35 +25,18 @@ SOLVER_S = 10.0
 
 @dataclass(frozen=True)
 class Subset:
-    """Patches chosen one after another.
+    """Patches chosen one after another."""
 
-    Attributes
-    ----------
-    order : tuple of int
-        Patches in order of choice.
-    mean_max_after_each : tuple of float
-        Mean over activities of the best F1 among the patches chosen so far.
-    target : float
-        Mean-max F1 asked for.
-    reached : bool
-    best_reachable : float
-        Mean-max F1 of all allowed patches together: no choice can pass it.
-    cost : float
-        Sum of the chosen patches' costs; their number where costs are 1.
-    proven : bool
-        True where a solver proved that no cheaper set does as much.
-    promise : Promise, optional
-        What one classifier on the first patch, the first two, and so on would reach on other clips.
-    """
-
-    order: tuple[int, ...]
+    order: tuple[int, ...]  # patches in order of choice
     mean_max_after_each: tuple[float, ...]
-    target: float
+    """Mean over activities of the best F1 among the patches chosen so far."""
+    target: float  # mean-max F1 asked for
     reached: bool
-    best_reachable: float
-    cost: float
-    proven: bool = False
+    best_reachable: float  # mean-max F1 of all allowed patches together: no choice can pass it
+    cost: float  # sum of the chosen patches' costs; their number where costs are 1
+    proven: bool = False  # true where a solver proved that no cheaper set does as much
     promise: Promise | None = None
+    """What one classifier on the first patch, the first two, and so on would reach on other clips."""
 
     def sentence(self) -> str:
         """Say in words what the set would reach on other clips, if that is known, and by the proxy."""
@@ -94,29 +77,13 @@ def greedy_subset(
     The paper's proxy for several sensors worn together: each activity is recognised
     by the chosen patch that is best at it. `joint_test.multi_sensor_check` tests the proxy.
 
-    Parameters
-    ----------
-    f1 : ndarray, shape (N, A)
-    target : float
-        Mean over activities of the maximum over chosen patches to reach.
-    max_size : int, optional
-        Most patches.
-    allowed : ndarray of bool, shape (N,), optional
-        Patches that may be chosen.
-    required : sequence of Requirement
-        Chosen first. Several patches stand for one of them ("a wrist"), and the best is taken.
-    cost : ndarray, shape (N,), optional
-        What each patch costs, positive; the gain per cost decides.
-
-    Returns
-    -------
-    Subset
-
-    Raises
-    ------
-    ValueError
-        If no patch is allowed, a required patch is not, or more are required than
-        `max_size`.
+    `f1` (N, A).
+    `target`: mean over activities of the maximum over chosen patches to reach.
+    `max_size`: most patches.
+    `allowed` bool (N,): patches that may be chosen.
+    `required`: chosen first. Several patches stand for one of them ("a wrist"), and the best is taken.
+    `cost` (N,): what each patch costs, positive; the gain per cost decides.
+    Raises ValueError if no patch is allowed, a required patch is not, or more are required than `max_size`.
     """
     f1 = np.asarray(f1, dtype=np.float64)
     terms = Terms.checked(len(f1), max_size, allowed, required, cost)
@@ -155,27 +122,14 @@ def exact_subset(
 ) -> Subset:
     """The cheapest set that reaches the target, and among the cheapest the best.
 
-    Parameters
-    ----------
-    f1, target, max_size, allowed, required, cost
-        As for `greedy_subset`. A target that no patches reach is lowered to the best
-        reachable, and where `max_size` patches cannot reach it, the best set of that size
-        is given.
-    time_limit_s : float
-        Seconds that the solver may take for each of its two steps.
-
-    Returns
-    -------
-    Subset
-        In the order greedy choice would take its patches; `proven` is False where the
-        time ran out.
-
-    Raises
-    ------
-    ValueError
-        As `greedy_subset`.
-    TimeoutError
-        If the solver found no set in the time it had.
+    `f1`, `target`, `max_size`, `allowed`, `required`, `cost`: as for `greedy_subset`. A target that no
+    patches reach is lowered to the best reachable, and where `max_size` patches cannot reach it, the best set
+    of that size is given.
+    `time_limit_s`: seconds that the solver may take for each of its two steps.
+    Returns its patches in the order in which greedy choice would take them; `proven` is False if the time
+    ran out.
+    Raises ValueError as `greedy_subset`.
+    Raises TimeoutError if the solver found no set in the time it had.
     """
     f1 = np.asarray(f1, dtype=np.float64)
     terms = Terms.checked(len(f1), max_size, allowed, required, cost)

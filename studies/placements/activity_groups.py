@@ -28,23 +28,10 @@ def choose_activities(
 ) -> dict[str, tuple[str, ...]]:
     """Activities of each group that have the most motions, by alphabet among equals.
 
-    Parameters
-    ----------
-    library : Library
-    group_of : mapping of str to str
-        Group of each activity.
-    per_group : int
-        Most activities of a group.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        Each of `PAPER_GROUPS` with its activities; a group may have fewer than asked for, or none.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two activities are left in all.
+    `group_of`: group of each activity.
+    `per_group`: most activities of a group.
+    Returns each of `PAPER_GROUPS` with its activities; a group may have fewer than asked for, or none.
+    Raises ValueError if fewer than two activities are left in all.
     """
     motions: dict[str, set[str]] = {}
     for clip in library.clips:

@@ -18,22 +18,14 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True, eq=False)
 class PatchDifference:
-    """How much better some patches are than others at some activities.
+    """How much better some patches are than others at some activities."""
 
-    Attributes
-    ----------
-    f1 : ndarray, shape (P,)
-        Mean F1 over the activities at each of the patches.
-    other_f1 : ndarray, shape (Q,)
-    difference, low, high : ndarray, shape (P, Q)
-        Mean F1 of a patch less that of another, and its interval.
-    """
-
-    f1: np.ndarray
-    other_f1: np.ndarray
+    f1: np.ndarray  # (P,): mean F1 over the activities at each of the patches
+    other_f1: np.ndarray  # (Q,)
     difference: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    """(P, Q): mean F1 of a patch less that of another, and its interval."""
 
     def verdicts(self) -> np.ndarray:
         """1 where a patch is better, -1 where it is worse, 0 where they cannot be told apart; (P, Q)."""
@@ -50,22 +42,11 @@ def compare_patches(
 ) -> PatchDifference:
     """Compare every patch of one list with every patch of another.
 
-    Parameters
-    ----------
-    utility : UtilityMap
-    patches, others : sequence of int
-        P and Q patches.
-    activities : sequence of str
-        Activities to average over, of those tested; all of them by default.
-    resamples : int
-        Bootstrap resamples of the clips, the same for all patches: a difference of two patches
-        has an interval of its own, narrower than theirs.
-    seed : int
-
-    Raises
-    ------
-    ValueError
-        If none of the activities was tested.
+    `patches`, `others`: P and Q patches.
+    `activities`: activities to average over, of those tested; all of them by default.
+    `resamples`: bootstrap resamples of the clips, the same for all patches: a difference of two patches has
+    an interval of its own, narrower than theirs.
+    Raises ValueError if none of the activities was tested.
     """
     columns = [n for n, name in enumerate(utility.activities) if not activities or name in activities]
     if not columns:

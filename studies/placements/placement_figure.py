@@ -42,17 +42,10 @@ def placement_figure(
 ) -> None:
     """Write the figure: a block a group, a row an activity, a column a placement, the F1 in each cell.
 
-    Parameters
-    ----------
-    path : str or Path
-        The PNG file to write.
-    rows : sequence of ScoreRow
-        Of activities, in the order wanted.
-    columns : sequence of str
-        The placements.
-    common : sequence of bool
-        Whether wearables are usually worn there; a line parts them from the others.
-    title : str
+    `path`: the PNG file to write.
+    `rows`: of activities, in the order wanted.
+    `columns`: the placements.
+    `common`: whether wearables are usually worn there; a line parts them from the others.
     """
     blocks = [(group, list(members)) for group, members in groupby(rows, key=lambda row: row.group)]
     wide = len(columns) * CELL_WIDTH

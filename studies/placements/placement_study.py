@@ -35,17 +35,9 @@ def write_placement_study(
 ) -> None:
     """Print what the ranking says of the claims, and write figure, verdicts and page.
 
-    Parameters
-    ----------
-    study : StudyResults
-    group_of : mapping of str to str
-        Group of each activity.
-    side : {"left", "right"}
-        Of placements that are on both.
-    claims : sequence of Claim
-    missing : sequence of str
-        Which activities were asked for and are not there, in sentences.
-    console : Console
+    `group_of`: group of each activity.
+    `side` "left" or "right": of placements that are on both.
+    `missing`: which activities were asked for and are not there, in sentences.
     """
     from .placement_figure import placement_figure  # matplotlib is slow to import
 

@@ -17,29 +17,17 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True, eq=False)
 class ScoreRow:
-    """An activity, or the mean over a group of them, at every patch of the table.
+    """An activity, or the mean over a group of them, at every patch of the table."""
 
-    Attributes
-    ----------
-    group : str
-        Group of the activity; empty in the mean over all.
-    activity : str
-        Empty in a mean.
-    f1, low, high : ndarray, shape (n,)
-    best : ndarray of bool, shape (n,)
-        Patches that cannot be told from the best of the row.
-    clips, windows : int
-        Distinct motions and windows tested.
-    """
-
-    group: str
-    activity: str
-    f1: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    best: np.ndarray
+    group: str  # group of the activity; empty in the mean over all
+    activity: str  # empty in a mean
+    f1: np.ndarray  # (n,)
+    low: np.ndarray  # (n,)
+    high: np.ndarray  # (n,)
+    best: np.ndarray  # bool (n,): patches that cannot be told from the best of the row
     clips: int
     windows: int
+    """Distinct motions and windows tested."""
 
 
 def score_table(
@@ -51,22 +39,11 @@ def score_table(
 ) -> list[ScoreRow]:
     """Rows of activities group by group, each group followed by its mean, then the mean over all that count.
 
-    Parameters
-    ----------
-    utility : UtilityMap
-    patches : sequence of int
-        Patches of the table's columns.
-    groups : mapping of str to str
-        Group of each activity; those without stand in the last group, "".
-    resamples : int
-        Bootstrap resamples of the clips, the same for all patches and rows, so that the
-        difference of two patches has an interval of its own.
-    seed : int
-
-    Returns
-    -------
-    list of ScoreRow
-        There is no row of means for a group of one activity, or if there is one group.
+    `patches`: patches of the table's columns.
+    `groups`: group of each activity; those without stand in the last group, "".
+    `resamples`: bootstrap resamples of the clips, the same for all patches and rows, so that the difference
+    of two patches has an interval of its own.
+    There is no row of means for a group of one activity, or if there is one group.
     """
     n_activities = len(utility.activities)
     named = utility.predictions[:, list(patches)]
@@ -104,16 +81,10 @@ def resampled_f1(
 ) -> tuple[np.ndarray, np.ndarray]:
     """F1 of a few patches, and of every resample of the clips, for intervals of one's own.
 
-    Parameters
-    ----------
-    truth, predictions, clip, n_activities, n_resamples, seed
-        As for `score_patches`; with the same seed the same clips are drawn.
-
-    Returns
-    -------
-    f1 : ndarray, shape (N, A), float32
-    samples : ndarray, shape (n_resamples, N, A), float32
-        The same clips are drawn at all patches: a difference of two has an interval of its own.
+    `truth`, `predictions`, `clip`, `n_activities`, `n_resamples`, `seed`: as for `score_patches`; with the
+    same seed the same clips are drawn.
+    Returns `f1` (N, A); `samples` (n_resamples, N, A): the same clips are drawn at all patches: a difference
+    of two has an interval of its own.
     """
     counts = count_by_clip(truth, predictions, clip, n_activities)
     drawn = clip_resamples(counts.activity, n_resamples, np.random.default_rng(seed))

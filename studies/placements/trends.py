@@ -35,52 +35,32 @@ by Nadeau and Bengio 2003, doi:10.1023/A:1024068626366."""
 
 @dataclass(frozen=True)
 class Claim:
-    """That some activities are told better at some parts of the body than at others.
+    """That some activities are told better at some parts of the body than at others."""
 
-    Parameters
-    ----------
-    text : str
-        The sentence.
-    group : str
-        Group of the activities that it is about; empty for all.
-    regions, against : tuple of str
-        Parts of the body, in the words of `find_patches`; empty `against` for the rest of the body.
-    """
-
-    text: str
-    group: str
+    text: str  # the sentence
+    group: str  # group of the activities that it is about; empty for all
     regions: tuple[str, ...]
     against: tuple[str, ...]
+    """Parts of the body, in the words of `find_patches`; empty `against` for the rest of the body."""
 
 
 @dataclass(frozen=True)
 class Trend:
-    """What a ranking says of a claim.
-
-    Attributes
-    ----------
-    claim : Claim
-    f1, other_f1 : float
-        Mean F1 over the group's activities and the patches of the regions, and of those held against them.
-    difference, low, high : float
-        And its interval; NaN where there is none.
-    activities, clips : int
-        Tested ones of the group.
-    verdict : {"supported", "contradicted", "undecided"}
-    why : str
-        Why there is no interval; empty where there is one.
-    """
+    """What a ranking says of a claim."""
 
     claim: Claim
     f1: float
     other_f1: float
+    """Mean F1 over the group's activities and the patches of the regions, and of those held against them."""
     difference: float
     low: float
     high: float
+    """And its interval; NaN where there is none."""
     activities: int
     clips: int
-    verdict: str
-    why: str = ""
+    """Tested ones of the group."""
+    verdict: str  # "supported" or "contradicted" or "undecided"
+    why: str = ""  # why there is no interval; empty where there is one
 
 
 def judge(
@@ -97,20 +77,8 @@ def judge(
     made larger for few clips (n / (n - 1), Student's t) and for those trained on, and its level is such
     that the intervals of all claims hold together (Bonferroni).
 
-    Parameters
-    ----------
-    utility : UtilityMap
-    patches : PatchSet
-    claims : sequence of Claim
-    group_of : mapping of str to str
-        Group of each activity.
-    resamples : int
-    seed : int
-
-    Raises
-    ------
-    ValueError
-        If words of a claim mean nothing on a body.
+    `group_of`: group of each activity.
+    Raises ValueError if words of a claim mean nothing on a body.
     """
     sides = [sides_of(claim, patches) for claim in claims]
     columns = [
@@ -133,10 +101,7 @@ def judge(
 def sides_of(claim: Claim, patches: PatchSet) -> tuple[np.ndarray, np.ndarray]:
     """The patches of a claim's regions, and the others held against them; none where none lies there.
 
-    Raises
-    ------
-    ValueError
-        If words mean nothing on a body.
+    Raises ValueError if words mean nothing on a body.
     """
     inside = _places(claim.regions, patches)
     others = _places(claim.against, patches) if claim.against else np.arange(len(patches))
@@ -178,10 +143,7 @@ def _trend(
 def check_claims(claims: Sequence[Claim], groups: Sequence[str], body: Body) -> None:
     """Refuse claims about what is not there.
 
-    Raises
-    ------
-    ValueError
-        If a claim's group is none of `groups`, or its words mean nothing on the body.
+    Raises ValueError if a claim's group is none of `groups`, or its words mean nothing on the body.
     """
     regions = regions_of(body)[1]
     for claim in claims:
@@ -201,10 +163,7 @@ def read_claims(path: str | Path) -> list[Claim]:
     Several regions are separated by semicolons; an empty group means all activities, an empty ``against``
     the rest of the body.
 
-    Raises
-    ------
-    ValueError
-        If the file cannot be read or is not such a table; the message says which line.
+    Raises ValueError if the file cannot be read or is not such a table; the message says which line.
     """
     claims = []
     for line, row in read_table(path, ("claim", "regions"), ("group", "against")).rows:

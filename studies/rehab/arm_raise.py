@@ -25,14 +25,6 @@ def arm_raise_band(session: Session) -> PosePlan:
     To the front and overhead the hands keep the band taut between them; to the sides each
     hand pulls an end of a band that the feet stand on. Lifting is quicker than giving way,
     and the trunk leans back a little against the load.
-
-    Parameters
-    ----------
-    session : Session
-
-    Returns
-    -------
-    PosePlan
     """
     plan = stand_quietly(session)
     way = session.one_of(tuple(_WAYS))

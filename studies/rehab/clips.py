@@ -32,34 +32,17 @@ RATE = 30.0
 
 @dataclass(frozen=True, eq=False)
 class RehabClip:
-    """A generated clip on the skeleton of `rehab_skeleton`.
+    """A generated clip on the skeleton of `rehab_skeleton`."""
 
-    Parameters
-    ----------
-    activity : str
-        One of `EXERCISES` or `BACKGROUND`.
-    number : int
-        Which clip of the activity, from 0; the same number is the same person in every activity.
-    figure : Figure
-    style : Style
-    rotations : ndarray, shape (T, 27, 3, 3), float64
-        Of each bone relative to its parent, in the axes of the T-pose (z up, facing -y).
-    hips : ndarray, shape (T, 3), float64
-        World position of the hips, metres.
-    rate : float
-        Frames per second.
-    execution : str
-        "well", or what is wrong: one of `FAULTS`.
-    """
-
-    activity: str
-    number: int
+    activity: str  # one of `EXERCISES` or `BACKGROUND`
+    number: int  # which clip of the activity, from 0; the same number is the same person in every activity
     figure: Figure
     style: Style
     rotations: np.ndarray
-    hips: np.ndarray
-    rate: float = RATE
-    execution: str = WELL
+    """(T, 27, 3, 3): of each bone relative to its parent, in the axes of the T-pose (z up, facing -y)."""
+    hips: np.ndarray  # (T, 3): world position of the hips, metres
+    rate: float = RATE  # frames per second
+    execution: str = WELL  # "well", or what is wrong: one of `FAULTS`
 
     @property
     def n_frames(self) -> int:
@@ -86,30 +69,14 @@ def generate_clip(
 ) -> RehabClip:
     """Make one clip.
 
-    Parameters
-    ----------
-    activity : str
-        One of `EXERCISES` or `BACKGROUND`.
-    number : int
-        Which clip, from 0. Person and manner follow from it and the seed alone, so a clip
-        does not depend on how many others are made.
-    seed : int
-        Not negative.
-    rate : float
-        Frames per second.
-    execution : str
-        "well", or one of the exercise's `FAULTS`.
-    ages : tuple of float, optional
-        Years between which the person's age is drawn; by default nobody has one.
-
-    Returns
-    -------
-    RehabClip
-
-    Raises
-    ------
-    ValueError
-        If there is no such activity, or a number is out of range.
+    `activity`: one of `EXERCISES` or `BACKGROUND`.
+    `number`: which clip, from 0. Person and manner follow from it and the seed alone, so a clip does not
+    depend on how many others are made.
+    `seed`: not negative.
+    `rate`: frames per second.
+    `execution`: "well", or one of the exercise's `FAULTS`.
+    `ages`: years between which the person's age is drawn; by default nobody has one.
+    Raises ValueError if there is no such activity, or a number is out of range.
     """
     every = {**EXERCISES, **BACKGROUND}
     if activity not in every:

@@ -16,15 +16,8 @@ _SWAY_TONES = 24
 def min_jerk(phase: np.ndarray) -> np.ndarray:
     """Minimum-jerk stroke from 0 to 1 (Flash and Hogan 1985, doi:10.1523/JNEUROSCI.05-07-01688.1985).
 
-    Parameters
-    ----------
-    phase : array_like
-        0 at the start and 1 at the end of the stroke; clipped outside.
-
-    Returns
-    -------
-    ndarray
-        Twice continuously differentiable: speed and acceleration vanish at both ends.
+    `phase`: 0 at the start and 1 at the end of the stroke; clipped outside.
+    The result is twice continuously differentiable: speed and acceleration vanish at both ends.
     """
     s = np.clip(phase, 0.0, 1.0)
     return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
@@ -43,13 +36,9 @@ def pulse(time: np.ndarray, rise: float, top: float, fall: float, end: float) ->
 def through(time: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Minimum-jerk strokes from knot to knot, at rest in each.
 
-    Parameters
-    ----------
-    time : ndarray, shape (T,)
-    knots : array_like, shape (K,)
-        Increasing times, seconds.
-    values : array_like, shape (K,)
-        Value at each knot; held before the first and after the last.
+    `time` (T,).
+    `knots` (K,): increasing times, seconds.
+    `values` (K,): value at each knot; held before the first and after the last.
     """
     curve = np.full(len(time), float(values[0]))
     for start, end, step in zip(knots[:-1], knots[1:], np.diff(values), strict=True):
@@ -60,16 +49,8 @@ def through(time: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarr
 def glide(time: np.ndarray, knots: np.ndarray, values: np.ndarray, blur: float) -> np.ndarray:
     """Straight lines from knot to knot, rounded off by a Gaussian: passing by without a stop.
 
-    Parameters
-    ----------
-    time, knots, values : as in `through`
-    blur : float
-        Standard deviation of the Gaussian, seconds.
-
-    Returns
-    -------
-    ndarray, shape (T,)
-        The convolution in closed form, so derivatives of every order exist.
+    `blur`: standard deviation of the Gaussian, seconds.
+    Returns (T,): the convolution in closed form, so derivatives of every order exist.
     """
     knots, values = np.asarray(knots, dtype=float), np.asarray(values, dtype=float)
     bends = np.diff(np.diff(values) / np.diff(knots), prepend=0.0, append=0.0)
@@ -83,18 +64,9 @@ def sway(time: np.ndarray, rng: np.random.Generator, channels: int) -> np.ndarra
 
     Displacement power falls with the square of frequency, as the sway of people does.
 
-    Parameters
-    ----------
-    time : ndarray, shape (T,)
-        Seconds.
-    rng : numpy.random.Generator
-    channels : int
-        How many independent curves.
-
-    Returns
-    -------
-    ndarray, shape (T, channels)
-        Nothing outside `SWAY_BAND`; derivatives of every order.
+    `time` (T,): seconds.
+    `channels`: how many independent curves.
+    Returns (T, channels): nothing outside `SWAY_BAND`; derivatives of every order.
     """
     low, high = np.log(SWAY_BAND)
     edges = np.linspace(low, high, _SWAY_TONES + 1)

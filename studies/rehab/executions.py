@@ -58,13 +58,7 @@ def aged(style: Style, age: float) -> Style:
 def spoil(session: Session, plan: PosePlan, activity: str, fault: str) -> None:
     """Write what a style cannot say of a fault over the plan of an exercise.
 
-    Parameters
-    ----------
-    session : Session
-    plan : PosePlan
-        Changed in place.
-    activity : str
-    fault : str
+    `plan`: changed in place.
     """
     if fault == "trunk":
         _compensate(session, plan)

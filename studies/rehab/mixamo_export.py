@@ -42,18 +42,9 @@ def write_mixamo_fbx(clip: RehabClip, path: str | Path) -> None:
     Blender stamps the time of day and process-dependent identifiers on its files; both are
     pinned here, so that the same clip gives the same bytes. The open scene is left as it is.
 
-    Parameters
-    ----------
-    clip : RehabClip
-    path : str or Path
-        Where the file shall stand; its folder must exist. Written whole or not at all.
-
-    Raises
-    ------
-    FileNotFoundError
-        If the folder does not exist.
-    RuntimeError
-        If Blender's FBX exporter is not there or fails.
+    `path`: where the file shall stand; its folder must exist. Written whole or not at all.
+    Raises FileNotFoundError if the folder does not exist.
+    Raises RuntimeError if Blender's FBX exporter is not there or fails.
     """
     path = Path(path)
     if not path.parent.is_dir():
@@ -74,15 +65,8 @@ def write_mixamo_fbx(clip: RehabClip, path: str | Path) -> None:
 def rest_axes(rest: np.ndarray) -> np.ndarray:
     """Axes of every bone in the T-pose: y along the bone, z forward (upward in feet and toes).
 
-    Parameters
-    ----------
-    rest : ndarray, shape (27, 3)
-        Joints in the T-pose, metres, z up, facing -y.
-
-    Returns
-    -------
-    ndarray, shape (27, 3, 3)
-        Columns are the bone's x, y and z in world axes.
+    `rest` (27, 3): joints in the T-pose, metres, z up, facing -y.
+    Returns (27, 3, 3): columns are the bone's x, y and z in world axes.
     """
     along = _tails(rest) - rest
     along /= np.linalg.norm(along, axis=1, keepdims=True)

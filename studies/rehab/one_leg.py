@@ -43,14 +43,6 @@ def one_leg_stand(session: Session) -> PosePlan:
 
     The centre of mass moves over the foot that will carry it before the other one leaves
     the ground, and is kept there with more sway than on two feet.
-
-    Parameters
-    ----------
-    session : Session
-
-    Returns
-    -------
-    PosePlan
     """
     plan = stand_quietly(session)
     way, arms = session.one_of(tuple(_LIFTS)), session.one_of(tuple(_ARMS))

@@ -41,19 +41,12 @@ LIST = 3.7
 
 @dataclass(frozen=True)
 class Map:
-    """A heatmap to draw.
+    """A heatmap to draw."""
 
-    Parameters
-    ----------
-    views : sequence of ndarray, shape (H, W, 4), uint8
-        Front and back, from `BodyPictures.coloured`.
-    title, note : str
-        What it shows, and a quieter line.
-    """
-
-    views: Sequence[np.ndarray]
+    views: Sequence[np.ndarray]  # (H, W, 4): front and back, from `BodyPictures.coloured`
     title: str
     note: str
+    """What it shows, and a quieter line."""
 
 
 def panel_figure(
@@ -69,18 +62,10 @@ def panel_figure(
 ) -> None:
     """Write the figure: (a) a heatmap an activity, (b) the mean map, (c) the chosen sensors.
 
-    Parameters
-    ----------
-    path : str or Path
-        The PNG file to write.
-    activities : sequence of Map
-    mean, subset : Map
-        All maps coloured over the same `scale`.
-    markers, names, scores
-        The chosen sensors, as in `heatmap.subset_figure`.
-    scale : (low, high)
-        F1 at the two ends of the colour bar.
-    target : float
+    `path`: the PNG file to write.
+    `mean`, `subset`: all maps coloured over the same `scale`.
+    `markers`, `names`, `scores`: the chosen sensors, as in `heatmap.subset_figure`.
+    `scale`: F1 at the two ends of the colour bar.
     """
     every = [*activities, mean, subset]
     crop = page.common_crop([view for shown in every for view in shown.views])

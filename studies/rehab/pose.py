@@ -36,66 +36,40 @@ class PosePlan:
 
     World axes: z up, the person facing -y, left towards +x; metres and radians. Turns are
     (pitch forward, list to the left, yaw to the left). Arrays of a pair hold left, right.
-
-    Parameters
-    ----------
-    pelvis : ndarray, shape (T, 3)
-        Middle between the hip joints; lower where the legs cannot reach so high.
-    pelvis_turn, chest_turn, head_turn : ndarray, shape (T, 3)
-        In world axes.
-    balls : ndarray, shape (2, T, 3)
-        Ball of each foot (joint of the toes).
-    heel_rise, toe_dip : ndarray, shape (2, T)
-        Pitch of foot and toes, positive with the toes down.
-    foot_yaw : ndarray, shape (2,)
-        How far each foot, and the knee over it, points to the left.
-    knee_bend : ndarray, shape (2, T)
-        No knee is straighter than this: a pelvis planned too high comes to stand on such knees.
-    lifted : ndarray, shape (2, T)
-        0 leaves the foot where `balls` says, 1 hangs the leg from the pelvis by the angles below.
-    hip_flexion, knee_flexion : ndarray, shape (2, T)
-        Angles of a lifted leg.
-    hands : ndarray, shape (2, T, 3)
-        Wrist relative to the shoulder joint, in axes that follow the chest by `arms_follow`.
-    hand_sway : ndarray, shape (2, T, 3)
-        Added to `hands`, as far as it swings the arm and does not stretch it; metres.
-    elbow_sway : ndarray, shape (2, T)
-        Added to the bend of the elbows.
-    elbows : ndarray, shape (2, T, 3)
-        Where each elbow points to, in the same axes.
-    arms_follow : ndarray, shape (T,)
-        0: those axes stay level with the world (arms hang down), 1: they lean with the chest.
-    on_thighs : ndarray, shape (2, T)
-        0 leaves the hand where `hands` says, 1 lays it on the thigh above the knee.
-    pronation : ndarray, shape (2, T)
-        Turn of the forearm, positive with the palms turning backward when hanging.
-    grounded : ndarray, shape (T, 2)
-        Where on the floor the centre of mass should be.
-    balance : ndarray, shape (T,)
-        1 moves the pelvis until the centre of mass is over `grounded`, 0 leaves the pelvis alone.
     """
 
-    pelvis: np.ndarray
+    pelvis: np.ndarray  # (T, 3): middle between the hip joints; lower where the legs cannot reach so high
     pelvis_turn: np.ndarray
     chest_turn: np.ndarray
     head_turn: np.ndarray
-    balls: np.ndarray
+    """(T, 3): in world axes."""
+    balls: np.ndarray  # (2, T, 3): ball of each foot (joint of the toes)
     heel_rise: np.ndarray
     toe_dip: np.ndarray
-    foot_yaw: np.ndarray
+    """(2, T): pitch of foot and toes, positive with the toes down."""
+    foot_yaw: np.ndarray  # (2,): how far each foot, and the knee over it, points to the left
     knee_bend: np.ndarray
+    """(2, T): no knee is straighter than this: a pelvis planned too high comes to stand on such knees."""
     lifted: np.ndarray
+    """(2, T): 0 leaves the foot where `balls` says, 1 hangs the leg from the pelvis by the angles below."""
     hip_flexion: np.ndarray
     knee_flexion: np.ndarray
+    """(2, T): angles of a lifted leg."""
     hands: np.ndarray
+    """(2, T, 3): wrist relative to the shoulder joint, in axes that follow the chest by `arms_follow`."""
     hand_sway: np.ndarray
-    elbow_sway: np.ndarray
-    elbows: np.ndarray
+    """(2, T, 3): added to `hands`, as far as it swings the arm and does not stretch it; metres."""
+    elbow_sway: np.ndarray  # (2, T): added to the bend of the elbows
+    elbows: np.ndarray  # (2, T, 3): where each elbow points to, in the same axes
     arms_follow: np.ndarray
+    """(T,): 0: those axes stay level with the world (arms hang down), 1: they lean with the chest."""
     on_thighs: np.ndarray
+    """(2, T): 0 leaves the hand where `hands` says, 1 lays it on the thigh above the knee."""
     pronation: np.ndarray
-    grounded: np.ndarray
+    """(2, T): turn of the forearm, positive with the palms turning backward when hanging."""
+    grounded: np.ndarray  # (T, 2): where on the floor the centre of mass should be
     balance: np.ndarray
+    """(T,): 1 moves the pelvis until the centre of mass is over `grounded`, 0 leaves the pelvis alone."""
 
 
 def turn(angles: np.ndarray) -> np.ndarray:
@@ -111,17 +85,8 @@ def pose(figure: Figure, plan: PosePlan) -> tuple[np.ndarray, np.ndarray]:
     Feet are exact where they stand: the legs are solved as two bones with the knee over
     the foot. Arms are solved the same way.
 
-    Parameters
-    ----------
-    figure : Figure
-    plan : PosePlan, T frames
-
-    Returns
-    -------
-    rotations : ndarray, shape (T, 27, 3, 3)
-        Of each bone relative to its parent, in the axes of the T-pose.
-    hips : ndarray, shape (T, 3)
-        World position of the hips, metres.
+    Returns `rotations` (T, 27, 3, 3): of each bone relative to its parent, in the axes of the T-pose; `hips`
+    (T, 3): world position of the hips, metres.
     """
     solver = _Solver(figure, plan)
     balanced = plan.pelvis

@@ -13,45 +13,29 @@ from .skeleton import Figure
 
 @dataclass(frozen=True)
 class Style:
-    """What varies from clip to clip in every exercise, drawn alike for all of them.
-
-    Parameters
-    ----------
-    duration, lead_in, lead_out : float
-        Seconds; the first and last are spent standing or sitting still.
-    tempo, amplitude, sway : float
-        Multiples of what is usual.
-    asymmetry : float
-        How much more the left side does than the right, as a share of the movement.
-    lag : float
-        Seconds by which the right hand follows the left.
-    side : int
-        The favoured side: 0 left, 1 right.
-    stance : float
-        Half the distance between the feet, as a multiple of half the hips' width.
-    toe_out, knee_bend, elbow_bend, arm_out : float
-        Habitual posture, radians.
-    pelvis, trunk, gaze : tuple of float
-        Habitual (pitch forward, list to the left, yaw to the left) of pelvis, chest and head, radians.
-    """
+    """What varies from clip to clip in every exercise, drawn alike for all of them."""
 
     duration: float
     lead_in: float
     lead_out: float
+    """Seconds; the first and last are spent standing or sitting still."""
     tempo: float
     amplitude: float
     sway: float
-    asymmetry: float
-    lag: float
-    side: int
-    stance: float
+    """Multiples of what is usual."""
+    asymmetry: float  # how much more the left side does than the right, as a share of the movement
+    lag: float  # seconds by which the right hand follows the left
+    side: int  # the favoured side: 0 left, 1 right
+    stance: float  # half the distance between the feet, as a multiple of half the hips' width
     toe_out: float
     knee_bend: float
     elbow_bend: float
     arm_out: float
+    """Habitual posture, radians."""
     pelvis: tuple[float, float, float]
     trunk: tuple[float, float, float]
     gaze: tuple[float, float, float]
+    """Habitual (pitch forward, list to the left, yaw to the left) of pelvis, chest and head, radians."""
 
     @property
     def active(self) -> tuple[float, float]:
@@ -66,24 +50,12 @@ class Style:
 
 @dataclass(frozen=True)
 class Session:
-    """Everything an exercise is made from.
+    """Everything an exercise is made from."""
 
-    Parameters
-    ----------
-    figure : Figure
-        Who moves.
-    style : Style
-        How.
-    time : ndarray, shape (T,)
-        Seconds of the frames.
-    rng : numpy.random.Generator
-        For all that is particular to the exercise.
-    """
-
-    figure: Figure
-    style: Style
-    time: np.ndarray
-    rng: np.random.Generator
+    figure: Figure  # who moves
+    style: Style  # how
+    time: np.ndarray  # (T,): seconds of the frames
+    rng: np.random.Generator  # for all that is particular to the exercise
 
     def between(self, low: float, high: float) -> float:
         """A number between two at random."""

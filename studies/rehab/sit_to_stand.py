@@ -18,23 +18,15 @@ _ARMS = ("crossed", "thighs", "forward")
 
 @dataclass
 class _Progress:
-    """Where the body is between seated, 0, and standing, 1; arrays of shape (T,).
-
-    Parameters
-    ----------
-    up, ahead : ndarray
-        Height and advance of the pelvis.
-    free : ndarray
-        How far the hands have left the thighs.
-    lean, swing : ndarray
-        Lean of the trunk and swing of the arms on the way, 0 at both ends.
-    """
+    """Where the body is between seated, 0, and standing, 1; arrays of shape (T,)."""
 
     up: np.ndarray
     ahead: np.ndarray
-    free: np.ndarray
+    """Height and advance of the pelvis."""
+    free: np.ndarray  # how far the hands have left the thighs
     lean: np.ndarray
     swing: np.ndarray
+    """Lean of the trunk and swing of the arms on the way, 0 at both ends."""
 
 
 def sit_to_stand(session: Session) -> PosePlan:
@@ -44,14 +36,6 @@ def sit_to_stand(session: Session) -> PosePlan:
     swings forward, at about a third of the rise the seat is left with the trunk bent most,
     then hips and knees extend while the trunk comes upright. Sitting down runs the other
     way round, slower and with less lean at the end. Clips begin seated or standing.
-
-    Parameters
-    ----------
-    session : Session
-
-    Returns
-    -------
-    PosePlan
     """
     style = session.style
     plan = stand_quietly(session)

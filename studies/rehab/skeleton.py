@@ -80,24 +80,15 @@ between hip and shoulder joints there, which is 0.41 of the way from the hips bo
 class Figure:
     """Size and proportions of a person.
 
-    Parameters
-    ----------
-    stature : float
-        Metres.
-    legs, arms, breadth : float
-        Length of the legs, length of the arms and width of hips and shoulders, as
-        multiples of the average for that stature.
-
-    Raises
-    ------
-    ValueError
-        If a size is not one a grown-up may have.
+    Raises ValueError if a size is not one a grown-up may have.
     """
 
-    stature: float = 1.70
+    stature: float = 1.70  # metres
     legs: float = 1.0
     arms: float = 1.0
     breadth: float = 1.0
+    """Length of the legs, length of the arms and width of hips and shoulders, as multiples of the average for
+    that stature."""
 
     def __post_init__(self) -> None:
         if not 1.2 <= self.stature <= 2.3:
@@ -207,14 +198,8 @@ def draw_figure(rng: np.random.Generator) -> Figure:
 def centre_of_mass(joints: np.ndarray) -> np.ndarray:
     """Centre of mass of the whole body.
 
-    Parameters
-    ----------
-    joints : ndarray, shape (..., 27, 3)
-        World positions, metres.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
+    `joints` (..., 27, 3): world positions, metres.
+    Returns (..., 3).
     """
     mass = np.array([row[0] for row in _SEGMENTS])
     near, far = (joints[..., [BONE_INDEX[row[k]] for row in _SEGMENTS], :] for k in (1, 2))
@@ -227,21 +212,11 @@ def forward_kinematics(
 ) -> tuple[np.ndarray, np.ndarray]:
     """World rotation and position of every bone.
 
-    Parameters
-    ----------
-    rest : ndarray, shape (27, 3)
-        Joints in the T-pose, metres.
-    rotations : ndarray, shape (T, 27, 3, 3)
-        Of each bone relative to its parent, in the axes of the T-pose.
-    hips : ndarray, shape (T, 3)
-        World position of the hips, metres.
-
-    Returns
-    -------
-    rotations : ndarray, shape (T, 27, 3, 3)
-        World, relative to the T-pose.
-    joints : ndarray, shape (T, 27, 3)
-        World positions, metres.
+    `rest` (27, 3): joints in the T-pose, metres.
+    `rotations` (T, 27, 3, 3): of each bone relative to its parent, in the axes of the T-pose.
+    `hips` (T, 3): world position of the hips, metres.
+    Returns `rotations` (T, 27, 3, 3): in the world, relative to the T-pose; `joints` (T, 27, 3): positions
+    in the world, metres.
     """
     world = rotations.copy()
     joints = np.empty((len(hips), len(BONES), 3))

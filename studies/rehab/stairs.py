@@ -20,31 +20,20 @@ RISE, RUN = 0.17, 0.28
 
 @dataclass(frozen=True)
 class Way:
-    """What is walked on, and how people go there.
-
-    Parameters
-    ----------
-    rise, run : float
-        Height and depth of a step, metres.
-    step_s : float
-        Seconds a step takes, foot over foot.
-    over : float
-        Share of people who go foot over foot; the others bring both feet to every step.
-    clearance, sink : tuple of float
-        How far a foot is lifted over the edge, and how far the pelvis sinks: least and most, metres.
-    heel, lean, gaze : tuple of float
-        Heel rise, lean of the trunk and downward look: least and most, degrees.
-    """
+    """What is walked on, and how people go there."""
 
     rise: float = RISE
     run: float = RUN
-    step_s: float = 0.90
-    over: float = 0.75
+    """Height and depth of a step, metres."""
+    step_s: float = 0.90  # seconds a step takes, foot over foot
+    over: float = 0.75  # share of people who go foot over foot; the others bring both feet to every step
     clearance: tuple[float, float] = (0.045, 0.075)
     sink: tuple[float, float] = (0.010, 0.025)
+    """How far a foot is lifted over the edge, and how far the pelvis sinks: least and most, metres."""
     heel: tuple[float, float] = (26.0, 38.0)
     lean: tuple[float, float] = (8.0, 17.0)
     gaze: tuple[float, float] = (2.0, 16.0)
+    """Heel rise, lean of the trunk and downward look: least and most, degrees."""
 
 
 UPSTAIRS = Way()
@@ -77,16 +66,7 @@ class _Step:
 
 
 def stair_climbing(session: Session) -> PosePlan:
-    """Walk up a flight of stairs, from standing before it to standing on it.
-
-    Parameters
-    ----------
-    session : Session
-
-    Returns
-    -------
-    PosePlan
-    """
+    """Walk up a flight of stairs, from standing before it to standing on it."""
     return walk(session, UPSTAIRS)
 
 
@@ -96,15 +76,6 @@ def walk(session: Session, way: Way) -> PosePlan:
     The pelvis rises while the foot that has just landed takes the weight, the trunk leans
     forward, the arms swing against the legs (kinematics as in Riener et al. 2002,
     doi:10.1016/S0966-6362(01)00009-X).
-
-    Parameters
-    ----------
-    session : Session
-    way : Way
-
-    Returns
-    -------
-    PosePlan
     """
     plan = stand_quietly(session)
     steps = _footfalls(session, way)

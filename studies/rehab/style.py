@@ -17,11 +17,7 @@ from .two_bones import reach
 def fidget(session: Session, plan: PosePlan) -> None:
     """Write glances, shifts of weight and movements of the hands into a plan.
 
-    Parameters
-    ----------
-    session : Session
-    plan : PosePlan
-        Changed in place.
+    `plan`: changed in place.
     """
     normal = session.rng.standard_normal
     for moment in _moments(session, every=4.0):
@@ -74,20 +70,10 @@ SLACK = 0.02
 def fill(session: Session, usual: float, least: int, rest: float) -> np.ndarray:
     """Share the active time out among repetitions of uneven length with pauses between.
 
-    Parameters
-    ----------
-    session : Session
-    usual : float
-        Seconds one repetition and its pause take at tempo 1.
-    least : int
-        Fewest repetitions.
-    rest : float
-        Longest pause as a share of a repetition.
-
-    Returns
-    -------
-    ndarray, shape (N, 2)
-        Start and end of each repetition, seconds.
+    `usual`: seconds one repetition and its pause take at tempo 1.
+    `least`: fewest repetitions.
+    `rest`: longest pause as a share of a repetition.
+    Returns (N, 2): start and end of each repetition, seconds.
     """
     rng, (start, end) = session.rng, session.style.active
     count = max(least, round((end - start) * session.style.tempo / usual))
@@ -104,14 +90,9 @@ def hang(
 ) -> np.ndarray:
     """Wrist relative to the shoulder of an arm raised by two angles, shape (T, 3), metres.
 
-    Parameters
-    ----------
-    session : Session
-        Gives the arm and the bend of its elbow.
-    flexion, abduction : float or ndarray, shape (T,)
-        Forward and sideways, radians; 0 hangs straight down.
-    side : int
-        0 left, 1 right.
+    `session`: gives the arm and the bend of its elbow.
+    `flexion`, `abduction` (T,): forward and sideways, radians; 0 hangs straight down.
+    `side`: 0 left, 1 right.
     """
     figure = session.figure
     return reach(figure.upper_arm, figure.forearm, session.style.elbow_bend) * direction(
@@ -141,14 +122,7 @@ def elbow_pole(flexion: np.ndarray, side: int, outward: float = 0.35) -> np.ndar
 def stand_quietly(session: Session) -> PosePlan:
     """Upright stance with hanging arms, and the sway and fidgets of a living person.
 
-    Parameters
-    ----------
-    session : Session
-
-    Returns
-    -------
-    PosePlan
-        To be changed by the exercise.
+    The exercise may change it.
     """
     figure, style, n = session.figure, session.style, len(session.time)
     noise = style.sway * sway(session.time, session.rng, 21)

@@ -21,22 +21,12 @@ def two_bones(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Analytic inverse kinematics of two bones and the hinge between them.
 
-    Parameters
-    ----------
-    target : ndarray, shape (T, 3)
-        End of the second bone relative to the start of the first, metres, within reach.
-    pole : ndarray, shape (T, 3)
-        The middle joint points to this side.
-    first, second : float
-        Lengths, metres.
-    along, hinge : tuple of float
-        In the rest pose: direction of both bones, and the axis about which the second
-        bends; unit vectors at right angles.
-
-    Returns
-    -------
-    tuple of ndarray, shape (T, 3, 3)
-        World rotation of the first and the second bone relative to the rest pose.
+    `target` (T, 3): end of the second bone relative to the start of the first, metres, within reach.
+    `pole` (T, 3): the middle joint points to this side.
+    `first`, `second`: lengths, metres.
+    `along`, `hinge`: in the rest pose: direction of both bones, and the axis about which the second bends;
+    unit vectors at right angles.
+    Returns (T, 3, 3): world rotation of the first and the second bone relative to the rest pose.
     """
     distance = np.linalg.norm(target, axis=1, keepdims=True)
     direction = target / distance

@@ -44,29 +44,14 @@ USUAL = "as run"
 
 @dataclass(frozen=True)
 class Case:
-    """One map of a sweep.
+    """One map of a sweep."""
 
-    Parameters
-    ----------
-    factor : str
-        What is changed; empty in the usual case.
-    name : str
-        To what.
-    config : StudyConfig
-    tempo : float
-        Speed of all motions.
-    narrow : tuple of str
-        Joints that move half as far.
-    shape : tuple of (str, float)
-        Parameters of `shapes.shaped`; empty for the study's own body.
-    """
-
-    factor: str
-    name: str
+    factor: str  # what is changed; empty in the usual case
+    name: str  # to what
     config: StudyConfig
-    tempo: float = 1.0
-    narrow: tuple[str, ...] = ()
-    shape: tuple[tuple[str, float], ...] = ()
+    tempo: float = 1.0  # speed of all motions
+    narrow: tuple[str, ...] = ()  # joints that move half as far
+    shape: tuple[tuple[str, float], ...] = ()  # parameters of `shapes.shaped`; empty for the study's own body
 
     @property
     def title(self) -> str:
@@ -83,19 +68,10 @@ class Case:
 def cases(config: StudyConfig, factors: Collection[str], copies: int) -> list[Case]:
     """The usual case, then those of each factor.
 
-    Parameters
-    ----------
-    config : StudyConfig
-        Of the study.
-    factors : collection of str
-        Of `FACTORS`.
-    copies : int
-        Copies a clip in the cases of augmentation.
-
-    Raises
-    ------
-    ValueError
-        If a factor is unknown.
+    `config`: of the study.
+    `factors`: of `FACTORS`.
+    `copies`: copies a clip in the cases of augmentation.
+    Raises ValueError if a factor is unknown.
     """
     unknown = sorted(set(factors) - set(FACTORS))
     if unknown:

@@ -35,13 +35,8 @@ BODY_PARTS = (
 def sweep_figure(path: str | Path, swept: Sequence[SweptCase], patches: PatchSet) -> None:
     """Draw a sweep: rho with its interval by case, and mean F1 by part of the body and case.
 
-    Parameters
-    ----------
-    path : str or Path
-        The PNG file to write.
-    swept : sequence of SweptCase
-        The usual case first.
-    patches : PatchSet
+    `path`: the PNG file to write.
+    `swept`: the usual case first.
     """
     height = ROW * len(swept)
     page = (12.5, height + 2.35)

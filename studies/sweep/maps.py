@@ -41,20 +41,10 @@ from .cases import Case
 class SweepMaps:
     """Makes the maps of a sweep, and takes up those that an earlier sweep made.
 
-    Parameters
-    ----------
-    study : StudyResults
-    out : Path
-        Folder of the sweep.
-    n_patches : int
-        Patches compared; they are the first ones of the study's own order, which cover the
-        body evenly.
-    workers : int
-
-    Raises
-    ------
-    ValueError
-        If the study's classifier takes windows instead of features.
+    `out`: folder of the sweep.
+    `n_patches`: patches compared; they are the first ones of the study's own order, which cover the body
+    evenly.
+    Raises ValueError if the study's classifier takes windows instead of features.
     """
 
     def __init__(self, study: StudyResults, out: Path, n_patches: int, workers: int) -> None:
@@ -80,11 +70,7 @@ class SweepMaps:
     def map_of(self, case: Case, told: Callable[[int], None]) -> UtilityMap:
         """The map of a case.
 
-        Parameters
-        ----------
-        case : Case
-        told : callable
-            Given 1 after every clip.
+        `told`: given 1 after every clip.
         """
         key = self._key(case)
         stored = self.out / WORK / f"map_{key[:16]}.npz"

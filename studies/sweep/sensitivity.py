@@ -13,46 +13,29 @@ from w2w.core.ranking.utility import UtilityMap
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """How a map differs from the usual one over the same patches.
-
-    Attributes
-    ----------
-    rho, low, high : float
-        Spearman's rho of macro F1 over the patches, and its bootstrap interval over clips, the
-        same clips resampled in both maps where they were tested on the same.
-    gain, gain_low, gain_high : float
-        Difference of macro F1, the mean over patches, and its interval with the same clips
-        resampled in both; NaN where the two maps were not tested on the same clips.
-    best_holds : bool
-        Whether the usual best patch cannot be told from the best one now.
-    risen, fallen : ndarray of int
-        Patches whose rank is better or worse for sure: the intervals of the rank do not overlap.
-    """
+    """How a map differs from the usual one over the same patches."""
 
     rho: float
     low: float
     high: float
+    """Spearman's rho of macro F1 over the patches, and its bootstrap interval over clips, the same clips
+    resampled in both maps where they were tested on the same."""
     gain: float
     gain_low: float
     gain_high: float
-    best_holds: bool
+    """Difference of macro F1, the mean over patches, and its interval with the same clips resampled in both;
+    NaN where the two maps were not tested on the same clips."""
+    best_holds: bool  # whether the usual best patch cannot be told from the best one now
     risen: np.ndarray
     fallen: np.ndarray
+    """Patches whose rank is better or worse for sure: the intervals of the rank do not overlap."""
 
 
 def compare_maps(usual: UtilityMap, other: UtilityMap, seed: int = 0) -> Shift:
     """Compare a map with the usual one.
 
-    Parameters
-    ----------
-    usual, other : UtilityMap
-        Of the same patches; made with the same seed, their bootstraps drew the same clips.
-    seed : int
-
-    Raises
-    ------
-    ValueError
-        If the maps are not of the same patches, or of fewer than three.
+    `usual`, `other`: of the same patches; made with the same seed, their bootstraps drew the same clips.
+    Raises ValueError if the maps are not of the same patches, or of fewer than three.
     """
     agreement = rank_agreement(
         usual.mean, other.mean, usual.mean_samples, other.mean_samples, resamples=100, seed=seed

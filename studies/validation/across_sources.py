@@ -27,30 +27,17 @@ def between_sources(found: SourcedMap) -> dict[str, float]:
 
 
 class AcrossSources(NamedTuple):
-    """Activities that several sources show, named where their source was never seen, and where it was.
+    """Activities that several sources show, named where their source was never seen, and where it was."""
 
-    Attributes
-    ----------
-    unseen : UtilityMap
-        One source left out at a time: trained on the others, tested on it.
-    seen : UtilityMap
-        The same windows of the same activities, performers left out instead.
-    sources : dict of str to dict of str to int
-        Distinct motions of each activity by source.
-    """
-
-    unseen: UtilityMap
-    seen: UtilityMap
-    sources: dict[str, dict[str, int]]
+    unseen: UtilityMap  # one source left out at a time: trained on the others, tested on it
+    seen: UtilityMap  # the same windows of the same activities, performers left out instead
+    sources: dict[str, dict[str, int]]  # distinct motions of each activity by source
 
 
 def across_sources(windows: MixedWindows, seed: int = 0) -> AcrossSources:
     """Name the activities that several sources show, one source left out at a time.
 
-    Raises
-    ------
-    ValueError
-        If fewer than two activities are shown by two sources; the message says why.
+    Raises ValueError if fewer than two activities are shown by two sources; the message says why.
     """
     counts = windows.count("source")
     kept = windows.some(np.isin(windows.activity, [name for name, count in counts.items() if count > 1]))

@@ -15,16 +15,8 @@ from .sites import SiteValidation, compare_scores
 def merged(parts: Sequence[SiteScores], activities: Sequence[str]) -> SiteScores:
     """Scores of activities, each the mean over the parts that tested it.
 
-    Parameters
-    ----------
-    parts : sequence of SiteScores
-        Of the same sites, with as many resamples and halvings.
-    activities : sequence of str
-
-    Raises
-    ------
-    ValueError
-        If no part tested one of them.
+    `parts`: of the same sites, with as many resamples and halvings.
+    Raises ValueError if no part tested one of them.
     """
     holds = {name: [part for part in parts if name in part.activities] for name in activities}
     if missing := [name for name, having in holds.items() if not having]:

@@ -38,26 +38,11 @@ def calibrated_transfer(
     nothing of the real activities is learned. The last takes all this from half of the activities and is
     tested on the other half.
 
-    Parameters
-    ----------
-    pairs : sequence of (ImuRecording, ImuRecording)
-        Worn and simulated, with subjects.
-    activities : sequence of str
-    spec : WindowSpec
-        One window a clip is used, its first.
-    band_hz : float
-        Of the motions: above it simulation knows nothing.
-    seed : int
-
-    Returns
-    -------
-    list of Transfer
-        `trained` says what was done.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two subjects.
+    `pairs`: worn and simulated, with subjects.
+    `spec`: one window a clip is used, its first.
+    `band_hz`: of the motions: above it simulation knows nothing.
+    `Transfer.trained` says what was done.
+    Raises ValueError if there are fewer than two subjects.
     """
     subject = np.array([real.subject for real, _ in pairs])
     if len(set(subject.tolist())) < 2:

@@ -13,22 +13,13 @@ LEAST_SAMPLES = 20
 
 
 class Correlation(NamedTuple):
-    """Pearson's r of two magnitudes.
-
-    Attributes
-    ----------
-    zero_lag, best_lag : float
-        As they stand, and at the shift that fits best.
-    lag_s : float
-        That shift: how much later the first signal is.
-    amplitude : float
-        Standard deviation of the second magnitude over that of the first.
-    """
+    """Pearson's r of two magnitudes."""
 
     zero_lag: float
     best_lag: float
-    lag_s: float
-    amplitude: float
+    """As they stand, and at the shift that fits best."""
+    lag_s: float  # that shift: how much later the first signal is
+    amplitude: float  # standard deviation of the second magnitude over that of the first
 
 
 def magnitude_correlation(
@@ -36,21 +27,11 @@ def magnitude_correlation(
 ) -> Correlation:
     """Correlate the lengths of two vector signals.
 
-    Parameters
-    ----------
-    first, second : ndarray, shape (T, 3)
-        Of one rate and starting together; the longer is cut.
-    rate : float
-        Samples per second.
-    lowpass_hz : float
-        Both are low-passed before their length is taken.
-    longest_lag_s : float
-        Largest shift that is tried.
-
-    Raises
-    ------
-    ValueError
-        If there are too few samples.
+    `first`, `second` (T, 3): of one rate and starting together; the longer is cut.
+    `rate`: samples per second.
+    `lowpass_hz`: both are low-passed before their length is taken.
+    `longest_lag_s`: largest shift that is tried.
+    Raises ValueError if there are too few samples.
     """
     n = min(len(first), len(second))
     reach = int(longest_lag_s * rate)

@@ -17,46 +17,23 @@ from .within_sources import MixedWindows, SourcedMap, rank_within_sources
 
 
 class MeansAgree(NamedTuple):
-    """How far two maps agree in what they say of all activities together: Spearman's rho over the patches.
+    """How far two maps agree in what they say of all activities together: Spearman's rho over the patches."""
 
-    Attributes
-    ----------
-    of_activities : float
-        Of the mean over activities.
-    of_sources : float
-        Of the mean over sources, each the mean over its own activities.
-    """
-
-    of_activities: float
-    of_sources: float
+    of_activities: float  # of the mean over activities
+    of_sources: float  # of the mean over sources, each the mean over its own activities
 
 
 @dataclass(frozen=True, eq=False)
 class Repeats:
-    """How far maps of disjoint halves of the performers agree, over several halvings.
+    """How far maps of disjoint halves of the performers agree, over several halvings."""
 
-    Attributes
-    ----------
-    mean : ndarray, shape (H,)
-        Spearman's rho of the mean over activities.
-    by_activity : dict of str to ndarray, shape (H,)
-        NaN where a half could not test the activity.
-    raw : ndarray, shape (H,)
-        Spearman's rho of macro F1, neither pooled over the skin nor shrunk.
-    f1 : ndarray, shape (H,)
-        Macro F1 of a half, at its best patch, as the other half's best patch delivers it.
-    of_sources : ndarray, shape (H,)
-        Spearman's rho of the mean over sources, each the mean over its own activities.
-    left_out : dict of str to list of MeansAgree
-        The same halvings less one source.
-    """
-
-    mean: np.ndarray
-    by_activity: dict[str, np.ndarray]
-    raw: np.ndarray
-    f1: np.ndarray
+    mean: np.ndarray  # (H,): Spearman's rho of the mean over activities
+    by_activity: dict[str, np.ndarray]  # (H,): naN where a half could not test the activity
+    raw: np.ndarray  # (H,): Spearman's rho of macro F1, neither pooled over the skin nor shrunk
+    f1: np.ndarray  # (H,): macro F1 of a half, at its best patch, as the other half's best patch delivers it
     of_sources: np.ndarray
-    left_out: dict[str, list[MeansAgree]] = field(default_factory=dict)
+    """(H,): Spearman's rho of the mean over sources, each the mean over its own activities."""
+    left_out: dict[str, list[MeansAgree]] = field(default_factory=dict)  # the same halvings less one source
 
     @property
     def mean_by_activity(self) -> float:
@@ -73,14 +50,7 @@ def repeats(
 ) -> Repeats:
     """Compare the maps of disjoint halves of the performers of every source.
 
-    Parameters
-    ----------
-    windows : MixedWindows
-    pooling : Pooling, optional
-    halvings : int
-    clips : int, optional
-        Motions of each activity in a half, over as many performers as there are; all where not given.
-    seed : int
+    `clips`: motions of each activity in a half, over as many performers as there are; all where not given.
     """
     pairs = np.char.add(np.char.add(windows.source, "\n"), windows.activity)
     labels = np.unique(pairs, return_inverse=True)[1].ravel()

@@ -9,20 +9,13 @@ import numpy as np
 
 
 class Regret(NamedTuple):
-    """Real F1 lost.
-
-    Attributes
-    ----------
-    lost, low, high : float
-        And its 95 % interval over people and clips, the choice and the best site drawn anew each time.
-    at_random : float
-        What a site chosen blindly loses on average.
-    """
+    """Real F1 lost."""
 
     lost: float
     low: float
     high: float
-    at_random: float
+    """And its 95 % interval over people and clips, the choice and the best site drawn anew each time."""
+    at_random: float  # what a site chosen blindly loses on average
 
 
 def regret(
@@ -30,12 +23,9 @@ def regret(
 ) -> Regret:
     """Real F1 of the really best site less that of the site which simulation calls best.
 
-    Parameters
-    ----------
-    real, simulated : ndarray, shape (S, K)
-        Scores of sites by K activities; the mean over these is taken. One column for one score.
-    real_samples, simulated_samples : ndarray, shape (B, S, K)
-        Of resamples; NaN where there is none.
+    `real`, `simulated` (S, K): scores of sites by K activities; the mean over these is taken. One column for
+    one score.
+    `real_samples`, `simulated_samples` (B, S, K): of resamples; NaN where there is none.
     """
     low, high = np.nanquantile(lost(real_samples, simulated_samples), [0.025, 0.975])
     return Regret(

@@ -18,45 +18,30 @@ TAIL = (0.025, 0.975)
 
 @dataclass(frozen=True, eq=False)
 class SiteScores:
-    """F1 by site and activity, and how sure it is.
+    """F1 by site and activity, and how sure it is."""
 
-    Attributes
-    ----------
-    activities : tuple of str, length A
-    f1 : ndarray, shape (S, A)
-    samples : ndarray, shape (B, S, A)
-        Of bootstrap resamples of the people, or of the clips of each activity; NaN where an activity was
-        not drawn.
-    halves : ndarray, shape (2, H, S, A)
-        Of the two halves of the people, or of the clips of each activity, in H random halvings.
-    units : {"people", "clips"}
-        What was resampled and halved.
-    n_units, n_clips, n_windows : int
-        People or clips, clips and windows tested.
-    classifier, protocol : str
-        As of `UtilityMap`.
-    left_out : dict of str to str
-    """
-
-    activities: tuple[str, ...]
-    f1: np.ndarray
+    activities: tuple[str, ...]  # length A
+    f1: np.ndarray  # (S, A)
     samples: np.ndarray
+    """(B, S, A): of bootstrap resamples of the people, or of the clips of each activity; NaN where an
+    activity was not drawn."""
     halves: np.ndarray
-    units: str
+    """(2, H, S, A): of the two halves of the people, or of the clips of each activity, in H random
+    halvings."""
+    units: str  # {"people", "clips"}: what was resampled and halved
     n_units: int
     n_clips: int
     n_windows: int
+    """People or clips, clips and windows tested."""
     classifier: str
     protocol: str
+    """As of `UtilityMap`."""
     left_out: dict[str, str]
 
     def without(self, background: Sequence[str]) -> SiteScores:
         """The scores of the other activities, which were told apart from these.
 
-        Raises
-        ------
-        ValueError
-            If none is left.
+        Raises ValueError if none is left.
         """
         kept = [name for name in self.activities if name not in background]
         if not kept:
@@ -103,21 +88,11 @@ def site_scores(
 ) -> SiteScores:
     """Scores of sites from a map of sensors.
 
-    Parameters
-    ----------
-    found : UtilityMap
-        Of P sensors.
-    person_of : mapping of str to str, optional
-        Who is seen in each clip. Where given, people are resampled and halved, else the clips of each
-        activity.
-    site_of : ndarray of int, shape (P,), optional
-        Site of each sensor, 0 to S - 1; a site's score is the mean over its sensors. By default each
-        sensor is a site.
-    seed : int
-
-    Returns
-    -------
-    SiteScores
+    `found`: of P sensors.
+    `person_of`: who is seen in each clip. Where given, people are resampled and halved, else the clips of
+    each activity.
+    `site_of` (P,) of int: site of each sensor, 0 to S - 1; a site's score is the mean over its sensors. By
+    default each sensor is a site.
     """
     n_activities = len(found.activities)
     unit = found.clip if person_of is None else np.array([person_of[clip] for clip in found.clip.tolist()])

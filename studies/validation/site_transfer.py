@@ -33,20 +33,11 @@ ROUNDS, SPREAD = 4, np.radians(12.0)
 
 @dataclass(frozen=True, eq=False)
 class SiteSignals:
-    """Windows of one site's sensors.
+    """Windows of one site's sensors."""
 
-    Attributes
-    ----------
-    signals : ndarray, shape (W, samples, 6)
-        Of all sensors of the site, one after the other.
-    label : ndarray of int, shape (W,)
-    person : ndarray of str, shape (W,)
-    rate : float
-    """
-
-    signals: np.ndarray
-    label: np.ndarray
-    person: np.ndarray
+    signals: np.ndarray  # (W, samples, 6): of all sensors of the site, one after the other
+    label: np.ndarray  # (W,) of int
+    person: np.ndarray  # (W,) of str
     rate: float
 
     @property
@@ -56,19 +47,12 @@ class SiteSignals:
 
 
 class WayFound(NamedTuple):
-    """Macro F1 by site, shape (S,), trained on one side and tested on people who were not seen.
+    """Macro F1 by site, shape (S,), trained on one side and tested on people who were not seen."""
 
-    Attributes
-    ----------
-    way : str
-        What was done about axes and gain.
-    simulated, real : ndarray
-        Trained on all simulated clips, and on the other people.
-    """
-
-    way: str
+    way: str  # what was done about axes and gain
     simulated: np.ndarray
     real: np.ndarray
+    """Trained on all simulated clips, and on the other people."""
 
 
 def site_signals(
@@ -80,15 +64,9 @@ def site_signals(
 ) -> list[SiteSignals]:
     """Windows that do not overlap, site by site.
 
-    Parameters
-    ----------
-    recordings : sequence of ImuRecording
-    activities : sequence of str
-        Others stay out.
-    spec : WindowSpec
-    site_of : ndarray of int, shape (P,)
-    use : {"both", "acc", "gyr"}
-        The other kind is set to 0.
+    `site_of` (P,) of int.
+    `activities`: others stay out.
+    `use` {"both", "acc", "gyr"}: the other kind is set to 0.
     """
     signals, labels, people = [], [], []
     for recording in recordings:
@@ -201,18 +179,9 @@ def try_ways(
 ) -> list[WayFound]:
     """Macro F1 by site of every way to deal with axes and gain.
 
-    Parameters
-    ----------
-    worn, made : sequence of SiteSignals
-        Site by site.
-    n_activities : int
-    seed : int
-
-    Returns
-    -------
-    list of WayFound
-        A site's gain is found without labels from all its windows, as a sensor at rest would show it; its
-        rotation from the people who are not tested.
+    `worn`, `made`: site by site.
+    A site's gain is found without labels from all its windows, as a sensor at rest would show it; its
+    rotation from the people who are not tested.
     """
     found = []
     for way in WAYS:

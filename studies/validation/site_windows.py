@@ -21,25 +21,16 @@ Use = Literal["both", "acc", "gyr"]
 
 
 class SiteWindows(NamedTuple):
-    """Windows of sensors at the same sites, as what a classifier takes of them.
-
-    Attributes
-    ----------
-    features : ndarray, shape (W, N, D)
-        Or the windows themselves, shape (W, N, samples, 6), for a classifier that takes those.
-    activity, clip, subject : ndarray of str, shape (W,)
-        Subjects are empty where unknown.
-    is_test : ndarray of bool, shape (W,)
-    skipped : dict of str to str
-        Clips too short or too full of gaps, each with the reason.
-    """
+    """Windows of sensors at the same sites, as what a classifier takes of them."""
 
     features: np.ndarray
+    """(W, N, D): or the windows themselves, shape (W, N, samples, 6), for a classifier that takes those."""
     activity: np.ndarray
     clip: np.ndarray
     subject: np.ndarray
-    is_test: np.ndarray
-    skipped: dict[str, str]
+    """(W,) of str: subjects are empty where unknown."""
+    is_test: np.ndarray  # (W,) of bool
+    skipped: dict[str, str]  # clips too short or too full of gaps, each with the reason
 
     def person_of(self) -> dict[str, str]:
         """Who is seen in each clip."""
@@ -65,22 +56,11 @@ def site_windows(
 ) -> SiteWindows:
     """Cut recordings of the same sites and rate into windows and describe these.
 
-    Parameters
-    ----------
-    recordings : sequence of ImuRecording
-        Each a clip with its labels.
-    spec : WindowSpec
-    use : {"both", "acc", "gyr"}
-        Take no notice of the other kind, for sensors that lack it.
-    inputs : {"features", "windows"}
-        What the classifier takes (`utility.inputs_of`).
-    view : callable, optional
-        What is made of windows (W, N, samples, 6) before anything else looks at them.
-
-    Raises
-    ------
-    ValueError
-        If no recording gives a window, or sites or rates differ.
+    `recordings`: each a clip with its labels.
+    `use` {"both", "acc", "gyr"}: take no notice of the other kind, for sensors that lack it.
+    `inputs` {"features", "windows"}: what the classifier takes (`utility.inputs_of`).
+    `view`: what is made of windows (W, N, samples, 6) before anything else looks at them.
+    Raises ValueError if no recording gives a window, or sites or rates differ.
     """
     if len({(recording.sites, recording.rate) for recording in recordings}) != 1:
         raise ValueError("recordings to be compared must share their sites and their rate")

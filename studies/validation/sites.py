@@ -27,48 +27,30 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class SiteValidation:
-    """Agreement of two maps of the same sites.
-
-    Parameters
-    ----------
-    sites : tuple of str
-    real, simulated : SiteScores
-    by_activity : dict of str to Agreement
-        NaN where one side cannot tell its sites apart.
-    overall : Agreement
-        Of macro F1.
-    mean_rho, mean_low, mean_high : float
-        Mean of the activities' rho, and its bootstrap interval.
-    mean_p : float
-        Chance of a mean this high if the simulated sites were called by each other's names.
-    ceiling, overall_ceiling : Estimate
-        Rho between the rankings of two random halves of the real people, or clips where nobody knows who is
-        who, as the mean over activities and of macro F1; the intervals hold 95 % of the halvings. Nothing
-        simulated can be expected to agree better with the whole than about this.
-    cells : Estimate
-        Pearson's r of real and simulated F1 over sites and activities.
-    cells_ceiling : float
-        What that r could be at most, for neither side repeats itself: the root of both sides' reliability,
-        each from the r between its halves (Spearman 1904; Spearman-Brown for the whole).
-    regret, regret_by_activity : Regret
-        With one site for all activities, and with one for each.
-    """
+    """Agreement of two maps of the same sites."""
 
     sites: tuple[str, ...]
     real: SiteScores
     simulated: SiteScores
-    by_activity: dict[str, Agreement]
-    overall: Agreement
+    by_activity: dict[str, Agreement]  # naN where one side cannot tell its sites apart
+    overall: Agreement  # of macro F1
     mean_rho: float
     mean_low: float
     mean_high: float
-    mean_p: float
+    """Mean of the activities' rho, and its bootstrap interval."""
+    mean_p: float  # chance of a mean this high if the simulated sites were called by each other's names
     ceiling: Estimate
     overall_ceiling: Estimate
-    cells: Estimate
+    """Rho between the rankings of two random halves of the real people, or clips where nobody knows who is
+    who, as the mean over activities and of macro F1; the intervals hold 95 % of the halvings. Nothing
+    simulated can be expected to agree better with the whole than about this."""
+    cells: Estimate  # Pearson's r of real and simulated F1 over sites and activities
     cells_ceiling: float
+    """What that r could be at most, for neither side repeats itself: the root of both sides' reliability,
+    each from the r between its halves (Spearman 1904; Spearman-Brown for the whole)."""
     regret: Regret
     regret_by_activity: Regret
+    """With one site for all activities, and with one for each."""
 
     def sentence(self, target: float = 0.85) -> str:
         """What was found, with how coarse it is."""
@@ -109,31 +91,17 @@ def validate_sites(
 ) -> SiteValidation:
     """Train and test each site on real windows, then on simulated ones, and compare the rankings.
 
-    Parameters
-    ----------
-    real, simulated : SiteWindows
-        Of the same sites. Where both hold the same clips, both are dealt to the same folds.
-    sites : sequence of str
-    activities : sequence of str
-        Only those that can be tested on both sides are.
-    folds : int
-    by_subject : (bool, bool)
-        Leave one subject out at a time, on the real and on the simulated side. Intervals and halves are
-        then over people.
-    seed : int
-    site_of : ndarray of int, optional
-        Site of each simulated sensor, where a site has several; its score is the mean over them.
-    real_site_of : ndarray of int, optional
-        Likewise of each real one.
-    classifier : str
-        Name in `utility.CLASSIFIERS`; the windows hold what it takes.
-    background : sequence of str
-        Activities that the others are told apart from and that are not compared themselves.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two activities can be tested on both sides, or there are fewer than three sites.
+    `real`, `simulated`: of the same sites. Where both hold the same clips, both are dealt to the same folds.
+    `activities`: only those that can be tested on both sides are.
+    `by_subject`: leave one subject out at a time, on the real and on the simulated side. Intervals and halves
+    are then over people.
+    `site_of` of int: site of each simulated sensor, where a site has several; its score is the mean over
+    them.
+    `real_site_of` of int: likewise of each real one.
+    `classifier`: name in `utility.CLASSIFIERS`; the windows hold what it takes.
+    `background`: activities that the others are told apart from and that are not compared themselves.
+    Raises ValueError if fewer than two activities can be tested on both sides, or there are fewer than three
+    sites.
     """
     sides = (real, simulated)
     maps = _maps(sides, activities, folds, by_subject, seed, classifier)

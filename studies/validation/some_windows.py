@@ -15,11 +15,8 @@ Windows = TypeVar("Windows", bound=NamedTuple)
 def some_windows(windows: Windows, rows: np.ndarray) -> Windows:
     """Some of the windows, by a mask: of every array and source of blocks; other fields stay.
 
-    Parameters
-    ----------
-    windows : named tuple
-        With arrays of shape (W, ...) and sources of blocks of W windows.
-    rows : ndarray of bool, shape (W,)
+    `rows` (W,) of bool.
+    `windows`: with arrays of shape (W, ...) and sources of blocks of W windows.
     """
     index = np.flatnonzero(rows)
 

@@ -20,19 +20,11 @@ from .site_windows import SiteWindows
 
 
 class SourceTest(NamedTuple):
-    """How well the source of one activity's clips is recognised, whoever moves left out.
-
-    Attributes
-    ----------
-    activity : str
-    sources : tuple of str
-    f1 : ndarray, shape (S,)
-        Macro F1 by site; one over the number of sources is chance.
-    """
+    """How well the source of one activity's clips is recognised, whoever moves left out."""
 
     activity: str
     sources: tuple[str, ...]
-    f1: np.ndarray
+    f1: np.ndarray  # (S,): macro F1 by site; one over the number of sources is chance
 
 
 def source_tests(
@@ -40,14 +32,9 @@ def source_tests(
 ) -> list[SourceTest]:
     """Classify the source within each activity that two sources show with two movers each.
 
-    Parameters
-    ----------
-    windows : SiteWindows
-        Of P sensors; subjects say who moves.
-    source_of : mapping of str to str
-        Source of each clip.
-    site_of : ndarray of int, shape (P,)
-    seed : int
+    `site_of` (P,) of int.
+    `windows`: of P sensors; subjects say who moves.
+    `source_of`: source of each clip.
     """
     source = np.array([source_of[clip] for clip in windows.clip.tolist()])
     labels = (windows.activity, source, windows.subject, windows.is_test)
@@ -71,18 +58,9 @@ def told_sources(
 ) -> dict[str, UtilityMap]:
     """Name the source within each activity that two sources show with two movers each, at every sensor.
 
-    Parameters
-    ----------
-    inputs : ndarray or PatchBlocks, shape (W, P, D)
-        Features.
-    activity, source, mover : ndarray of str, shape (W,)
-    is_test : ndarray of bool, shape (W,)
-    seed : int
-
-    Returns
-    -------
-    dict of str to UtilityMap
-        By activity; the labels of each map are sources.
+    `activity`, `source`, `mover` (W,) of str, `is_test` (W,) of bool.
+    `inputs` (W, P, D): features.
+    Returns a map for each activity, whose labels are sources.
     """
     found = {}
     for name in np.unique(activity).tolist():

@@ -22,26 +22,17 @@ RESAMPLES = 1000
 
 
 class Transfer(NamedTuple):
-    """How well a classifier trained on one side names the other.
-
-    Attributes
-    ----------
-    trained, tested : str
-    macro_f1, low, high : float
-        And the 95 % interval by a bootstrap over clips.
-    accuracy : float
-    f1 : ndarray, shape (A,)
-    confusion : ndarray, shape (A, A)
-    """
+    """How well a classifier trained on one side names the other."""
 
     trained: str
     tested: str
     macro_f1: float
     low: float
     high: float
+    """And the 95 % interval by a bootstrap over clips."""
     accuracy: float
-    f1: np.ndarray
-    confusion: np.ndarray
+    f1: np.ndarray  # (A,)
+    confusion: np.ndarray  # (A, A)
 
 
 def transfer(
@@ -52,24 +43,10 @@ def transfer(
     Nobody knows how a real sensor sat on the skin: the one rotation from the simulated to the real axes is
     found from the pairs of the people trained on, never of the one tested.
 
-    Parameters
-    ----------
-    pairs : sequence of (ImuRecording, ImuRecording)
-        With subjects.
-    activities : sequence of str
-    spec : WindowSpec
-        One window a clip is used, its first.
-    seed : int
-
-    Returns
-    -------
-    list of Transfer
-        real to real, real to simulated, simulated to real, simulated to simulated.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two subjects.
+    `pairs`: with subjects.
+    `spec`: one window a clip is used, its first.
+    In this order: real to real, real to simulated, simulated to real, simulated to simulated.
+    Raises ValueError if there are fewer than two subjects.
     """
     subject = np.array([real.subject for real, _ in pairs])
     people = np.unique(subject)

@@ -20,26 +20,15 @@ from .protocol import Analysis, Protocol
 
 @dataclass(frozen=True)
 class Setting:
-    """One thing changed in what a protocol fixes.
-
-    Parameters
-    ----------
-    name : str
-    cutoff_hz : float, optional
-        Band of the motion files' trajectories.
-    tissue : tuple of 3 floats, optional
-        Natural frequency in Hz, damping and gain of soft tissue.
-    noise : bool
-        Whether the simulated sensors have errors.
-    sources_apart : bool
-        Whether an activity's simulated F1 is the mean over the sources that show it, each ranked alone.
-    """
+    """One thing changed in what a protocol fixes."""
 
     name: str
-    cutoff_hz: float | None = None
+    cutoff_hz: float | None = None  # band of the motion files' trajectories
     tissue: tuple[float, float, float] | None = None
-    noise: bool = True
+    """Natural frequency in Hz, damping and gain of soft tissue."""
+    noise: bool = True  # whether the simulated sensors have errors
     sources_apart: bool = False
+    """Whether an activity's simulated F1 is the mean over the sources that show it, each ranked alone."""
 
     @property
     def signals(self) -> tuple:
@@ -77,36 +66,21 @@ class Result(NamedTuple):
 
 
 class Chosen(NamedTuple):
-    """What the other sets chose for one, and what it reached there.
-
-    Attributes
-    ----------
-    setting : str
-    result, fixed, hindsight : Result
-        With the setting chosen, with the protocol's own, and with the best of all on this very set.
-    best : str
-        That setting.
-    """
+    """What the other sets chose for one, and what it reached there."""
 
     setting: str
     result: Result
     fixed: Result
     hindsight: Result
-    best: str
+    """With the setting chosen, with the protocol's own, and with the best of all on this very set."""
+    best: str  # that setting
 
 
 def leave_one_set_out(results: Mapping[str, Mapping[str, Result]]) -> dict[str, Chosen]:
     """Choose each set's setting by all the others, and say what it reaches.
 
-    Parameters
-    ----------
-    results : mapping of str to (mapping of str to Result)
-        By data set and setting, the first of which is the protocol's own.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two sets.
+    `results`: by data set and setting, the first of which is the protocol's own.
+    Raises ValueError if there are fewer than two sets.
     """
     if len(results) < 2:
         raise ValueError("to choose on the other data sets there must be two at least")

@@ -31,24 +31,14 @@ RESAMPLES = 20
 
 
 class MixedWindows(NamedTuple):
-    """Windows of a library of several sources.
+    """Windows of a library of several sources."""
 
-    Attributes
-    ----------
-    inputs : PatchBlocks, shape (W, N, D)
-        Features.
-    activity, motion, source : ndarray of str, shape (W,)
-    performer : ndarray of str, shape (W,)
-        Who moves, with the source; where that is not known, the motion.
-    is_test : ndarray of bool, shape (W,)
-    """
-
-    inputs: PatchBlocks
-    activity: np.ndarray
-    motion: np.ndarray
-    source: np.ndarray
-    performer: np.ndarray
-    is_test: np.ndarray
+    inputs: PatchBlocks  # (W, N, D): features
+    activity: np.ndarray  # (W,) of str
+    motion: np.ndarray  # (W,) of str
+    source: np.ndarray  # (W,) of str
+    performer: np.ndarray  # (W,) of str: who moves, with the source; where that is not known, the motion
+    is_test: np.ndarray  # (W,) of bool
 
     some = some_windows
 
@@ -64,24 +54,14 @@ class MixedWindows(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SourcedMap:
-    """A map whose activities are compared with those of the same source alone.
+    """A map whose activities are compared with those of the same source alone."""
 
-    Attributes
-    ----------
-    activities : tuple of str, length A
-    expected, f1 : ndarray, shape (N, A)
-        Mean over the sources that show an activity: expected F1 (`UtilityMap.expected_f1`) and F1.
-    parts : dict of str to UtilityMap
-        By source.
-    left_out : dict of str to str
-        Sources in which nothing could be compared, each with the reason.
-    """
-
-    activities: tuple[str, ...]
+    activities: tuple[str, ...]  # length A
     expected: np.ndarray
     f1: np.ndarray
-    parts: dict[str, UtilityMap]
-    left_out: dict[str, str]
+    """(N, A): mean over the sources that show an activity: expected F1 (`UtilityMap.expected_f1`) and F1."""
+    parts: dict[str, UtilityMap]  # by source
+    left_out: dict[str, str]  # sources in which nothing could be compared, each with the reason
 
     def of(self, activities: Sequence[str], kind: str = "expected") -> np.ndarray:
         """Expected F1, or F1 ("f1"), of some activities, shape (N, len(activities))."""
@@ -102,10 +82,7 @@ def rank_within_sources(
 ) -> SourcedMap:
     """Rank every source alone, performers left out, and average activities over their sources.
 
-    Raises
-    ------
-    ValueError
-        If no source shows two activities by two performers each; the message says why.
+    Raises ValueError if no source shows two activities by two performers each; the message says why.
     """
     parts, left_out = {}, {}
     for source in np.unique(windows.source).tolist():
