@@ -23,15 +23,9 @@ PROPERTIES = {"patches": "patch_count"}
 
 
 def declared(name: str, **other: Any) -> dict[str, Any]:
-    """Arguments of the property of that parameter; 0 stands for none.
+    """Arguments of the property of a parameter of `StudyConfig`, with these `other` ones; 0 stands for none.
 
-    Parameters
-    ----------
-    name : str
-        Of a parameter that `StudyConfig` or a record in it declares.
-    **other
-        Further arguments, and what differs from the declaration. Where Blender shows the `unit`, the label
-        does not.
+    Where Blender shows the `unit`, the label does not.
     """
     parameter = parameters_of(StudyConfig)[name]
     label = (

@@ -26,11 +26,7 @@ Colour = tuple[float, float, float, float]
 def rectangle(x: float, y: float, width: float, height: float, colour: Colour) -> None:
     """Fill a rectangle; x and y are its lower left corner."""
     corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
-    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-    batch = batch_for_shader(shader, "TRIS", {"pos": corners}, indices=((0, 1, 2), (0, 2, 3)))
-    gpu.state.blend_set("ALPHA")
-    shader.uniform_float("color", colour)
-    batch.draw(shader)
+    _fill(corners, ((0, 1, 2), (0, 2, 3)), colour)
 
 
 def bar_of_colours(x: float, y: float, width: float, height: float, colours: np.ndarray) -> None:
@@ -59,21 +55,14 @@ def polyline(points: np.ndarray, colour: Colour, width: float) -> None:
 
 def ring(x: float, y: float, radius: float, colour: Colour, width: float) -> None:
     """Draw a circle."""
-    angles = np.linspace(0, 2 * np.pi, 33)
-    _strip(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)]), colour, width)
+    _strip(_circle(x, y, radius), colour, width)
 
 
 def disc(x: float, y: float, radius: float, colour: Colour) -> None:
     """Fill a circle."""
-    angles = np.linspace(0, 2 * np.pi, 33)
-    rim = np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
+    rim = _circle(x, y, radius)
     corners = np.concatenate([[(x, y)], rim]).astype(np.float32)
-    slices = [(0, number, number + 1) for number in range(1, len(rim))]
-    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-    batch = batch_for_shader(shader, "TRIS", {"pos": corners}, indices=slices)
-    gpu.state.blend_set("ALPHA")
-    shader.uniform_float("color", colour)
-    batch.draw(shader)
+    _fill(corners, [(0, number, number + 1) for number in range(1, len(rim))], colour)
 
 
 def width_of(words: str, size: float) -> float:
@@ -84,8 +73,7 @@ def width_of(words: str, size: float) -> float:
 
 def text(x: float, y: float, words: str, size: float, colour: Colour, align: str = "LEFT") -> float:
     """Write one line with its baseline at y; returns its width."""
-    blf.size(FONT, size)
-    width = blf.dimensions(FONT, words)[0]
+    width = width_of(words, size)
     shift = {"LEFT": 0.0, "CENTER": width / 2, "RIGHT": width}[align]
     blf.color(FONT, *colour)
     blf.position(FONT, round(x - shift), round(y), 0)
@@ -95,12 +83,24 @@ def text(x: float, y: float, words: str, size: float, colour: Colour, align: str
 
 def clipped(words: str, width: float, size: float) -> str:
     """A text cut so that it is no wider than this."""
-    blf.size(FONT, size)
-    if blf.dimensions(FONT, words)[0] <= width:
+    if width_of(words, size) <= width:
         return words
-    while words and blf.dimensions(FONT, words + "…")[0] > width:
+    while words and width_of(words + "…", size) > width:
         words = words[:-1]
     return words.rstrip() + "…"
+
+
+def _circle(x: float, y: float, radius: float) -> np.ndarray:
+    angles = np.linspace(0, 2 * np.pi, 33)
+    return np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
+
+
+def _fill(corners: Sequence | np.ndarray, triangles: Sequence, colour: Colour) -> None:
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    batch = batch_for_shader(shader, "TRIS", {"pos": corners}, indices=triangles)
+    gpu.state.blend_set("ALPHA")
+    shader.uniform_float("color", colour)
+    batch.draw(shader)
 
 
 def _strip(points: Sequence | np.ndarray, colour: Colour, width: float) -> None:
@@ -115,14 +115,7 @@ def _strip(points: Sequence | np.ndarray, colour: Colour, width: float) -> None:
 
 
 class Surface:
-    """A body's evaluated surface in the 3D view that is being drawn.
-
-    Parameters
-    ----------
-    context : Context
-    body : Object
-    patches : PatchSet
-    """
+    """A body's evaluated surface in the 3D view that is being drawn."""
 
     def __init__(self, context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet) -> None:
         self._region, self._view = context.region, context.region_data
@@ -133,7 +126,7 @@ class Surface:
         """Whether the mesh has the vertices that patches know; modifiers may have made others."""
 
     def on_screen(self, patch: int) -> Vector | None:
-        """Where a patch is in the region, pixels; None behind the viewer, or where nothing tells."""
+        """Point of a patch in the region, pixels; None behind the viewer, or where nothing tells."""
         return self._on_screen(self._place(patch))
 
     def in_sight(self, patch: int) -> bool:
@@ -141,9 +134,10 @@ class Surface:
         return self._in_sight(self._place(patch))
 
     def spot(self, vertex: int) -> Vector | None:
-        """Where a vertex is in the region, pixels; None where it is out of sight, or nothing tells."""
-        known = self._whole and 0 <= vertex < len(self._patches.labels)
-        place = self._corner(vertex) if known else None
+        """Point of a vertex in the region, pixels; None where it is out of sight, or nothing tells."""
+        if not (self._whole and 0 <= vertex < len(self._patches.labels)):
+            return None
+        place = self._evaluated.matrix_world @ self._evaluated.data.vertices[vertex].co
         return self._on_screen(place) if self._in_sight(place) else None
 
     def _on_screen(self, place: Vector | None) -> Vector | None:
@@ -161,10 +155,6 @@ class Surface:
         if not hit:
             return True
         return ((self._evaluated.matrix_world @ found) - place).dot(direction) > -SKIN
-
-    def _corner(self, vertex: int) -> Vector:
-        """Where a vertex is in the world."""
-        return self._evaluated.matrix_world @ self._evaluated.data.vertices[vertex].co
 
     def _place(self, patch: int) -> Vector | None:
         """Where a patch is in the world."""

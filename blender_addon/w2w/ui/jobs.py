@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Callable, Generator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
 
@@ -107,12 +107,9 @@ def can_start(cls: type, context: bpy.types.Context) -> bool:
 
 
 def start(
-    operator: bpy.types.Operator,
-    context: bpy.types.Context,
-    title: str,
-    steps: Steps,
+    operator: bpy.types.Operator, context: bpy.types.Context, title: str, steps: Steps,
     kept: Callable[[], str] = str,
-) -> set[str]:
+) -> set[str]:  # fmt: skip
     """Run a job modally, or at once where there is no window or the operator was executed by a script."""
     global running, message
     running, message = Job(title, steps, kept), None
@@ -132,18 +129,8 @@ def run_now(operator: bpy.types.Operator, title: str, steps: Steps) -> set[str]:
 def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: float, high: float) -> Generator:
     """Do numerical work in a thread while the window stays alive; bpy must not be touched there.
 
-    Parameters
-    ----------
-    work : callable
-        Given a function to tell the fraction done, which also ends the work when the job is cancelled.
-    text : str
-        What to show meanwhile.
-    low, high : float
-        The job's fraction at the beginning and the end of this work.
-
-    Returns
-    -------
-    Whatever the work returns.
+    `work` gets a function to tell the fraction done, which also ends the work when the job is cancelled;
+    `low` and `high` are the job's fraction before and after. Returns the work's own result.
     """
     state = {"fraction": 0.0, "stop": False}
 
@@ -154,7 +141,7 @@ def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: floa
 
     future: Future = _pool.submit(work, told)
     try:
-        while not _is_done(future):
+        while not wait([future], POLL).done:
             yield Step(low + (high - low) * state["fraction"], text)
     except GeneratorExit:
         state["stop"] = True
@@ -209,13 +196,6 @@ def dismiss_error() -> None:
     """Take the panel's message away where it tells an error: that is over."""
     if message is not None and message.is_error:
         dismiss()
-
-
-def _is_done(future: Future) -> bool:
-    deadline = time.perf_counter() + POLL
-    while not future.done() and time.perf_counter() < deadline:
-        time.sleep(0.001)
-    return future.done()
 
 
 def advance(job: Job, budget: float) -> str | None:

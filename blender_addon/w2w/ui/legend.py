@@ -57,16 +57,10 @@ def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
 
 
 def left_of_legend(width: float, left: float, right: float, bodies: Sequence[float]) -> float:
-    """Left edge of the legend: midway between two bodies that leave it room, else as far right as can be.
+    """Left edge of a legend, pixels: midway between two bodies that leave it room, else at the right.
 
-    Parameters
-    ----------
-    width : float
-        Of the legend; all in pixels.
-    left, right : float
-        Edges of what no panel and no card covers.
-    bodies : sequence of float
-        Where across the view the middles of two bodies side by side are; empty where one stands alone.
+    `left` and `right` are the edges of what no panel and no card covers, `bodies` the middles of two bodies
+    side by side; empty where one stands alone.
     """
     if len(bodies) == 2 and abs(bodies[1] - bodies[0]) >= BODIES_APART * width:
         between = (sum(bodies) - width) / 2
@@ -90,9 +84,8 @@ def paint(body: bpy.types.Object) -> None:
     shown, patches = other.id_data, patches_of(other.id_data)
     if patches is None or shown.data.is_editmode:
         return
-    model = (
-        body if len(body.data.vertices) == len(patches.labels) else shown
-    )  # two maps on one body, if it can be
+    same = len(body.data.vertices) == len(patches.labels)
+    model = body if same else shown  # two maps on one body, if it can be
     if not fits(study.beside, model):
         remove_beside([study.beside])
         study.beside = add_beside(body, model)
@@ -105,14 +98,8 @@ def paint(body: bpy.types.Object) -> None:
 
 def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:
     """Other bodies that show this one's map beside their own."""
-    return [
-        item
-        for item in bpy.data.objects
-        if item.type == "MESH"
-        and item != body
-        and item.w2w.beside_body == body
-        and item.w2w.beside is not None
-    ]
+    others = [item for item in bpy.data.objects if item.type == "MESH" and item != body]
+    return [item for item in others if item.w2w.beside_body == body and item.w2w.beside is not None]
 
 
 def name_of(study: bpy.types.PropertyGroup) -> str:

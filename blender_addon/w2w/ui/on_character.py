@@ -82,16 +82,7 @@ def clear(body: bpy.types.Object) -> None:
 
 
 def mark(body: bpy.types.Object, vertices: list[int] | None = None, names: list[str] | None = None) -> None:
-    """Put a ball on the character for each sensor; those of before are replaced.
-
-    Parameters
-    ----------
-    body : Object
-    vertices : list of int, optional
-        Vertex of the body under each sensor; those of the last call by default.
-    names : list of str, optional
-        What each is called.
-    """
+    """Put a ball on the character at each of these vertices of the body, or those of the last call."""
     study = body.w2w
     if vertices is None:
         kept = study.marks.objects if study.marks is not None else ()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What W2W draws over the 3D viewport: the colour bar, marks on picked patches and their cards."""
+"""The overlay of the 3D viewport: the colour bar, marks on picked patches and their cards."""
 
 from __future__ import annotations
 
@@ -76,9 +76,9 @@ def draw() -> None:
     if patches is None or not body.visible_get():
         return
     scale = context.preferences.system.ui_scale
-    free = _free_part(context)
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
+    free = _free_part(context)
     placed = _place_cards(on_one_scale(cards), free, scale)
     if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
         heads = _heads(context, body)
@@ -86,7 +86,7 @@ def draw() -> None:
         _draw_colour_bar(body, free._replace(left=right_of_cards), heads, scale)
         _draw_names(body, heads, scale)
     surface = Surface(context, body, patches)
-    _draw_chosen(surface, body, scale)
+    _draw_chosen(surface, body.w2w, scale)
     _draw_own(surface, body.w2w, scale)
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
@@ -116,7 +116,7 @@ def _free_part(context: bpy.types.Context) -> Free:
 
 
 def _heads(context: bpy.types.Context, body: bpy.types.Object) -> list[Vector]:
-    """Where the heads of two bodies side by side are, in the region; of none where one stands alone."""
+    """Points in the region over the heads of two bodies side by side; empty where one stands alone."""
     bodies = (body, body.w2w.beside) if legend(body.w2w, utility_of(body.w2w)).beside else ()
     points = []
     for item in bodies:
@@ -133,17 +133,15 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, heads: list[Vector], sc
     shown = legend(body.w2w, utility_of(body.w2w))
     low, high, note = shown.low, shown.high, shown.note
     names = [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
-    widest = max(
-        *(width_of(name, 12 * scale) for name in names), width_of(note, 10 * scale), BAR_TITLE * scale
-    )
-    box, margin = widest + 24 * scale, 12 * scale
+    widths = [width_of(name, 12 * scale) for name in names]
+    box = max(*widths, width_of(note, 10 * scale), BAR_TITLE * scale) + 24 * scale
+    margin = 12 * scale
     width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
     foot = 16 * scale if note else 0.0
     left_edge = left_of_legend(box, free.left + margin, free.right - margin, [head.x for head in heads])
     left, bottom = left_edge + margin, free.bottom + 30 * scale + foot
-    rectangle(
-        left_edge, bottom - 16 * scale - foot, box, height + (46 + 16 * len(names)) * scale + foot, BACKGROUND
-    )
+    tall = height + (46 + 16 * len(names)) * scale + foot
+    rectangle(left_edge, bottom - 16 * scale - foot, box, tall, BACKGROUND)
     bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
     for tick in np.linspace(0, 1, BAR_TICKS):
         y = bottom + tick * height
@@ -181,11 +179,11 @@ def _place_cards(cards: list[Card], free: Free, scale: float) -> list[tuple[Card
     return placed
 
 
-def _draw_chosen(surface: Surface, body: bpy.types.Object, scale: float) -> None:
+def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
     """Number the chosen sensors in the order of their choice, those in sight."""
-    if body.w2w.chosen_collection is None:
+    if study.chosen_collection is None:
         return
-    for number, sensor in enumerate(leading(body.w2w), start=1):
+    for number, sensor in enumerate(leading(study), start=1):
         if surface.in_sight(sensor.patch):
             point = surface.on_screen(sensor.patch)
             disc(point.x, point.y, 9 * scale, PALE)
@@ -226,13 +224,11 @@ def _card(
     recording = signal_cache.recording(clip) if clip is not None and clip.signals else None
     if recording is not None and recording.n_sensors != len(patches):
         recording = None
-    if utility is None:
-        lines, f1, low, high = (f"patch {patch}, not ranked yet",), np.zeros(0), 0.0, 1.0
-    else:
-        lines = patch_lines(study, utility, patch)
-        scores = activity_scores(study, utility)
+    lines, f1, limits = (f"patch {patch}, not ranked yet",), np.zeros(0), (0.0, 1.0)
+    if utility is not None:
+        lines, scores = patch_lines(study, utility, patch), activity_scores(study, utility)
         f1 = scores[patch]
-        low, high = colour_range(study, scores, utility) if study.fix_range else (0.0, 1.0)
+        limits = colour_range(study, scores, utility) if study.fix_range else limits
     return Card(
         mark=mark,
         colour=colour,
@@ -240,8 +236,8 @@ def _card(
         lines=lines,
         activities=utility.activities if utility is not None else (),
         f1=f1,
-        low=low,
-        high=high,
+        low=limits[0],
+        high=limits[1],
         colour_map=study.colour_map,
         recording=recording,
         patch=patch,

@@ -39,9 +39,6 @@ from .state import (
     without_updates,
 )
 
-PLACEMENTS = "placements"
-"""Where a run's parameters hold its own placements."""
-
 Group = bpy.types.PropertyGroup
 
 
@@ -64,7 +61,7 @@ def patch_of_own(body: bpy.types.Object, own: Group) -> int:
 
 
 def spot_name(body: bpy.types.Object, patch: int) -> str:
-    """What a wish for a patch says: its own name where it is a placement of one's own, else its region."""
+    """Words of a wish for a patch: the name of a placement of one's own, else the patch's region."""
     patches = patches_of(body)
     own = {name for name, _ in own_placed(body.w2w)}
     return patches.names[patch] if patches.names[patch] in own else patches.regions[patch]
@@ -80,24 +77,15 @@ def scores_of_own(body: bpy.types.Object, own: Group) -> dict[str, Any] | None:
 
 
 def add(body: bpy.types.Object, name: str, vertex: int) -> None:
-    """Add a placement to the list, and make it the active one.
-
-    Raises
-    ------
-    ValueError
-        If its name or its vertex is taken.
-    """
+    """Add a placement to the list, and make it the active one; ValueError if name or vertex is taken."""
     _list(body, [*listed(body.w2w).items(), (name, vertex)])
     body.w2w.own_index = len(body.w2w.own) - 1
 
 
 def load(body: bpy.types.Object, path: Path) -> int:
-    """Add the placements of a table; one whose name is in the list is moved. Gives how many it holds.
+    """Add the placements of a table, or move those whose names are listed; returns how many it holds.
 
-    Raises
-    ------
-    ValueError
-        If the table cannot be understood, or a placement not be; the list is as it was then.
+    A table or placement that is not possible is a ValueError and leaves the list as it was.
     """
     found = placement_vertices(body_of(body), read_placements(path))
     known = {name.lower(): name for name in listed(body.w2w)}
@@ -107,13 +95,7 @@ def load(body: bpy.types.Object, path: Path) -> int:
 
 
 def rename(body: bpy.types.Object, own: Group, name: str) -> None:
-    """Give a placement another name: its signals and scores stay, and wishes for it follow.
-
-    Raises
-    ------
-    ValueError
-        If there is none, or it is taken.
-    """
+    """Give a placement another name, ValueError if that is taken: signals, scores and wishes follow."""
     study, before, number = body.w2w, own.name, patch_of_own(body, own)
     others = [other for other in study.own if other.name != before]
     vertices = [own.vertex, *(other.vertex for other in others)]
@@ -134,7 +116,7 @@ def rename(body: bpy.types.Object, own: Group, name: str) -> None:
 def take_over(study: Group) -> None:
     """List the placements of the run that a study was opened from, where its parameters still hold them."""
     parameters = json.loads(study.parameters) if study.parameters else {}
-    given = parameters.pop(PLACEMENTS, ())
+    given = parameters.pop("placements", ())
     patches = patches_of(study.id_data)
     if not given or patches is None:
         return

@@ -61,8 +61,7 @@ class W2W_OT_load_sensor(AsksForFile, OnBody, bpy.types.Operator):
         study = current_body(context).w2w
         keep_own_sensor(study, model)
         study.sensor = OWN
-        text = f"Read the sensor {own_sensor(study).name} from {path.name}"
-        return jobs.show_done(self, text)
+        return jobs.show_done(self, f"Read the sensor {own_sensor(study).name} from {path.name}")
 
 
 class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
@@ -80,8 +79,7 @@ class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
             write_sensor(path, own_sensor(current_body(context).w2w))
         except OSError as error:
             return jobs.show_error(self, f"{path.name} cannot be written: {error.strerror or error}")
-        text = f"Saved {path.name}"
-        return jobs.show_done(self, text)
+        return jobs.show_done(self, f"Saved {path.name}")
 
 
 class W2W_PT_sensor(W2WPanel, bpy.types.Panel):

@@ -32,47 +32,22 @@ AXES: tuple[Colour, ...] = ((0.90, 0.49, 0.13, 1), (0.16, 0.72, 0.55, 1), (0.42,
 
 @dataclass(frozen=True, eq=False)
 class Card:
-    """What a card says.
+    """The text, scores and signals of a card."""
 
-    Parameters
-    ----------
-    mark : str
-        Letter that the patch has on the body.
-    colour : tuple of 4 floats
-    title : str
-    lines : tuple of str
-        What stands below the title.
-    activities : tuple of str
-    f1 : ndarray, shape (A,)
-        Empty before ranking.
-    low, high : float
-        F1 at the ends of the colours.
-    colour_map : str
-    recording : ImuRecording or None
-        The clip's signals, where they are baked.
-    patch : int
-    clip : str
-        What the signals show, or why there are none.
-    time : float
-        Playhead, seconds from the clip's start.
-    limits : tuple of (float, float)
-        Ends of the plots' scales, one a signal; `on_one_scale` finds them.
-    """
-
-    mark: str
+    mark: str  # letter that the patch has on the body
     colour: Colour
     title: str
-    lines: tuple[str, ...]
+    lines: tuple[str, ...]  # below the title
     activities: tuple[str, ...]
-    f1: np.ndarray
-    low: float
+    f1: np.ndarray  # (A,), empty before ranking
+    low: float  # F1 at the ends of the colours
     high: float
     colour_map: str
-    recording: ImuRecording | None
+    recording: ImuRecording | None  # the clip's signals, where they are baked
     patch: int
-    clip: str
-    time: float
-    limits: tuple[tuple[float, float], ...] = ()
+    clip: str  # what the signals show, or why there are none
+    time: float  # playhead, seconds from the clip's start
+    limits: tuple[tuple[float, float], ...] = ()  # of the plots, one pair a signal: see `on_one_scale`
 
     def signals(self) -> tuple[np.ndarray, np.ndarray]:
         """Acceleration and angular velocity of the patch, each of shape (T, 3)."""
@@ -92,13 +67,8 @@ class Card:
         rectangle(x, y, 4 * scale, height, self.colour)
         left, right = x + MARGIN * scale, x + width - MARGIN * scale
         top = y + height - (MARGIN + 8) * scale
-        text(
-            left,
-            top,
-            f"{self.mark}  " + clipped(self.title, right - left - 24 * scale, 14 * scale),
-            14 * scale,
-            PALE,
-        )
+        title = clipped(self.title, right - left - 24 * scale, 14 * scale)
+        text(left, top, f"{self.mark}  {title}", 14 * scale, PALE)
         top -= 0.2 * LINE * scale
         for line in self.lines:
             top -= LINE * scale
@@ -110,8 +80,8 @@ class Card:
             return
         top -= 6 * scale
         for title, signal, limits in zip(PLOTS, self.signals(), self.limits, strict=True):
-            self._plot(left, right, top - (PLOT_HEIGHT + PLOT_GAP) * scale, scale, title, signal, limits)
             top -= (PLOT_HEIGHT + PLOT_GAP) * scale
+            self._plot((left, right, top), scale, title, signal, limits)
 
     def _rows(self) -> int:
         count = len(self.f1)
@@ -137,18 +107,11 @@ class Card:
         return top - (rows + 0.5) * LINE * scale
 
     def _plot(
-        self,
-        left: float,
-        right: float,
-        y: float,
-        scale: float,
-        title: str,
-        signal: np.ndarray,
+        self, place: tuple[float, float, float], scale: float, title: str, signal: np.ndarray,
         limits: tuple[float, float],
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Draw three axes of a signal over the clip, and a cursor at the playhead."""
-        rate = self.recording.rate
-        low, high = limits
+        (left, right, y), (low, high), rate = place, limits, self.recording.rate
         height, width = PLOT_HEIGHT * scale, right - left
         now = min(max(self.time, 0.0), (len(signal) - 1) / rate)
         text(left, y + height + 5 * scale, title, 11 * scale, PALE)

@@ -81,23 +81,10 @@ def spot_at(
     point: np.ndarray,
     shown: bpy.types.Object | None = None,
 ) -> tuple[int, int]:
-    """Patch that a point of the body's evaluated surface belongs to, and the vertex nearest to it.
+    """Patch of a point in the world, on this face of the evaluated body, and the vertex nearest to it.
 
-    Parameters
-    ----------
-    depsgraph : Depsgraph
-    body : Object
-    face : int
-        Polygon of the evaluated mesh that the point is on.
-    point : ndarray, shape (3,)
-        The point in the world.
-    shown : Object, optional
-        What was clicked, where it is a copy of the body.
-
-    Returns
-    -------
-    patch, vertex : int
-        The vertex is -1 where a modifier has made others than the body has.
+    `shown` is what was clicked where it is a copy of the body; the vertex is -1 where a modifier has made
+    others than the body has.
     """
     patches = patches_of(body)
     evaluated = (shown or body).evaluated_get(depsgraph)

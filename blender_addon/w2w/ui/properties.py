@@ -24,7 +24,7 @@ from .on_body import is_there
 from .on_character import OwnCharacter
 from .operators import is_ranked
 from .scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
-from .sensor_properties import OWN, FurtherProperties, OwnSensor
+from .sensor_properties import OWN, SensorProperties
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
@@ -106,7 +106,7 @@ def _is_other(self: W2W_PG_study, item: bpy.types.Object) -> bool:
     return _is_body(self, item) and item != self.id_data and is_there(item) and is_ranked(item)
 
 
-class W2W_PG_study(FurtherProperties, OwnCharacter, OwnSensor, Wardrobe, bpy.types.PropertyGroup):
+class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")

@@ -36,6 +36,16 @@ CONVENTION_TEXTS = {
 }
 CONVENTION_ITEMS = tuple((name, *CONVENTION_TEXTS[name]) for name in CONVENTIONS)
 
+TEXTS = {
+    "orientation": "Quaternions, as a part with sensor fusion gives them",
+    "magnetometer": "The earth's magnetic field, with the dip below",
+    "barometer": "The pressure of the air, which tells height",
+}
+ITEMS = [(name, name.capitalize(), TEXTS[name], 1 << bit) for bit, name in enumerate(FURTHER)]
+
+TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
+"""The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
+
 
 def own_sensor(study: bpy.types.PropertyGroup) -> SensorModel:
     """The part of one's own; before anything is said of it, the default part's figures."""
@@ -80,7 +90,18 @@ def _figure(name: str) -> Any:
     )
 
 
-class OwnSensor:
+def _ticked(name: str) -> Callable[[bpy.types.PropertyGroup], list[bool]]:
+    return lambda study: [sensor in getattr(study, name) for sensor in FURTHER]
+
+
+def _tick(name: str) -> Callable[[bpy.types.PropertyGroup, Sequence[bool]], None]:
+    def tick(study: bpy.types.PropertyGroup, ticks: Sequence[bool]) -> None:
+        setattr(study, name, {sensor for sensor, on in zip(FURTHER, ticks, strict=True) if on})
+
+    return tick
+
+
+class SensorProperties:
     """The part of a study's properties that says how signals are made."""
 
     own_sensor_text: StringProperty(options={"HIDDEN"})
@@ -99,33 +120,6 @@ class OwnSensor:
     band: FloatProperty(**declared("band"), precision=1)
     root_band: FloatProperty(**declared("root_band"), precision=1)
     convention: EnumProperty(**declared("convention"), items=CONVENTION_ITEMS)
-
-
-TEXTS = {
-    "orientation": "Quaternions, as a part with sensor fusion gives them",
-    "magnetometer": "The earth's magnetic field, with the dip below",
-    "barometer": "The pressure of the air, which tells height",
-}
-ITEMS = [(name, name.capitalize(), TEXTS[name], 1 << bit) for bit, name in enumerate(FURTHER)]
-
-TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
-"""The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
-
-
-def _ticked(name: str) -> Callable[[bpy.types.PropertyGroup], list[bool]]:
-    return lambda study: [sensor in getattr(study, name) for sensor in FURTHER]
-
-
-def _tick(name: str) -> Callable[[bpy.types.PropertyGroup, Sequence[bool]], None]:
-    def tick(study: bpy.types.PropertyGroup, ticks: Sequence[bool]) -> None:
-        setattr(study, name, {sensor for sensor, on in zip(FURTHER, ticks, strict=True) if on})
-
-    return tick
-
-
-class FurtherProperties:
-    """The part of a study's properties that says what is recorded beside acc and gyr."""
-
     record: EnumProperty(**declared("record", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recognise_by: EnumProperty(**declared("recognise_by", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recorded: BoolVectorProperty(
@@ -147,27 +141,18 @@ class FurtherProperties:
 
 
 def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:
-    """What is recorded beside acc and gyr as core takes it; errors of the parts are those of the run opened.
+    """The sensors beside acc and gyr as core takes them; errors of the parts are those of the run opened.
 
-    Parameters
-    ----------
-    study : PropertyGroup
-    run : FurtherSensors
-        Of the run that the study was opened from, else nothing.
-    dressed : bool
-        Whether garments carry sensors, which record acc and gyr alone.
+    `dressed` is whether garments carry the sensors: these record acc and gyr alone.
     """
-    record, by = (
-        set(_value(study, *pair)) for pair in (("record", run.record), ("recognise_by", run.features))
-    )
-    if dressed or not record:
+    if dressed or not study.record:
         return NOTHING
-    by = by & record if inputs_of(study.classifier) == "features" else set()
+    by = study.recognise_by & study.record if inputs_of(study.classifier) == "features" else set()
     return replace(
         run,
-        record=_in_order(record, run.record),
+        record=_in_order(study.record, run.record),
         features=_in_order(by, run.features),
-        dip_deg=as_given(_value(study, "magnetic_dip", run.dip_deg), run.dip_deg),
+        dip_deg=as_given(study.magnetic_dip, run.dip_deg),
     )
 
 
@@ -178,18 +163,11 @@ def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> Non
 
 
 def further_text(study: bpy.types.PropertyGroup) -> str:
-    """What signals and features depend on; empty where nothing is recorded beside acc and gyr."""
+    """Settings of the further sensors that signals and features depend on; empty where none is recorded."""
     if not study.record:
         return ""
-    record, by = (
-        ",".join(name for name in FURTHER if name in chosen) for chosen in (study.record, study.recognise_by)
-    )
+    record, by = (",".join(_in_order(chosen, ())) for chosen in (study.record, study.recognise_by))
     return f" record={record} by={by} dip={study.magnetic_dip:g}"
-
-
-def _value(study: bpy.types.PropertyGroup, name: str, given: Any) -> Any:
-    """A property's value; that of the run opened where the panel has not set it."""
-    return getattr(study, name) if study.is_property_set(name) else given
 
 
 def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:

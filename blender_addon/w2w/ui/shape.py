@@ -73,13 +73,7 @@ def parameters(shape: bpy.types.bpy_struct) -> dict[str, float]:
 
 
 def shaped_body(shape: bpy.types.bpy_struct) -> Body:
-    """The bundled body in the shape that sliders say.
-
-    Raises
-    ------
-    ValueError
-        If there is no such body.
-    """
+    """The bundled body in the shape that sliders say; ValueError if there is no such body."""
     return shaped(Body.bundled(), **parameters(shape))
 
 
