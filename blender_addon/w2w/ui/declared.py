@@ -44,10 +44,13 @@ def declared(name: str, **other: Any) -> dict[str, Any]:
 
 
 def config_values(study: bpy.types.PropertyGroup, run: StudyConfig) -> dict[str, Any]:
-    """Fields of a config by the panel's properties; numbers that were not touched are the run's own."""
+    """Fields of a config by the properties that were set; numbers that were not touched are the run's own."""
     fields: dict[str, Any] = {}
     for name in SHOWN:
-        parameter, value = parameters_of(StudyConfig)[name], getattr(study, PROPERTIES.get(name, name))
+        parameter, shown = parameters_of(StudyConfig)[name], PROPERTIES.get(name, name)
+        if not study.is_property_set(shown):
+            continue
+        value = getattr(study, shown)
         if isinstance(value, float):
             value = as_given(value, parameter.of(run) or 0.0)
         if _is_optional(parameter):

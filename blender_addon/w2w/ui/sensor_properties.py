@@ -145,14 +145,17 @@ def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: boo
 
     `dressed` is whether garments carry the sensors: these record acc and gyr alone.
     """
-    if dressed or not study.record:
+    shown = {"record": set(run.record), "recognise_by": set(run.features), "magnetic_dip": run.dip_deg}
+    shown |= {name: getattr(study, name) for name in shown if study.is_property_set(name)}
+    record, by = shown["record"], shown["recognise_by"]
+    if dressed or not record:
         return NOTHING
-    by = study.recognise_by & study.record if inputs_of(study.classifier) == "features" else set()
+    by = by & record if inputs_of(study.classifier) == "features" else set()
     return replace(
         run,
-        record=_in_order(study.record, run.record),
+        record=_in_order(record, run.record),
         features=_in_order(by, run.features),
-        dip_deg=as_given(study.magnetic_dip, run.dip_deg),
+        dip_deg=as_given(shown["magnetic_dip"], run.dip_deg),
     )
 
 
