@@ -18,7 +18,7 @@ from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, confidence_sentence, mean_caution
 from w2w.scene.patches import carrier_triangles, patch_empties
-from w2w.ui import jobs, menus, properties, results
+from w2w.ui import jobs, menus, properties, results, scores
 from w2w.ui.state import (
     STALE,
     bake_settings,
@@ -127,13 +127,13 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert sentences[-1] == f"{confidence_sentence(utility)}."
     weak = replace(utility, can_rank=False)
     assert results.findings(study, weak, patches)[0] == f"{CANNOT_RANK}."
-    first, second = results.patch_lines(study, utility, best)
+    first, second = scores.patch_lines(study, utility, best)
     assert mean_caution(utility)  # the library has few clips
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
     assert second == f"rank 1 of {len(patches)}, as good as the best; on these clips {utility.mean[best]:.2f}"
     assert study.regions[0].high == 0
     monkeypatch.setattr(results, "mean_caution", lambda _: "")
-    first, second = results.patch_lines(study, utility, best)
+    first, second = scores.patch_lines(study, utility, best)
     low, high = utility.expected_low[best], utility.expected_high[best]
     assert first.startswith(f"expected F1 {utility.expected_mean[best]:.2f} ({low:.2f} to {high:.2f})")
     assert first.endswith(", as good as the best")

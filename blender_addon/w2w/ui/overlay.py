@@ -19,8 +19,7 @@ from .advice import leading
 from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .legend import left_of_legend, legend
 from .patch_card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
-from .results import patch_lines
-from .scores import activity_scores, colour_range
+from .scores import activity_scores, colour_range, patch_lines
 from .state import current_body, patches_of, playing_clip, utility_of
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))

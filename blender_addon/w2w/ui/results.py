@@ -40,7 +40,6 @@ from .scores import (
     expected_mean,
     mean_scores,
     minus_index,
-    raw_mean,
     shown_scores,
     view_index,
 )
@@ -116,25 +115,6 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: Patch
         sentences.append(f"The highest of them: {patches.names[best]}.")
     sentences += [f"{text}." for text in (mean_sentence(utility), confidence_sentence(utility)) if text]
     return caution, sentences
-
-
-def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:
-    """A patch's scores in words: what other clips would show, then what these showed."""
-    expected, raw = expected_mean(study, utility), raw_mean(study, utility)
-    rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
-    if not is_as_ranked(study, utility):
-        score = f"expected F1 {expected[patch]:.2f} over the activities that count"
-        return score, f"{rank}; on these clips {raw[patch]:.2f}"
-    low, high = utility.expected_low[patch], utility.expected_high[patch]
-    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
-    equal = ", as good as the best" if utility.as_good[patch] else ""
-    if mean_caution(utility):
-        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval)"
-        return score, f"{rank}{equal}; on these clips {raw[patch]:.2f}"
-    return (
-        f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
-        f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",
-    )
 
 
 def fit_range(body: bpy.types.Object) -> None:

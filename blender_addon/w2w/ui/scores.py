@@ -9,6 +9,7 @@ import numpy as np
 from ..core.colours import score_range, span_note
 from ..core.ranking.utility import UtilityMap
 from ..core.ranking.weights import mean_over
+from ..core.selection.headline import mean_caution
 from .counting import is_as_ranked, shown_weights
 from .on_body import is_there
 from .state import utility_of
@@ -52,6 +53,25 @@ def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap, kind: str =
     if (kind or study.scores) == EXPECTED:
         return expected_mean(study, utility)
     return raw_mean(study, utility)
+
+
+def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:
+    """A patch's scores in words: what other clips would show, then what these showed."""
+    expected, raw = expected_mean(study, utility), raw_mean(study, utility)
+    rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
+    if not is_as_ranked(study, utility):
+        score = f"expected F1 {expected[patch]:.2f} over the activities that count"
+        return score, f"{rank}; on these clips {raw[patch]:.2f}"
+    low, high = utility.expected_low[patch], utility.expected_high[patch]
+    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
+    equal = ", as good as the best" if utility.as_good[patch] else ""
+    if mean_caution(utility):
+        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval)"
+        return score, f"{rank}{equal}; on these clips {raw[patch]:.2f}"
+    return (
+        f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
+        f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",
+    )
 
 
 def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
