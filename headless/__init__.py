@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""W2W's command line, imported as `w2w.headless`; in the source tree `w2w` stands in `blender_addon`."""
+"""W2W's command line, imported as `w2w.headless`; in the source tree `w2w` is in `blender_addon`."""
 
 import sys
 from pathlib import Path

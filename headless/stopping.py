@@ -54,7 +54,7 @@ class _Stop:
 
 
 def _try(work: Callable[[], object]) -> None:
-    """Do it within a second, if it can be done: the terminal may be gone, a pipe full, a write half done."""
+    """Do it if it takes no longer than a second: the terminal may be gone, a pipe full, a write half done."""
 
     def tried() -> None:
         with suppress(Exception):
@@ -81,19 +81,19 @@ def stop_on_signals() -> None:
 
 
 def ignore_signals() -> None:
-    """Let no signal disturb what little is left to do."""
+    """Ignore signals while the process does its last things."""
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
 
 def say_for_machines(line: Callable[[int], str]) -> None:
-    """Say it by a line made from the exit code instead."""
+    """Say "stopped" by a line made from the exit code instead of a sentence."""
     _STOP.line = line
 
 
 @contextmanager
 def when_stopped(work: Callable[[], None]) -> Iterator[None]:
-    """Have something done if a signal ends the process during the block."""
+    """Call a function if a signal ends the process during the block."""
     _STOP.works.append(work)
     try:
         yield
@@ -102,7 +102,7 @@ def when_stopped(work: Callable[[], None]) -> Iterator[None]:
 
 
 def always_when_stopped(work: Callable[[], None]) -> None:
-    """Have something done, last of all, whenever a signal ends the process."""
+    """Call a function, after all others, whenever a signal ends the process."""
     _STOP.works.insert(0, work)
 
 
@@ -141,7 +141,7 @@ def _start_trackers() -> None:
 
 @contextmanager
 def _held_back(name: str) -> Iterator[None]:
-    """Block a signal, for the processes that the block starts, too; Windows cannot."""
+    """Block a signal, also for the processes that are started meanwhile; Windows cannot."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

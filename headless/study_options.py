@@ -197,21 +197,17 @@ class StudyOptions(DeclaredOptions):
 
 def with_study_options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command every option of `StudyOptions` beside its own; it gets them as `asked`."""
+    only_named = inspect.Parameter.KEYWORD_ONLY
     own = inspect.signature(command)
     hints = get_type_hints(command, include_extras=True)
-    shared_hints = get_type_hints(StudyOptions, include_extras=True)
     parameters = [
-        parameter.replace(annotation=hints[name], kind=inspect.Parameter.KEYWORD_ONLY)
+        parameter.replace(annotation=hints[name], kind=only_named)
         for name, parameter in own.parameters.items()
         if name != "asked"
     ]
+    hints = get_type_hints(StudyOptions, include_extras=True)
     shared = [
-        inspect.Parameter(
-            item.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=item.default,
-            annotation=shared_hints[item.name],
-        )
+        inspect.Parameter(item.name, only_named, default=item.default, annotation=hints[item.name])
         for item in fields(StudyOptions)
     ]
 

@@ -36,7 +36,7 @@ def how_to_install(libraries: list[str]) -> str:
 
 
 def missing_library(text: str) -> str:
-    """What to do about the library that the dynamic linker says it cannot open; empty where it names none."""
+    """A sentence about the library that the dynamic linker could not open; empty where a text names none."""
     found = UNOPENED.findall(text)
     if not found:
         return ""

@@ -5,7 +5,7 @@ In a document an HTML comment names the command, before the passage that holds i
 
     <!-- check: w2w sensors bmi270 | grep noise -->
 
-Every line that the command prints must stand in that passage, up to the next heading or comment of the
+Every line that the command prints must be in that passage, up to the next heading or comment of the
 kind; runs of spaces count as one. ``<!-- check-slow: ... -->`` is for commands of minutes and longer: they
 are listed by ``--list``, and run by ``--slow`` only.
 """
@@ -34,7 +34,7 @@ SHOWN = 120
 
 @dataclass(frozen=True)
 class Check:
-    """A command, and the passage that its lines must stand in."""
+    """A command, and the passage that must hold its lines."""
 
     document: Path
     line: int

@@ -31,7 +31,7 @@ def main(blender: str) -> None:
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
     pip += ["--only-binary=:all:", f"--python-version={python}", "--implementation=cp", f"--target={part}"]
     if subprocess.run([*pip, *wanted], check=False).returncode:
-        raise SystemExit(f"pip could not get the libraries for Python {python}; what it said stands above")
+        raise SystemExit(f"pip could not get the libraries for Python {python}; its messages are above")
     (part / stamp.name).touch()
     part.rename(folder)
     print(f"They are in {folder}: {blender} --background --python headless/run.py -- LIBRARY --out OUT")

@@ -54,7 +54,7 @@ __version__ = "0.1.0"
 """The one place where it is written for pip; a test holds the other files to it."""
 
 if (_above := Path(__file__).resolve().parents[1]).name == "blender_addon":
-    # `w2w.headless` stands beside it in the source tree and Blender's zip
+    # `w2w.headless` is beside it in the source tree and in Blender's zip
     __path__.append(str(_above.parent))
 
 _HOMES = {
@@ -108,7 +108,7 @@ LIBRARIES = (
     "PIL", "cmap", "filelock", "jinja2", "joblib", "loky", "matplotlib", "numpy", "plyfile", "rich", "scipy",
     "sklearn", "threadpoolctl", "trimesh", "typer",
 )  # fmt: skip
-"""What `pyproject.toml` lists as dependencies, by the names they are imported by; a test compares the two."""
+"""The dependencies in `pyproject.toml`, by the names of their imports; a test compares the two."""
 
 
 def missing_libraries() -> list[str]:

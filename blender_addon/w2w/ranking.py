@@ -123,7 +123,7 @@ class Ranking:
         target : float
             Expected macro F1 to reach.
         every_activity : float
-            Expected F1 to reach for each activity, too; 0 for no such limit.
+            Expected F1 to reach for each activity as well; 0 for no such limit.
         max_sensors : int, optional
         constraints : Constraints, optional
             Where sensors may and must go, and what they cost there.

@@ -95,7 +95,7 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     clip = next((clip for clip in found.clips if clip.path == file), None)
     if clip is None:
         inside = shown(file.relative_to(library).as_posix())
-        reason = dict(found.skipped).get(inside, "it is none of the library's motion files")
+        reason = dict(found.skipped).get(inside, "it is not one of the library's motion files")
         return f"But a run on this library would skip it: {reason}."
     source = "its folder" if "/" in clip.file else "its file name"
     if labels is not None:

@@ -22,7 +22,7 @@ def status(
 ) -> None:
     """Say how far the run in a results folder has come.
 
-    Exit codes: 0 there is a run and this is how it stands, 2 no run was ever started there.
+    Exit codes: 0 there is a run, 2 no run was ever started there.
     """
     console = Console(highlight=False)
     try:
@@ -44,7 +44,7 @@ def is_running(out: Path) -> bool:
 
 
 def describe(state: RunState, running: bool) -> str:
-    """The state in a few words."""
+    """The state of a run in a sentence."""
     clips = f"{state.done} of {state.clips} clips done, {state.skipped} of them skipped"
     if state.step in ("finished", "failed"):
         ending = f" {state.message}" if state.message else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run says on the console: the labels it understood, what it skipped, what it found."""
+"""A run's messages on the console: the labels it understood, the clips it skipped, its findings."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def show_labels(library: Library, console: Console) -> None:
 
 
 def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
-    """Print what was found and where it stands, and what could not be drawn."""
+    """Print what was found, the files that hold it, and what could not be drawn."""
     out, utility = study.results.out, study.results.utility
     show_skipped(study.clips, study.library, console)
     show_left_out(utility.left_out, console)

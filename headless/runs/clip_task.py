@@ -69,12 +69,12 @@ class ClipTask:
 
     @property
     def record_file(self) -> Path:
-        """What was done, and from what: written before the files get their names."""
+        """The record of the work: written before the files get their names."""
         return record_file(self.out, self.clip.name)
 
     @property
     def marker(self) -> Path:
-        """There while a worker is at it."""
+        """A file that exists while a worker is at work on the clip."""
         return self.out / WORK / "running" / self.clip.name
 
     def key(self, source_sha256: str) -> str:
@@ -101,7 +101,7 @@ def record_file(out: Path, clip: str) -> Path:
 
 
 def unfinished(path: Path) -> Path:
-    """Where a motion or recording stands until the clip's record names it."""
+    """Where a motion or recording is until the clip's record names it."""
     return path.with_name(f".{path.name}{UNFINISHED}")
 
 

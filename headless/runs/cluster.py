@@ -132,14 +132,14 @@ def _finished(client: Client, futures: Sequence[Future]) -> Iterator[Future]:
 
 
 def run_on_cluster(
-    tasks: Sequence[ClipTask], scheduler: str, told: Callable[[ClipResult], None]
+    tasks: Sequence[ClipTask], scheduler: str, progress: Callable[[ClipResult], None]
 ) -> dict[str, ClipResult]:
     """Do all tasks, those at which workers died one by one at the end; results by the clip's name."""
     results: dict[str, ClipResult] = {}
 
     def keep(result: ClipResult) -> None:
         results[result.clip.name] = result
-        told(result)
+        progress(result)
 
     with connected(scheduler) as client:
         from distributed import KilledWorker

@@ -47,7 +47,7 @@ def only_run(folder: Path) -> Iterator[None]:
 
 
 FOLDERS = ("motions", "signals", *(f"{WORK}/{name}" for name in ("features", "copies", "clips", "running")))
-"""What a run writes clips into."""
+"""Folders for what a run makes of clips."""
 
 HEATMAPS = "heatmaps"
 MEAN, SUBSET = "mean", "subset"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is worn in a run: read from the command line, and fitted to the body before the first clip."""
+"""The garments of a run: read from the command line, and fitted to the body before the first clip."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a worker process may take: time and memory, so that no file can hang or fill a machine."""
+"""Limits of time and memory for worker processes, so that no file can hang or fill a machine."""
 
 from __future__ import annotations
 

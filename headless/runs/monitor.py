@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a run has come: on the console, as events for programs, and for whoever looks from elsewhere."""
+"""A run's progress: on the console, as events for programs, and in a file for `w2w status`."""
 
 from __future__ import annotations
 

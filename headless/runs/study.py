@@ -139,11 +139,11 @@ def _bake(plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | Non
     ]
     with monitor.bar("turning motions to signals", len(tasks), "Motions to signals") as advance:
 
-        def told(result: ClipResult) -> None:
+        def progress(result: ClipResult) -> None:
             monitor.clip_done(result)
             advance(1)
 
-        return run_tasks(tasks, engine.workers, engine.scheduler, told, workers)
+        return run_tasks(tasks, engine.workers, engine.scheduler, progress, workers)
 
 
 def _rank(
@@ -156,11 +156,11 @@ def _rank(
     with monitor.bar("ranking patches", 100) as advance:
         done = 0
 
-        def told(fraction: float) -> None:
+        def progress(fraction: float) -> None:
             nonlocal done
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
         engine, n_windows = plan.engine, sum(len(found.is_test) for found in windows)
         spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
-        return rank_clips(used, windows, inputs, config, told, out / WORK, pooling=pooling, spread=spread)
+        return rank_clips(used, windows, inputs, config, progress, out / WORK, pooling=pooling, spread=spread)

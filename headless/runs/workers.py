@@ -68,24 +68,24 @@ def run_tasks(
     tasks: Sequence[ClipTask],
     workers: int,
     scheduler: str,
-    told: Callable[[ClipResult], None],
+    progress: Callable[[ClipResult], None],
     ready: Executor | None = None,
 ) -> list[ClipResult]:
-    """Do all tasks; results in their order, and each to `told` as it comes.
+    """Do all tasks; results in their order, and each to `progress` as it comes.
 
     A Dask scheduler's workers must see the library and the output folder at the same paths. Without one,
     `ready` workers of `clip_workers` do the tasks, and new ones where they die. An EngineError says that the
     scheduler cannot be reached, or that workers die again and again.
     """
     if scheduler:
-        results = run_on_cluster(tasks, scheduler, told)
+        results = run_on_cluster(tasks, scheduler, progress)
     else:
-        results = _on_this_machine(tasks, workers, told, ready)
+        results = _on_this_machine(tasks, workers, progress, ready)
     return [results[task.clip.name] for task in tasks]
 
 
 def _on_this_machine(
-    tasks: Sequence[ClipTask], workers: int, told: Callable[[ClipResult], None], ready: Executor | None
+    tasks: Sequence[ClipTask], workers: int, progress: Callable[[ClipResult], None], ready: Executor | None
 ) -> dict[str, ClipResult]:
     results: dict[str, ClipResult] = {}
     waiting = list(tasks)
@@ -93,14 +93,14 @@ def _on_this_machine(
     while waiting:
         fresh = local_executor(min(workers, len(waiting))) if ready is None else nullcontext(ready)
         with fresh as executor:
-            broken = _collect(executor, waiting, results, told)
+            broken = _collect(executor, waiting, results, progress)
         ready = None
         if not broken:
             break
         suspects = [task for task in waiting if task.clip.name not in results and task.marker.exists()]
         for task in suspects:
             results[task.clip.name] = record_death(task) if timed_out(task.marker) else _alone(task)
-            told(results[task.clip.name])
+            progress(results[task.clip.name])
         breaks = 0 if suspects else breaks + 1
         if breaks >= MAX_BREAKS:
             raise EngineError(
@@ -143,7 +143,7 @@ def _collect(
     executor: Executor,
     tasks: Sequence[ClipTask],
     results: dict[str, ClipResult],
-    told: Callable[[ClipResult], None],
+    progress: Callable[[ClipResult], None],
 ) -> bool:
     """Hand out tasks and gather results; True if the workers died before all were done."""
     try:
@@ -152,7 +152,7 @@ def _collect(
         for future in as_completed(futures):
             result = future.result()
             results[result.clip.name] = result
-            told(result)
+            progress(result)
     except BrokenExecutor:
         executor.shutdown(wait=True, kill_workers=True)  # those that live would go on with what is waiting
         return True

@@ -158,7 +158,7 @@ class Viewer {
     return { matrix, eye };
   }
 
-  // As large as it is shown, or as it is told: CSS pixels, and the canvas's own to each.
+  // As large as it is shown, or as given: CSS pixels, and the canvas's own to each.
   draw(shownWidth = this.canvas.clientWidth, shownHeight = this.canvas.clientHeight, ratio = Math.min(window.devicePixelRatio || 1, 2)) {
     const { gl, canvas } = this;
     [this.width, this.height] = [shownWidth, shownHeight];
@@ -204,7 +204,7 @@ class Viewer {
     return pixel[0] + 256 * pixel[1] + 65536 * pixel[2] - 1;
   }
 
-  // Where a vertex stands on the canvas, CSS pixels from its top left.
+  // Where a vertex is on the canvas, CSS pixels from its top left.
   project(vertex) {
     const p = this.positions.subarray(3 * vertex, 3 * vertex + 3), m = this.view.matrix;
     const [x, y, , w] = [0, 1, 2, 3].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]);

@@ -178,7 +178,7 @@ def test_the_body_is_named_and_worked_without_a_mouse(page):
     assert canvas.get_attribute("aria-roledescription") == "3D view"
     keys = find(page, f"#{canvas.get_attribute('aria-describedby')}").text
     assert "arrow keys" in keys
-    assert "stands in the tables too" in " ".join(keys.split())
+    assert "The tables hold all that the colours show" in " ".join(keys.split())
     assert "The tables below hold all results" in " ".join(canvas.get_attribute("textContent").split())
     front = picture(page)
     for _ in range(7):
