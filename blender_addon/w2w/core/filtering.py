@@ -13,29 +13,14 @@ from scipy.signal import butter, resample_poly, sosfilt, sosfilt_zi, sosfiltfilt
 def butterworth(
     values: np.ndarray, rate: float, cutoff_hz: float, order: int = 2, zero_phase: bool = False
 ) -> np.ndarray:
-    """Butterworth low-pass along the last axis.
+    """Butterworth low-pass along the last axis; the result has the dtype of `values`.
 
-    Parameters
-    ----------
-    values : ndarray, shape (..., T)
-    rate : float
-        Samples per second.
-    cutoff_hz : float
-        Where the gain of the whole operation is -3 dB, Hz; below half the rate.
-    order : int
-        Order of the filter; run forwards and backwards the roll-off is that of twice the order.
-    zero_phase : bool
-        Run forwards and backwards instead of causally; the cut-off is corrected for the second
-        pass (Winter 2009, Biomechanics and Motor Control of Human Movement, 2.2.4.4).
+    The gain of the whole operation is -3 dB at `cutoff_hz`, below half the rate (samples per second). Run
+    forwards and backwards (`zero_phase`) instead of causally, the roll-off is that of twice the order, and
+    the cut-off is corrected for the second pass (Winter 2009, Biomechanics and Motor Control of Human
+    Movement, 2.2.4.4).
 
-    Returns
-    -------
-    ndarray, shape (..., T), of the dtype of `values`
-
-    Raises
-    ------
-    ValueError
-        If the cut-off is not between 0 and half the rate.
+    Raises ValueError if the cut-off is not between 0 and half the rate.
     """
     if not 0 < cutoff_hz < rate / 2:
         raise ValueError(

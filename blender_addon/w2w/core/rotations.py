@@ -16,27 +16,14 @@ TILE_MATRICES = 2048
 
 
 def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and continuous unit quaternions of world matrices.
+    """Positions (3, T, N) and continuous unit quaternions (4, T, N), float64, of world matrices (T, N, 4, 4).
 
-    The ten different entries of 4 q q^T are linear in R; its row with the largest diagonal gives q without
-    cancellation at any angle (Shepperd 1978, doi:10.2514/3.55767b).
+    Quaternions are w, x, y, z, each with the sign nearest to the frame before; NaN where the matrix holds
+    NaN. The ten different entries of 4 q q^T are linear in R; its row with the largest diagonal gives q
+    without cancellation at any angle (Shepperd 1978, doi:10.2514/3.55767b).
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (T, N, 4, 4)
-    first_sensor : int
-        What to call the first of them in messages.
-
-    Returns
-    -------
-    positions : ndarray, shape (3, T, N), float64
-    quaternions : ndarray, shape (4, T, N), float64
-        w, x, y, z, each with the sign nearest to the frame before; NaN where the matrix holds NaN.
-
-    Raises
-    ------
-    ValueError
-        If a matrix carries a scale, a shear or a reflection.
+    Raises ValueError if a matrix carries a scale, a shear or a reflection; the message counts sensors from
+    `first_sensor`.
     """
     n_frames, n = matrices.shape[:2]
     positions, quaternions = np.empty((3, n_frames, n)), np.empty((4, n_frames, n))

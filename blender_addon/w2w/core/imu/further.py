@@ -39,32 +39,8 @@ class FurtherSensors:
     Random constants are drawn anew for every sensor and clip, Gaussian, with the given value as their
     standard deviation. A part without errors (`SensorModel.is_ideal`) has none here either.
 
-    Parameters
-    ----------
-    record : tuple of str
-        Some of "orientation", "magnetometer", "barometer".
-    features : tuple of str
-        Those of them that activities are recognised by, too.
-    dip_deg, field_ut : float
-        The earth's magnetic field: degrees below the horizontal, and strength in microtesla; by default those
-        of Central Europe. Which way is north is drawn anew for every clip.
-    tilt_deg, heading_deg : float
-        Error of the orientation about the horizontal axes and about the vertical.
-    magnetometer_noise_ut : float
-        Standard deviation of a sample's noise, microtesla.
-    hard_iron_ut : float
-        Offset of each axis that calibration leaves, microtesla.
-    soft_iron : float
-        Error of each entry of the matrix by which magnetised parts nearby bend the field; 0.01 is one per
-        cent.
-    altitude_m : float
-        Of the floor above the sea.
-    pressure_noise_pa : float
-        Standard deviation of a sample's noise.
-    pressure_offset_pa : float
-        Offset of a sensor.
-    weather_pa : float
-        Standard deviation of the pressure at sea level, the same for all sensors of a clip.
+    The earth's magnetic field is by default that of Central Europe (IGRF-14 for 2025 at 50 degrees N, 10 E);
+    the direction of north is drawn anew for every clip.
     """
 
     record: tuple[str, ...] = parameter(
@@ -84,15 +60,17 @@ class FurtherSensors:
         "magnetic_dip",
         title="Magnetic Dip", unit="°", least=-90, most=90, group="Signals",
     )  # fmt: skip
-    field_ut: float = 49.4
-    tilt_deg: float = 0.5
-    heading_deg: float = 1.0
-    magnetometer_noise_ut: float = 0.19
-    hard_iron_ut: float = 2.0
+    field_ut: float = 49.4  # strength of the earth's field, microtesla
+    tilt_deg: float = 0.5  # error of the orientation about the horizontal axes
+    heading_deg: float = 1.0  # error of the orientation about the vertical
+    magnetometer_noise_ut: float = 0.19  # standard deviation of a sample's noise, microtesla
+    hard_iron_ut: float = 2.0  # offset of each axis that calibration leaves, microtesla
+    # error of each entry of the matrix by which magnetised parts nearby bend the field
     soft_iron: float = 0.02
-    altitude_m: float = 0.0
-    pressure_noise_pa: float = 1.0
-    pressure_offset_pa: float = 50.0
+    altitude_m: float = 0.0  # of the floor above the sea
+    pressure_noise_pa: float = 1.0  # standard deviation of a sample's noise
+    pressure_offset_pa: float = 50.0  # offset of a sensor
+    # standard deviation of the pressure at sea level, the same for all sensors of a clip
     weather_pa: float = 700.0
 
     def __post_init__(self) -> None:
