@@ -21,7 +21,7 @@ from .step_panel import W2WPanel
 from .text import draw_text
 
 BESIDE = 1.3
-"""Where our body is put: so many of its heights to the side of the character."""
+"""Distance of our body to the side of the character, in heights of the body."""
 
 
 def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:

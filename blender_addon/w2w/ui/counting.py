@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each activity counts: by its weight, as background (trained against, in no mean), or left out."""
+"""The part of each activity: counted by its weight, background (trained against, in no mean) or left out."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def set_part(activity: Group, part: str) -> None:
 
 
 def ticked(study: Group) -> np.ndarray:
-    """Which activities are not left out, shape (A,), bool; all where every one would be."""
+    """Mask of the activities that are not left out, shape (A,); all True where every one would be."""
     used = np.array([activity.use for activity in study.activities], dtype=bool)
     return used if used.any() else np.ones(len(used), dtype=bool)
 
@@ -46,7 +46,7 @@ def left_out(study: Group) -> list[str]:
 
 
 def shown_weights(study: Group) -> np.ndarray:
-    """What each activity counts in what is shown, shape (A,); all that are ticked where none counts."""
+    """Weights of the activities in the heatmap, shape (A,); 1 for each that is ticked where none counts."""
     weights = np.where(ticked(study), _weights(study), 0.0)
     return weights if weights.any() else ticked(study).astype(np.float64)
 

@@ -12,7 +12,7 @@ from ..core.parameters import Parameter, parameters_of
 from ..core.study import StudyConfig
 
 SINGLE, DIGITS = 1e-6, 7
-"""How far a property, in single precision, may be from the value it was given, and the digits it keeps."""
+"""Relative error and significant digits of a property, which is in single precision."""
 
 SHOWN = ("patches", "rate", "convention", "band", "root_band", "classifier", "folds", "by_subject")
 SHOWN += ("target", "every_activity", "max_places", "seed")

@@ -157,7 +157,7 @@ class Surface:
         return ((self._evaluated.matrix_world @ found) - place).dot(direction) > -SKIN
 
     def _place(self, patch: int) -> Vector | None:
-        """Where a patch is in the world."""
+        """Point of a patch in the world."""
         if self._whole:
             vertices = self._evaluated.data.vertices
             corners = [vertices[vertex].co for vertex in self._patches.triangles[patch].tolist()]

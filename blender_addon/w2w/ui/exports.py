@@ -39,7 +39,7 @@ SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
 
 class Export(AsksForFile, OnRanking):
-    """What exports to a file share."""
+    """An export to a file."""
 
     bl_options = {"REGISTER"}
     suffix = ""

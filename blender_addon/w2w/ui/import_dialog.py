@@ -119,7 +119,7 @@ class W2W_OT_import_labelled(OnBody, bpy.types.Operator):
         return jobs.start(self, context, "Import Motions", steps)
 
     def plan(self, context: bpy.types.Context) -> ImportPlan:
-        """What the import would do as it is set; made anew only when that changes, for it is drawn often."""
+        """Plan of the import as it is set; made anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
         listed = tuple(listed_files(current_body(context)))
         settings = (self.directory, names, self.labelled_by, self.csv, self.again, listed)
@@ -213,7 +213,7 @@ class W2W_OT_use_scene_animation(OnBody, bpy.types.Operator):
         return jobs.start(self, context, "Import Motions", steps)
 
     def found(self, context: bpy.types.Context) -> tuple[list[Wanted], list[LeftOut], list[LeftOut]]:
-        """What would be taken, what was taken before, and what is left out."""
+        """Takes to import, takes in the list already, and takes left out."""
         listed = {clip.taken_from for clip in current_body(context).w2w.clips}
         wanted, known, left_out = [], [], []
         for armature in source_armatures(context.scene):
@@ -252,7 +252,7 @@ def draw_preview(
 ) -> None:
     """Draw the names of clips by the activity they would get, then what is left out and why.
 
-    The empty activity is none: its clips are shown last, as what a ranking does not count.
+    Clips without an activity are shown last: no ranking counts them.
     """
     count = sum(map(len, activities.values()))
     labels = [activity for activity in activities if activity]

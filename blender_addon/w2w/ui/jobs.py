@@ -27,13 +27,13 @@ KNOWN_FROM, KNOWN_AFTER = 0.03, 3.0
 """Fraction done, and seconds gone, from which the time that is left can be told."""
 
 EXPECTED = (ValueError, UnusableMotion, OSError, ImportError)
-"""What core and scene raise with a sentence for people."""
+"""Errors that core and scene raise with a sentence for people."""
 
 T = TypeVar("T")
 
 
 class Step(NamedTuple):
-    """How far a job is."""
+    """Progress of a job."""
 
     fraction: float
     text: str
@@ -163,7 +163,7 @@ def as_steps(
 
 
 def time_left(fraction: float, seconds: float) -> str:
-    """About how long work takes that has come so far in so many seconds; empty while that is a guess."""
+    """Estimate of the time left for work that has come this far; empty while it would be a guess."""
     if seconds < KNOWN_AFTER or not KNOWN_FROM <= fraction < 1:
         return ""
     left = seconds * (1 - fraction) / fraction

@@ -30,7 +30,7 @@ BODIES_APART = 2.0
 
 
 class Legend(NamedTuple):
-    """What stands beside the colours."""
+    """Title, numbers and note beside the colours."""
 
     name: str
     title: str
@@ -39,7 +39,7 @@ class Legend(NamedTuple):
     colour_map: str
     note: str
     number: str
-    """How scores are written."""
+    """Format of scores."""
     beside: str = ""
     """Name of the map beside."""
 
@@ -103,7 +103,7 @@ def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def name_of(study: bpy.types.PropertyGroup) -> str:
-    """What the second map is called; with its body's name where it is of another."""
+    """Name of the second map; with its body's name where that is another."""
     other = beside_of(study)
     if other is None:
         return ""

@@ -38,7 +38,7 @@ _keymap_items: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
 
 
 class W2W_MT_tick_clips(bpy.types.Menu):
-    """Which clips to tick."""
+    """Choices of clips to tick."""
 
     bl_label = "Tick Clips"
     bl_idname = "W2W_MT_tick_clips"

@@ -37,7 +37,7 @@ class Wanted(NamedTuple):
 
     @property
     def shown(self) -> str:
-        """What people call it."""
+        """Its name for people."""
         return self.name if self.take is not None else shown(self.path.name)
 
     @property
@@ -47,7 +47,7 @@ class Wanted(NamedTuple):
 
 
 def wanted(plan: ImportPlan) -> list[Wanted]:
-    """What a plan would take."""
+    """Files that a plan would import, with their labels."""
     return [Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key) for clip in plan.clips]
 
 
@@ -112,7 +112,7 @@ def _listed_already(mesh: bpy.types.Object, wanted: Sequence[Wanted]) -> list[st
 
 
 def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list[str]) -> str:
-    """What an import did, and what is to be seen to, in a sentence."""
+    """Result of an import, and what the user should look at, in a sentence."""
     parts = [f"Imported {used} motion{'s' * (used != 1)}"]
     if failed:
         parts.append(f"{failed} file{'s' * (failed != 1)} cannot be used: the list says why")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What W2W's operators share: what each needs before it can work, the file it asks for, the job it is."""
+"""Base classes of operators: their needs, the file they ask for, the job they start."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
             if scores is not None:
                 draw_text(layout, context, in_words(scores, utility_of(study)))
         if is_pending(study):
-            draw_text(layout, context, "Place Again or Run All takes the list over", icon="INFO")
+            draw_text(layout, context, "Press Place Again or Run All to apply this list", icon="INFO")
 
 
 def in_short(scores: dict[str, Any] | None, patch: int) -> str:
@@ -163,7 +163,7 @@ def in_short(scores: dict[str, Any] | None, patch: int) -> str:
 
 
 def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
-    """What is known of a placement: as the console tells it after a run."""
+    """Scores of a placement in a sentence, as the console gives them after a run."""
     low, high = scores["expected_f1_interval"]
     interval = mean_caution(utility) or f"{low:.2f} to {high:.2f}"
     loss = "as good as the best" if scores["as_good"] else f"{scores['loss']:.3f} less than the best"

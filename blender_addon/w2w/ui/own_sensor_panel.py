@@ -83,7 +83,7 @@ class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
 
 
 class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
-    """How signals are made, beyond the choice of a part."""
+    """Bands, convention, further sensors and the figures of a part."""
 
     bl_label = "Sensor and Bands"
     bl_idname = "W2W_PT_sensor"

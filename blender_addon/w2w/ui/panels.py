@@ -326,4 +326,4 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         elif ranked and study.ranked_as != rank_settings(study):
             layout.label(text="Settings or clips have changed: rank again", icon="INFO")
         elif ranked and is_reweighed(study, utility_of(study)):
-            draw_text(layout, context, "Activities count otherwise now: rank again", icon="INFO")
+            draw_text(layout, context, "Activity weights have changed: rank again", icon="INFO")

@@ -90,7 +90,7 @@ class W2W_OT_remove_wish(OnPatches, bpy.types.Operator):
 
 
 class W2W_PT_placement(ResultPanel, bpy.types.Panel):
-    """What is wished for, and the sensors to wear together."""
+    """Wishes, and the sensors to wear together."""
 
     bl_label = "Sensor Placement"
     bl_idname = "W2W_PT_placement"

@@ -20,7 +20,7 @@ EXTENSION = __package__.removesuffix(".w2w.ui").removesuffix(".blender_addon")
 """Name under which Blender knows the extension; the package's own where it runs as a plain module."""
 
 SIGNALS_SUFFIX = ".w2w"
-"""How the names of cached signals end: the chosen folder may hold other files, even a run's."""
+"""Suffix of cached signals: the chosen folder may hold other files, even a run's."""
 
 THREADS_VARIABLE = "OMP_NUM_THREADS"
 GPU_VARIABLE = "CUDA_VISIBLE_DEVICES"

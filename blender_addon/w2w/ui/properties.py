@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a study is made of, as properties of its body's mesh, saved with the file."""
+"""A study as properties of its body's mesh, saved with the file."""
 
 from __future__ import annotations
 
@@ -255,7 +255,7 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
 
 
 class W2W_PG_scene(bpy.types.PropertyGroup):
-    """What the panel works on in a scene."""
+    """Settings of the panel in a scene."""
 
     body: PointerProperty(
         type=bpy.types.Object,

@@ -33,7 +33,7 @@ def can_change_now(context: Context) -> bool:
 
 
 class W2W_PT_findings(ResultPanel, bpy.types.Panel):
-    """Where to wear one sensor, and how far these clips tell."""
+    """The best place for one sensor, and how reliable that is."""
 
     bl_label = "Where to Wear One"
     bl_idname = "W2W_PT_findings"
@@ -88,7 +88,7 @@ def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) 
 
 
 class W2W_PT_activities(W2WPanel, bpy.types.Panel):
-    """What each activity counts; after the ranking the list stands under Heatmap."""
+    """Weights of activities; after the ranking the list stands under Heatmap."""
 
     bl_label = "Activities"
     bl_idname = "W2W_PT_activities"
@@ -106,7 +106,7 @@ class W2W_PT_activities(W2WPanel, bpy.types.Panel):
 
 
 class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
-    """What the colours show."""
+    """Choice of the heatmap and its colours."""
 
     bl_label = "Heatmap"
     bl_idname = "W2W_PT_heatmap"

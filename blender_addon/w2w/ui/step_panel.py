@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What panels share: those of the five steps say what they wait for and what their buttons did."""
+"""Base classes of panels: those of the five steps say what they wait for and what their buttons did."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Layout = bpy.types.UILayout
 
 
 class W2WPanel:
-    """Where all W2W panels are."""
+    """A panel in the tab W2W."""
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
@@ -57,7 +57,7 @@ class StepPanel(W2WPanel):
         draw_outcome(self.layout, context, self.titles)
 
     def missing(self, context: Context) -> str:
-        """What this step needs before it makes sense; empty where nothing."""
+        """Say what this step still needs; empty where nothing."""
         return ""
 
     def is_done(self, context: Context) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What happens at once when a property of a study is changed; nothing inside `without_updates`."""
+"""Updates that follow when a property of a study is changed; none inside `without_updates`."""
 
 from __future__ import annotations
 
