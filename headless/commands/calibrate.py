@@ -83,7 +83,7 @@ def calibrate_sensor(
 
 
 def found_lines(found: Calibration, patch: str) -> list[str]:
-    """What was fitted, in words."""
+    """Sentences about what was fitted."""
     tissue = "Soft tissue: none that helps."
     if found.tissue is not None:
         hertz, damping, share = found.tissue

@@ -72,7 +72,7 @@ def inspect(
 
 
 def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
-    """Say why a run would skip the file; gives the exit to raise."""
+    """Say why a run would skip the file; returns the exit to raise."""
     console.print(f"[red]{escape(shown(file.name))} would be skipped:[/red] {escape(reason.rstrip('.'))}.")
     return typer.Exit(NOTHING_TO_DO)
 

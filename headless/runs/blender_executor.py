@@ -54,7 +54,6 @@ class BlenderExecutor(Executor):
             thread.start()
 
     def submit(self, work: Callable, /, *arguments: Any) -> Future:
-        """Schedule a call."""
         future: Future = Future()
         with self._lock:
             if self._closed:

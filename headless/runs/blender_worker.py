@@ -21,7 +21,6 @@ HEADER = struct.Struct("<Q")
 
 
 def write_frame(stream: BinaryIO, payload: bytes) -> None:
-    """Write one message."""
     stream.write(HEADER.pack(len(payload)) + payload)
     stream.flush()
 
@@ -40,7 +39,7 @@ def _read(stream: BinaryIO, length: int) -> bytes:
 
 
 def main(mark: str) -> None:
-    """Work until the other end goes."""
+    """Do calls until the process at the other end is gone."""
     results = _take_output(mark)
     write_frame(results, _session_folder().encode())
     calls: queue.SimpleQueue[bytes] = queue.SimpleQueue()

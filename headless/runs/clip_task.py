@@ -96,7 +96,6 @@ def _read_beside(path: Path) -> list[Path]:
 
 
 def record_file(out: Path, clip: str) -> Path:
-    """The record of a clip in a results folder."""
     return out / WORK / "clips" / f"{clip}.json"
 
 
@@ -148,7 +147,7 @@ def mark_source(task: ClipTask, source: str) -> None:
 
 
 def marked_source(task: ClipTask) -> str:
-    """The hash of the clip's file; empty where the worker did not come so far."""
+    """The hash of the clip's file; empty where the worker died before it was known."""
     try:
         first = task.marker.read_text(errors="replace").partition("\n")[0]
     except OSError:

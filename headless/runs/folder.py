@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The folders of a run: made before it, and rid of what earlier runs left."""
+"""A run's folder: held and made before the run, and cleared of what earlier runs left."""
 
 from __future__ import annotations
 
@@ -58,7 +58,6 @@ TABLES = ("config.json", "utility.npz", "utility.csv", SUMMARY)
 
 
 def make_folders(out: Path) -> None:
-    """Make the output folder."""
     for folder in FOLDERS:
         (out / folder).mkdir(parents=True, exist_ok=True)
 
@@ -99,7 +98,7 @@ def remove_leftovers(out: Path, used: set[str]) -> None:
 
 
 def remove_unfinished(out: Path) -> None:
-    """Remove half-written files of a run that was killed while it wrote."""
+    """Remove files that a run was writing when it was killed."""
     for folder in (out, *(out / name for name in (*FOLDERS, HEATMAPS, WORK))):
         for path in folder.glob(f".*{UNFINISHED}"):
             if path.is_dir():

@@ -40,7 +40,6 @@ class EventLog:
     stream: TextIO | None = None
 
     def __call__(self, event: str, **facts: Any) -> None:
-        """Write an event."""
         if self.stream is not None:
             self.stream.write(event_line(event, **facts) + "\n")
             self.stream.flush()
@@ -121,7 +120,6 @@ class RunMonitor:
             yield advance
 
     def clip_done(self, result: ClipResult) -> None:
-        """Count a clip."""
         self.state.done += 1
         self.state.skipped += not result.used
         facts = result.details if result.used else {"reason": result.reason}
