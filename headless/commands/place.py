@@ -13,7 +13,7 @@ from rich.console import Console
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.ranking.weights import check_counting, read_weights
-from w2w.core.results_folder import StudyResults, choose_to_wear, prepared_tests, ranked_again
+from w2w.core.results_folder import StudyResults, advised, ranked_again
 from w2w.core.selection.advice import Advice
 from w2w.core.study import WISHES, StudyConfig
 
@@ -94,8 +94,7 @@ def place(
         with console.status("Ranking"):
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
-            tests = prepared_tests(study, config)
-            advice = choose_to_wear(study.utility, study.patches, config, tests)
+            advice = advised(study, config)
     show_best_spot(advice, study.utility, study.patches, console)
     show_worn(advice, study.patches, console)
     content = advice_content(advice, study.utility, study.patches)

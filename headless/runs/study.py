@@ -23,7 +23,7 @@ from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults, choose_to_wear, prepared_tests
+from w2w.core.results_folder import StudyResults, advised
 from w2w.core.study import StudyConfig, place_patches
 
 from .clip_task import ClipTask
@@ -87,9 +87,8 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         ) from error
     results = StudyResults(out, utility, patches, ranked, config.as_dict())
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
-        tests = prepared_tests(results, config, pooling)
         try:
-            advice = choose_to_wear(utility, patches, config, tests)
+            advice = advised(results, config, pooling)
         except ValueError as error:
             raise StudyError(f"the constraints cannot be met: {error}") from error
     return Study(plan.library, config, body, clips, results, advice)

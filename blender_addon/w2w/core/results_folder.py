@@ -160,3 +160,8 @@ def choose_to_wear(
     return advise(
         utility, patches, tests, config.target, config.every_activity, config.max_places, config.constraints
     )
+
+
+def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
+    """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
+    return choose_to_wear(study.utility, study.patches, config, prepared_tests(study, config, pooling))

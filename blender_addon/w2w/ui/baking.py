@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Sequence
-from contextlib import closing
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import bpy
@@ -24,12 +23,12 @@ from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap
 from ..core.study import describe, record_baked
 from ..core.wording import capital
-from ..scene.bake import Bake, PatchBaker
+from ..scene.bake import PatchBaker
 from ..scene.body import body_of
 from ..scene.garments.bake import GarmentBaker
 from . import results, signal_cache
 from .garment_properties import baker_steps
-from .jobs import Step, Steps, in_thread
+from .jobs import Step, Steps, as_steps, in_thread
 from .on_body import is_there, on_body
 from .operators import IsJob
 from .preferences import cache_folder
@@ -53,8 +52,6 @@ UNBAKED = "cannot be baked"
 
 AS_SHOWN = 1e-5
 """How far single precision may be from a position, metres, or a weight."""
-
-BakeSteps = Generator[Step, None, Bake]
 
 
 class W2W_OT_bake_signals(IsJob, bpy.types.Operator):
@@ -150,7 +147,7 @@ def _bake_clip(
     settings, config = bake_settings(study), config_of(study)
     clip, between = study.clips[index], low + 0.8 * (high - low)
     name, labels = clip.name, (clip.activity, clip.subject, clip.name)
-    bake = yield from _told(baker.by_frame(clip.action), name, low, between)
+    bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", low, between)
 
     def work(told: Callable[[float], None]) -> str:
         recording = record_baked(
@@ -246,17 +243,6 @@ def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
         for index, (clip, state) in enumerate(zip(study.clips, states, strict=True))
         if state != FAILED and not (state == BAKED and signal_cache.has(clip))
     ]
-
-
-def _told(frames: Generator[float, None, Bake], name: str, low: float, high: float) -> BakeSteps:
-    """Bake frame by frame, each a step of the job."""
-    with closing(frames):
-        while True:
-            try:
-                done = next(frames)
-            except StopIteration as stop:
-                return stop.value
-            yield Step(low + (high - low) * done, f"{name}, evaluated by Blender")
 
 
 def _some(reasons: list[str]) -> str:

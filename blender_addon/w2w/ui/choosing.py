@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,11 +16,12 @@ from ..core.clip_files import ClipWindows
 from ..core.clip_ranking import rank_windows, same_motions
 from ..core.findings.advice_content import advice_content
 from ..core.ranking.pooling import Pooling
-from ..core.results_folder import StudyResults, choose_to_wear, prepared_tests
+from ..core.results_folder import StudyResults, advised
 from ..core.selection.advice import Advice
 from ..core.study import StudyConfig
 from ..core.wording import capital
 from . import counting, results, signal_cache
+from .advice import keep
 from .baking import as_labelled, body_as_run, ranked_clips
 from .jobs import Step, Steps, in_thread
 from .on_body import on_body
@@ -94,7 +95,8 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     if reweighed and not left_out:
         results.store(mesh, found.utility, study.ranked_as)
     content = advice_content(advice, found.utility, found.patches)
-    results.advise(mesh, content)
+    keep(study, content)
+    results.mark_chosen(mesh)
     sentence = (content["worn_together"] or content["best_single_patch"])["sentence"]
     text = capital(sentence)
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
@@ -114,37 +116,28 @@ def advised_steps(
     Clips of activities that are left out are not looked at. The others are ranked anew without them, and
     where activities count otherwise than in the ranking.
     """
-    study, utility = mesh.w2w, utility_of(mesh.w2w)
+    study, utility, patches, body = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
     left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
-    found = yield from in_thread(_gathering(mesh, config), "gathering windows", 0.0, 0.05)
-    pooling = yield from in_thread(lambda _told: _pooling(found), "measuring the skin", 0.05, 0.2)
-    if left_out or reweighed:
-        text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
-        inputs, labels = found.inputs(config.classifier), found.labels()
-        utility = yield from in_thread(
-            lambda told: rank_windows(inputs, labels, config, told, pooling=pooling), text, 0.2, 0.3
-        )
-        found = replace(found, utility=utility)
-    advice = yield from in_thread(
-        lambda _: choose_to_wear(utility, found.patches, config, prepared_tests(found, config, pooling)),
-        "choosing what to wear",
-        0.3,
-        1.0,
-    )
-    return found, advice
-
-
-def _gathering(mesh: bpy.types.Object, config: StudyConfig) -> Callable[[object], SceneResults]:
-    """Work for a thread: the study in the scene, as what is read of a results folder."""
-    clips = counted_clips(mesh.w2w)
+    clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
-    utility, patches, body = utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
 
     def gather(_told: object) -> SceneResults:
         ranked = same_motions(labelled, [ClipWindows.read(*place) for place in places])
         return SceneResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
 
-    return gather
+    found = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
+    pooling = yield from in_thread(lambda _told: _pooling(found), "measuring the skin", 0.05, 0.2)
+    if left_out or reweighed:
+        text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
+        inputs, labels = found.inputs(config.classifier), found.labels()
+        anew = yield from in_thread(
+            lambda told: rank_windows(inputs, labels, config, told, pooling=pooling), text, 0.2, 0.3
+        )
+        found = replace(found, utility=anew)
+    advice = yield from in_thread(
+        lambda _told: advised(found, config, pooling), "choosing what to wear", 0.3, 1.0
+    )
+    return found, advice
 
 
 def _pooling(finished: SceneResults) -> Pooling:

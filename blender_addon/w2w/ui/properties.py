@@ -120,7 +120,7 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
 
     results_folder: StringProperty(
         name="Results Folder",
-        description="Folder of the run that this study was opened from: its signals are there",
+        description="Results folder that this study was opened from or saved in: its signals are there",
     )
     results_near: StringProperty(options={"HIDDEN"})
     parameters: StringProperty(options={"HIDDEN"})

@@ -181,11 +181,11 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
     """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
     try:
-        results.advise(mesh, content)
+        advice.keep(mesh.w2w, content)
         known = range(len(patches_of(mesh)))
         whole = all(row.patch in known for row in mesh.w2w.worn)
     except (KeyError, TypeError, ValueError):
         whole = False
     if not whole:
         advice.forget(mesh.w2w)
-        results.mark_chosen(mesh)
+    results.mark_chosen(mesh)

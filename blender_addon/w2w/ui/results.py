@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import bpy
 import numpy as np
 
@@ -62,7 +59,11 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     same = not first and [activity.name for activity in study.activities] == list(utility.activities)
     study.utility_text, study.utility_key = pack(utility)
     study.ranked_as = ranked_as
-    study.source_caution = _source_caution(study, utility)
+    ranked = [clip for clip in usable(study) if clip.activity in utility.activities]
+    caution = source_caution(
+        [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in ranked]
+    )
+    study.source_caution = f"{capital(caution)}." if caution else ""
     with without_updates():
         list_activities(study, utility.activities, run_of(study))
         if not same:
@@ -88,15 +89,6 @@ def clear(body: bpy.types.Object) -> None:
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
         bpy.data.collections.remove(study.chosen_collection)
-
-
-def _source_caution(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
-    """Whether where the ranked clips are from coincides with what they show; empty where it does not."""
-    clips = [clip for clip in usable(study) if clip.activity in utility.activities]
-    text = source_caution(
-        [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in clips]
-    )
-    return f"{capital(text)}." if text else ""
 
 
 def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
@@ -220,12 +212,6 @@ def choose(body: bpy.types.Object) -> None:
     mark_chosen(body)
 
 
-def advise(body: bpy.types.Object, content: Mapping[str, Any]) -> None:
-    """Keep a choice of sensors to wear together, and mark it on the body."""
-    advice.keep(body.w2w, content)
-    mark_chosen(body)
-
-
 def mark_chosen(body: bpy.types.Object) -> None:
     """Draw the leading set as spheres, in a collection of their own, and the others as axes."""
     study = body.w2w
@@ -233,7 +219,12 @@ def mark_chosen(body: bpy.types.Object) -> None:
         return
     empties = empties_by_patch(study.patch_collection)
     wanted = [empties[row.patch] for row in advice.leading(study) if row.patch in empties]
-    collection = _chosen_collection(body)
+    if study.chosen_collection is None:
+        study.chosen_collection = bpy.data.collections.new(f"Sensor Places: {body.name}")
+        study.chosen_collection.color_tag = "COLOR_01"
+        home = body.users_collection[0] if body.users_collection else bpy.context.scene.collection
+        home.children.link(study.chosen_collection)
+    collection = study.chosen_collection
     for empty in list(collection.objects):
         if empty not in wanted:
             collection.objects.unlink(empty)
@@ -276,14 +267,3 @@ def show_colours(context: bpy.types.Context) -> None:
         for area in window.screen.areas:
             if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
                 area.spaces.active.shading.color_type = "VERTEX"
-
-
-def _chosen_collection(body: bpy.types.Object) -> bpy.types.Collection:
-    study = body.w2w
-    if study.chosen_collection is None:
-        collection = bpy.data.collections.new(f"Sensor Places: {body.name}")
-        collection.color_tag = "COLOR_01"
-        study.chosen_collection = collection
-        home = body.users_collection[0] if body.users_collection else bpy.context.scene.collection
-        home.children.link(collection)
-    return study.chosen_collection

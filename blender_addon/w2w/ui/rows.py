@@ -64,9 +64,7 @@ class W2W_PG_clip(bpy.types.PropertyGroup):
         name="Motion", description="Clips of an equal key show the same motion; empty where nothing is known"
     )
     source_sha256: StringProperty(options={"HIDDEN"})
-    stored_as: StringProperty(
-        name="Stored As", description="Name of its files in the results folder that it was opened from"
-    )
+    stored_as: StringProperty(name="Stored As", description="Name of its files in the results folder")
 
 
 def _part(activity: W2W_PG_activity) -> int:
