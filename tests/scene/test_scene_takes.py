@@ -7,8 +7,7 @@ import pytest
 
 from w2w.core.motion.source import UnusableMotion, unscaled_rotations
 from w2w.scene.actions import show_action
-from w2w.scene.scene_motion import posed_by, read_scene_take
-from w2w.scene.scene_takes import scene_takes
+from w2w.scene.scene_takes import posed_by, read_scene_take, scene_takes
 from w2w.scene.steps import without_pauses
 from w2w.scene.takes import import_file, read_clip
 

@@ -12,7 +12,7 @@ import pytest
 import w2w
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene import usd
+from w2w.scene import importers
 
 FORMS = ("usda", "usdc", "usdz")
 HAS_USD = bpy.app.version >= (4, 4)  # its own library, open to Python
@@ -90,6 +90,8 @@ def test_binary_parts_in_other_files_are_refused(tmp_path, written):
 
 
 def test_a_blender_built_without_usd_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(usd, "bpy", SimpleNamespace(ops=SimpleNamespace(wm=SimpleNamespace())))  # as Debian's
+    monkeypatch.setattr(
+        importers, "bpy", SimpleNamespace(ops=SimpleNamespace(wm=SimpleNamespace()))
+    )  # as Debian's
     with pytest.raises(UnusableMotion, match=r"built without USD: export the file as \.glb or FBX"):
-        usd.import_usd(tmp_path / "run.usdc")
+        importers.import_usd(tmp_path / "run.usdc")

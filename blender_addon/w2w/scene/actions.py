@@ -51,23 +51,11 @@ class InexpressibleActionError(ValueError):
 
 
 def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> bpy.types.Action:
-    """Write a motion as an action of a body's armature.
+    """Write a motion as an action of an armature of `add_body`, called as the clip or activity by default.
 
-    Every frame of the motion is a key at its own time, straight lines between, so that a
-    motion at another rate than the scene's keeps its speed and all of its frames. The action
-    is not made active (see `show_action`) and is kept when the file is saved.
-
-    Parameters
-    ----------
-    armature : Object
-        An armature that `body.add_body` made.
-    motion : Motion
-    name : str
-        Name of the action; the clip's or activity's by default.
-
-    Returns
-    -------
-    Action
+    Every frame of the motion is a key at its own time, straight lines between, so that a motion at another
+    rate than the scene's keeps its speed and all of its frames. The action is not made active (see
+    `show_action`) and is kept when the file is saved.
     """
     action = bpy.data.actions.new(name or motion.clip or motion.activity or "motion")
     action.use_fake_user = True
@@ -113,23 +101,12 @@ def keep_pace(action: bpy.types.Action) -> None:
 
 
 def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
-    """Read an action of a body's armature back as a motion.
+    """Read an action of a body's armature back as a motion; the armature's place in the world is left out.
 
-    Where the keys are evenly spaced, as those of `write_action`, each is a frame. Of others each
-    frame of the motion that was written is, or every whole frame where none was.
-
-    Parameters
-    ----------
-    armature : Object
-        The armature that the action is for; its place in the world is left out.
-    action : Action
-
-    Raises
-    ------
-    InexpressibleActionError
-        If the action moves a bone other than the pelvis off its joint, or scales one.
-    ValueError
-        If the action moves no bone of the armature.
+    Where the keys are evenly spaced, as those of `write_action`, each is a frame. Of others each frame of the
+    motion that was written is, or every whole frame where none was. Raises `InexpressibleActionError` if the
+    action moves a bone other than the pelvis off its joint, or scales one, and `ValueError` if the action
+    moves no bone of the armature.
     """
     curves = bone_curves(armature, action)
     if not curves:
@@ -149,14 +126,9 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
 
 
 def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray, float]:
-    """The frames of an action and their rate.
+    """The frames of an action (T,), in the time of its keys (`key_rate`), and their rate per second.
 
-    Returns
-    -------
-    frames : ndarray, shape (T,)
-        In the time of the keys (`key_rate`); not whole where the motion has another rate than that.
-    rate : float
-        Frames per second.
+    They are not whole where the motion has another rate than the keys' time.
     """
     channels = [curve for bone in curves.values() for curve in bone.values() if len(curve.keyframe_points)]
     densest = max(channels, key=lambda curve: len(curve.keyframe_points))

@@ -13,29 +13,20 @@ from ..core.body.body import Body
 from ..core.body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
 from ..core.motion.bone_maps import BONE_MAPS, BoneMap
 from ..core.motion.source import UnusableMotion
-from .body import matrix, rest_vertices
+from .body import matrix, read_values, rest_vertices, triangles_of
 from .takes import imported
 
 WRISTS = {BODY_HANDS[0]: JOINT_INDEX["left_wrist"], BODY_HANDS[1]: JOINT_INDEX["right_wrist"]}
-"""Joints that stand in for hands a rig of SMPL-H or SMPL-X has fingers for."""
+"""Wrists of the hands, for which a rig of SMPL-H or SMPL-X has fingers instead."""
 
 MOST_CORNERS = 4
 
 
 def adopt_file(path: str | Path, betas: np.ndarray | None = None) -> Body:
-    """Read a body from any file W2W understands; FBX goes through Blender.
+    """Read a body from a rigged FBX with SMPL's bone names, or from any file that `load_body` reads.
 
-    Parameters
-    ----------
-    path : str or Path
-        A rigged ``.fbx`` with SMPL's bone names, or what `core.smpl.load_body` reads.
-    betas : ndarray, shape (n,), optional
-        Shape coefficients, for an official SMPL model.
-
-    Raises
-    ------
-    BodyError
-        If it is none of these; the message says what was expected and what was found.
+    `betas` are shape coefficients for an official SMPL model. Raises `BodyError` if it is none of these; the
+    message says what was expected and what was found.
     """
     path = Path(path)
     if path.suffix.lower() != ".fbx":
@@ -54,25 +45,12 @@ def adopt_file(path: str | Path, betas: np.ndarray | None = None) -> Body:
 
 
 def adopt_mesh(mesh: bpy.types.Object) -> Body:
-    """A body from a mesh in the scene.
+    """A body from a mesh in the scene, in the T-pose, z up, facing -y, metres, soles on z = 0.
 
-    The mesh is taken in its armature's rest pose. Bones are known by SMPL's names in any of their
-    spellings (``L_Hip``, ``left_hip``, ``m_avg_L_Hip``); weights of fingers, jaw and eyes go to the
-    joint that carries them. Without such bones the mesh must have SMPL's faces.
-
-    Parameters
-    ----------
-    mesh : Object
-
-    Returns
-    -------
-    Body
-        In the T-pose, z up, facing -y, metres, soles on z = 0. Nothing in the scene changes.
-
-    Raises
-    ------
-    BodyError
-        If it is no mesh, its bones are not SMPL's, or it has neither bones nor SMPL's faces.
+    The mesh is taken in its armature's rest pose; nothing in the scene changes. Bones are known by SMPL's
+    names in any of their spellings (``L_Hip``, ``left_hip``, ``m_avg_L_Hip``); weights of fingers, jaw and
+    eyes go to the joint that carries them. Without such bones the mesh must have SMPL's faces. Raises
+    `BodyError` if it is no mesh, its bones are not SMPL's, or it has neither bones nor SMPL's faces.
     """
     if mesh.type != "MESH":
         raise BodyError(f"'{mesh.name}' is a {mesh.type.lower()}: choose the mesh of a body")
@@ -153,15 +131,10 @@ def joint_weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: 
 
 def _polygons(mesh: bpy.types.Mesh) -> np.ndarray:
     """Polygons, shape (F, 4), -1 behind triangles; cut into triangles where one has more corners."""
-    sizes = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("loop_total", sizes)
+    sizes = read_values(mesh.polygons, "loop_total", len(mesh.polygons), np.int32)
     if sizes.max() > MOST_CORNERS:
-        mesh.calc_loop_triangles()
-        triangles = np.empty(len(mesh.loop_triangles) * 3, dtype=np.int32)
-        mesh.loop_triangles.foreach_get("vertices", triangles)
-        return np.pad(triangles.reshape(-1, 3), ((0, 0), (0, 1)), constant_values=-1)
-    corners = np.empty(len(mesh.loops), dtype=np.int32)
-    mesh.loops.foreach_get("vertex_index", corners)
+        return np.pad(triangles_of(mesh), ((0, 0), (0, 1)), constant_values=-1)
+    corners = read_values(mesh.loops, "vertex_index", len(mesh.loops), np.int32)
     polygons = np.full((len(sizes), MOST_CORNERS), -1, dtype=np.int32)
     polygons[np.arange(MOST_CORNERS) < sizes[:, None]] = corners
     return polygons

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ..core.body.body import Body
+from ..core.body.skeleton import JOINT_NAMES, PARENTS
 from ..core.garments.on_cloth import ClothSensors
 from ..core.motion.motion import Motion
 from ..core.motion.skinning import patch_matrices, triangle_frames
@@ -19,7 +20,7 @@ from ..core.patches.patches import PatchSet
 from . import actions
 from .body import armature_of, body_of, body_space, matrix
 from .evaluated import EvaluatedVertices
-from .fast_path import why_not_fast
+from .patches import check_patches
 from .playback import active_action, at_rate, each_frame, playing, without_empties
 from .steps import without_pauses
 
@@ -61,50 +62,36 @@ class Bake:
 class PatchBaker:
     """Bakes the patches of one body, action by action.
 
-    Parameters
-    ----------
-    mesh : Object
-        The body's mesh.
-    patches : PatchSet
-
-    Raises
-    ------
-    ValueError
-        If the mesh is no body, is scaled unevenly or mirrored, or the patches are not its own.
+    A mesh that is no body, is scaled unevenly or mirrored, and patches of another body are refused.
     """
 
     def __init__(self, mesh: bpy.types.Object, patches: PatchSet) -> None:
         self.mesh = mesh
         self.patches = patches
         self.armature = armature_of(mesh)
-        _check(mesh, patches)
+        check_patches(mesh, patches)
+        if not _is_even(mesh):
+            raise ValueError(
+                f"'{mesh.name}' is scaled unevenly or mirrored: apply its scale (Object > Apply > Scale) "
+                "first"
+            )
         self._body: Body | None = None
 
     def bake(self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto") -> Bake:
-        """World matrices of the patches while the armature plays an action.
+        """World matrices of the patches while the armature plays an action, its active one by default.
 
-        Parameters
-        ----------
-        action : Action, optional
-            The armature's active action by default; without one, whatever moves the body
-            between the scene's first and last frame.
-        path : {"auto", "general"}
-            "auto" reads the f-curves wherever they alone decide where the patches are.
+        Without any, whatever moves the body between the scene's first and last frame is baked. "auto" reads
+        the f-curves wherever they alone decide where the patches are.
         """
         return without_pauses(self.by_frame(action, path))
 
     def by_frame(
         self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto"
     ) -> Generator[float, None, Bake]:
-        """Bake as `bake` does, with a pause after each frame of the general path, which takes time.
+        """Bake as `bake` does, with a pause after each frame of the general path; yields the share done.
 
-        Between the pauses the scene is on another frame; at the end, or when the generator is
-        closed early, it is as it was.
-
-        Yields
-        ------
-        float
-            Share of the frames done.
+        Between the pauses the scene is on another frame; at the end, or when the generator is closed early,
+        it is as it was.
         """
         action = action or active_action(self.armature)
         motion, not_told = _motion_of(self.armature, action)
@@ -127,18 +114,11 @@ class PatchBaker:
         return Bake(matrices, motion.rate, "fast", reason, motion, stood.pelvis)
 
 
-def _check(mesh: bpy.types.Object, patches: PatchSet) -> None:
-    if len(patches.labels) != len(mesh.data.vertices):
-        raise ValueError(
-            f"the patches are not of this body: they cover {len(patches.labels)} vertices, "
-            f"but '{mesh.name}' has {len(mesh.data.vertices)}"
-        )
-    axes = matrix(mesh.matrix_world)[:3, :3]
+def _is_even(item: bpy.types.Object) -> bool:
+    """Whether an object is scaled alike along its axes and not mirrored."""
+    axes = matrix(item.matrix_world)[:3, :3]
     scales = np.linalg.norm(axes, axis=0)
-    if np.ptp(scales) > EVEN_SCALE * scales.max() or np.linalg.det(axes) <= 0:
-        raise ValueError(
-            f"'{mesh.name}' is scaled unevenly or mirrored: apply its scale (Object > Apply > Scale) first"
-        )
+    return np.ptp(scales) <= EVEN_SCALE * scales.max() and np.linalg.det(axes) > 0
 
 
 def _motion_of(armature: bpy.types.Object, action: bpy.types.Action | None) -> tuple[Motion | None, str]:
@@ -177,3 +157,113 @@ def _evaluated_matrices(
             corners[number] = vertices.positions()
             yield (number + 1) / len(frames)
     return triangle_frames(corners)
+
+
+def why_not_fast(mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None) -> str:
+    """The first thing besides the action's bone curves that moves the body; empty where nothing does."""
+    return next(_modifiers(mesh, armature), "") or moved_besides_bones(mesh, armature, action)
+
+
+def moved_besides_bones(
+    mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
+) -> str:
+    """The same for a body whose modifiers may do what they like."""
+    return next(_besides(mesh, armature, action), "")
+
+
+def _besides(
+    mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
+) -> Iterator[str]:
+    yield from _shape_keys(mesh)
+    for item in _with_parents(mesh, armature):
+        yield from _object_motion(item, armature)
+    yield from _armature_state(armature)
+    yield from _bones(mesh, armature)
+    if action is None or not actions.bone_curves(armature, action):
+        yield f"'{armature.name}' has no action that moves its bones"
+    elif actions.object_curves(armature, action):
+        yield f"the action '{action.name}' moves '{armature.name}' as a whole"
+
+
+def _modifiers(mesh: bpy.types.Object, armature: bpy.types.Object) -> Iterator[str]:
+    deforming = [
+        m for m in mesh.modifiers if m.type == "ARMATURE" and m.object == armature and m.show_viewport
+    ]
+    for modifier in mesh.modifiers:
+        moves = modifier.show_viewport and modifier.type != "COLLISION"
+        if moves and modifier not in deforming:
+            yield f"'{mesh.name}' has the modifier '{modifier.name}'"
+    if len(deforming) != 1:
+        yield f"'{mesh.name}' has {len(deforming)} active armature modifiers"
+    for modifier in deforming:
+        if modifier.use_deform_preserve_volume or modifier.use_bone_envelopes or modifier.vertex_group:
+            yield f"the armature modifier of '{mesh.name}' does more than linear blend skinning"
+        if not modifier.use_vertex_groups:
+            yield f"the armature modifier of '{mesh.name}' ignores its vertex groups"
+    if mesh.parent == armature and mesh.parent_type != "OBJECT":
+        yield f"'{mesh.name}' is parented to bones"
+
+
+def _shape_keys(mesh: bpy.types.Object) -> Iterator[str]:
+    keys = mesh.data.shape_keys
+    if keys is None:
+        return
+    if keys.animation_data is not None or any(
+        block.value != 0 and not block.mute for block in keys.key_blocks[1:]
+    ):
+        yield f"'{mesh.name}' has shape keys in use"
+
+
+def _with_parents(*items: bpy.types.Object) -> list[bpy.types.Object]:
+    """Objects and everything they are parented to, once each."""
+    found: list[bpy.types.Object] = []
+    for item in items:
+        current: bpy.types.Object | None = item
+        while current is not None and current not in found:
+            found.append(current)
+            current = current.parent
+    return found
+
+
+def _object_motion(item: bpy.types.Object, armature: bpy.types.Object) -> Iterator[str]:
+    if any(not constraint.mute and constraint.influence > 0 for constraint in item.constraints):
+        yield f"'{item.name}' has constraints"
+    if item.data is not None and item.data.animation_data is not None:
+        yield f"the data of '{item.name}' is animated"
+    animation = item.animation_data
+    if animation is None:
+        return
+    if len(animation.drivers):
+        yield f"'{item.name}' has drivers"
+    if animation.use_nla and any(not track.mute and len(track.strips) for track in animation.nla_tracks):
+        yield f"'{item.name}' plays NLA strips"
+    if item != armature and animation.action is not None:
+        yield f"'{item.name}' is animated"
+
+
+def _armature_state(armature: bpy.types.Object) -> Iterator[str]:
+    if armature.data.pose_position == "REST":
+        yield f"'{armature.name}' shows its rest pose"
+    animation = armature.animation_data
+    if animation is not None and (
+        animation.action_influence != 1 or animation.action_blend_type != "REPLACE"
+    ):
+        yield f"'{armature.name}' plays its action only in part"
+    if not _is_even(armature):
+        yield f"'{armature.name}' is scaled unevenly or mirrored"
+
+
+def _bones(mesh: bpy.types.Object, armature: bpy.types.Object) -> Iterator[str]:
+    bones = armature.data.bones
+    for joint, name in enumerate(JOINT_NAMES):
+        bone = bones[name]
+        parent = JOINT_NAMES[PARENTS[joint]] if PARENTS[joint] >= 0 else None
+        if (bone.parent.name if bone.parent else None) != parent:
+            yield f"the bone '{name}' has another parent than in SMPL"
+        if not bone.use_deform or not bone.use_inherit_rotation or bone.bbone_segments > 1:
+            yield f"the bone '{name}' bends, does not deform or does not inherit rotation"
+        if any(not c.mute and c.influence > 0 for c in armature.pose.bones[name].constraints):
+            yield f"the bone '{name}' has constraints"
+    others = {bone.name for bone in bones if bone.use_deform} - set(JOINT_NAMES)
+    if others & {group.name for group in mesh.vertex_groups}:
+        yield f"'{mesh.name}' also follows other bones than the 24"

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import bpy
@@ -39,18 +41,10 @@ class BodyObjects(NamedTuple):
 
 
 def add_body(body: Body, collection: bpy.types.Collection | None = None, name: str = "") -> BodyObjects:
-    """Add a body's mesh and armature to the scene.
+    """Add a body's mesh and armature to the scene, or to a collection.
 
     The bones point from joint to joint, so that the armature can be posed by hand; the mesh
     follows by vertex groups and an armature modifier alone, as Blender skins: linearly.
-
-    Parameters
-    ----------
-    body : Body
-    collection : Collection, optional
-        Where to link the objects; the scene's own collection by default.
-    name : str
-        Name of the mesh, and of the armature with "Armature" behind it; the body's by default.
     """
     collection = collection or bpy.context.scene.collection
     name = name or body.name
@@ -66,8 +60,7 @@ def add_skinned(
     collection.objects.link(mesh)
     _add_weights(mesh, body.weights)
     mesh.parent = armature
-    modifier = mesh.modifiers.new("Armature", "ARMATURE")
-    modifier.object = armature
+    mesh.modifiers.new("Armature", "ARMATURE").object = armature
     return mesh
 
 
@@ -83,18 +76,9 @@ def reskin(item: bpy.types.Object, body: Body) -> None:
 def body_of(mesh: bpy.types.Object) -> Body:
     """Read a body back from a mesh that 24 SMPL-named bones skin.
 
-    The body is in the armature's space, in metres: where the armature stands, and how it is
-    turned, is no property of the body. Vertices that no bone weighs on are refused.
-
-    Parameters
-    ----------
-    mesh : Object
-        A mesh with an armature modifier.
-
-    Raises
-    ------
-    ValueError
-        If it is no mesh, has no armature with all 24 bones, or vertices without weights.
+    The body is in the armature's space, in metres: where the armature stands, and how it is turned, is no
+    property of the body. Raises `ValueError` if it is no mesh, has no armature with all 24 bones, or vertices
+    that no bone weighs on.
     """
     armature = armature_of(mesh)
     to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(mesh.matrix_world)
@@ -107,18 +91,12 @@ def body_of(mesh: bpy.types.Object) -> Body:
         joints=heads @ body_space(armature)[:3, :3].T,
         weights=_read_weights(mesh),
         name=mesh.name,
-        mirror=None if mirror is None else _read(mirror.data, "value", len(vertices), np.int32),
+        mirror=None if mirror is None else read_values(mirror.data, "value", len(vertices), np.int32),
     )
 
 
 def armature_of(mesh: bpy.types.Object) -> bpy.types.Object:
-    """The armature that skins a body's mesh.
-
-    Raises
-    ------
-    ValueError
-        If the object is no mesh or no armature with all 24 SMPL-named bones skins it.
-    """
+    """The armature that skins a body's mesh; a `ValueError` where none has all 24 SMPL-named bones."""
     if mesh.type != "MESH":
         raise ValueError(f"'{mesh.name}' is not a mesh: choose the mesh of a body")
     armatures = [m.object for m in mesh.modifiers if m.type == "ARMATURE" and m.object is not None]
@@ -139,9 +117,8 @@ def body_space(armature: bpy.types.Object) -> np.ndarray:
 
 def rest_vertices(mesh: bpy.types.Object) -> np.ndarray:
     """Undeformed vertex positions in the mesh's own space, shape (V, 3)."""
-    return (
-        _read(mesh.data.vertices, "co", len(mesh.data.vertices) * 3, np.float32).reshape(-1, 3).astype(float)
-    )
+    vertices = mesh.data.vertices
+    return read_values(vertices, "co", len(vertices) * 3, np.float32).reshape(-1, 3).astype(float)
 
 
 def matrix(value: bpy.types.bpy_struct) -> np.ndarray:
@@ -150,28 +127,39 @@ def matrix(value: bpy.types.bpy_struct) -> np.ndarray:
 
 
 def _add_armature(body: Body, name: str, collection: bpy.types.Collection) -> bpy.types.Object:
-    """Bones can be made in edit mode only, and that needs an active object in the view layer."""
     armature = bpy.data.objects.new(name, bpy.data.armatures.new(name))
     collection.objects.link(armature)
-    view_layer = bpy.context.view_layer
-    active, selected = view_layer.objects.active, list(bpy.context.selected_objects)
-    for item in selected:  # other armatures would go into edit mode along with this one
-        item.select_set(False)
-    view_layer.objects.active = armature
-    bpy.ops.object.mode_set(mode="EDIT")
     tails = _bone_tails(body.joints)
-    for joint, bone_name in enumerate(JOINT_NAMES):
-        bone = armature.data.edit_bones.new(bone_name)
-        bone.head, bone.tail = body.joints[joint], tails[joint]
-        bone.align_roll((0.0, -1.0, 0.0))
-        if PARENTS[joint] >= 0:
-            bone.parent = armature.data.edit_bones[JOINT_NAMES[PARENTS[joint]]]
-    bpy.ops.object.mode_set(mode="OBJECT")
-    view_layer.objects.active = active
-    for item in selected:
-        item.select_set(True)
+    with editing(armature) as bones:
+        for joint, bone_name in enumerate(JOINT_NAMES):
+            bone = bones.new(bone_name)
+            bone.head, bone.tail = body.joints[joint], tails[joint]
+            bone.align_roll((0.0, -1.0, 0.0))
+            if PARENTS[joint] >= 0:
+                bone.parent = bones[JOINT_NAMES[PARENTS[joint]]]
     armature.data.display_type = "STICK"
     return armature
+
+
+@contextmanager
+def editing(armature: bpy.types.Object) -> Iterator[bpy.types.ArmatureEditBones]:
+    """Bones of an armature to make and move: that goes in edit mode only, on an active, visible object."""
+    view_layer = bpy.context.view_layer
+    active, hidden = view_layer.objects.active, armature.hide_get()
+    others = [item for item in bpy.context.selected_objects if item.type == "ARMATURE" and item != armature]
+    for item in others:  # they would go into edit mode along with this one
+        item.select_set(False)
+    armature.hide_set(False)
+    view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        yield armature.data.edit_bones
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+        armature.hide_set(hidden)
+        view_layer.objects.active = active
+        for item in others:
+            item.select_set(True)
 
 
 def _bone_tails(joints: np.ndarray) -> np.ndarray:
@@ -222,10 +210,11 @@ def _read_weights(mesh: bpy.types.Object) -> np.ndarray:
 def triangles_of(mesh: bpy.types.Mesh) -> np.ndarray:
     """Triangles of a mesh as Blender cuts it, shape (F, 3)."""
     mesh.calc_loop_triangles()
-    return _read(mesh.loop_triangles, "vertices", len(mesh.loop_triangles) * 3, np.int32).reshape(-1, 3)
+    return read_values(mesh.loop_triangles, "vertices", len(mesh.loop_triangles) * 3, np.int32).reshape(-1, 3)
 
 
-def _read(items: bpy.types.bpy_prop_collection, name: str, size: int, dtype: type) -> np.ndarray:
+def read_values(items: bpy.types.bpy_prop_collection, name: str, size: int, dtype: type) -> np.ndarray:
+    """One property of all items of a collection, as a flat array of this size."""
     values = np.empty(size, dtype=dtype)
     items.foreach_get(name, values)
     return values

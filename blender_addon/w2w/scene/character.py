@@ -15,7 +15,7 @@ from ..core.motion.skinning import triangle_frames
 from ..core.motion.source import SourceMotion
 from ..core.patches.correspondence import Character, correspond
 from .adopt import joint_weights, moving_armature
-from .body import matrix, rest_vertices, triangles_of
+from .body import matrix, read_values, rest_vertices, triangles_of
 from .heatmap import heatmap_names, paint_colours, remove_heatmaps
 from .takes import skeleton_of
 
@@ -47,12 +47,8 @@ def character_meshes(armature: bpy.types.Object, scene: bpy.types.Scene) -> list
 def read_character(armature: bpy.types.Object, meshes: Sequence[bpy.types.Object]) -> Character:
     """A character in its armature's rest pose, its meshes one after the other.
 
-    Raises
-    ------
-    UnusableMotion
-        If no bones were found, by name or by structure, for the joints of a body.
-    ValueError
-        If the skeleton does not lie in the skin.
+    Raises `UnusableMotion` if no bones were found, by name or by structure, for the joints of a body, and
+    `ValueError` if the skeleton does not lie in the skin.
     """
     names, parents, rest = skeleton_of(armature)
     rest = matrix(armature.matrix_world) @ rest
@@ -76,18 +72,7 @@ def read_character(armature: bpy.types.Object, meshes: Sequence[bpy.types.Object
 def tie(character: Character, meshes: Sequence[bpy.types.Object], body: Body) -> float:
     """Note on each vertex of a character which point of our body it is.
 
-    Parameters
-    ----------
-    character : Character
-        From `read_character`.
-    meshes : sequence of Object
-        The same.
-    body : Body
-
-    Returns
-    -------
-    float
-        Median distance of the character from our body once it is laid on it, metres.
+    Returns the median distance of the character from our body once it is laid on it, metres.
     """
     points = correspond(character, body)
     values = np.column_stack([points.faces, points.shares[:, :2]]).astype(np.float32)
@@ -114,8 +99,8 @@ def carry_heatmaps(body: bpy.types.Object, mesh: bpy.types.Object) -> None:
     remove_heatmaps(mesh)
     corners, shares = _points(body, mesh)
     for name in heatmap_names(body):
-        colours = np.empty(len(body.data.vertices) * 4, dtype=np.float32)
-        body.data.color_attributes[name].data.foreach_get("color_srgb", colours)
+        own = body.data.color_attributes[name].data
+        colours = read_values(own, "color_srgb", len(body.data.vertices) * 4, np.float32)
         carried = np.einsum("vc,vca->va", shares, colours.reshape(-1, 4)[corners, :3])
         paint_colours(mesh.data, name, carried)
 
@@ -128,21 +113,8 @@ def place_marks(
 ) -> list[bpy.types.Object]:
     """Balls on a character where sensors are on our body; they follow its skin, whatever moves that.
 
-    Parameters
-    ----------
-    body : Object
-        Our body's mesh.
-    vertices : sequence of int
-        Vertex of our body under each sensor.
-    meshes : sequence of Object
-        The character's, tied to the body.
-    size : float
-        Radius of the balls, for a character as large as our body, metres.
-
-    Returns
-    -------
-    list of Object
-        Empties in no collection yet, one a sensor.
+    `vertices` are those of our body under each sensor; `meshes` the character's, tied to the body; `size` the
+    radius for a character as large as our body, metres. The empties are in no collection yet.
     """
     rest = rest_vertices(body)
     parts = []
@@ -202,18 +174,11 @@ def _ball(mesh: bpy.types.Object, vertex: int, radius: float) -> bpy.types.Objec
 
 
 def _points(body: bpy.types.Object, mesh: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices of our body around the point that each of a mesh's is, and their shares, both (V, 3).
-
-    Raises
-    ------
-    ValueError
-        If the mesh is not tied, or to another body.
-    """
+    """Vertices of our body around the point that each of a mesh's is, and their shares, both (V, 3)."""
     attribute = mesh.data.attributes.get(POINT)
     if attribute is None:
         raise ValueError(f"'{mesh.name}' has lost what ties it to the body: use the character again")
-    values = np.empty(len(mesh.data.vertices) * 3, dtype=np.float32)
-    attribute.data.foreach_get("vector", values)
+    values = read_values(attribute.data, "vector", len(mesh.data.vertices) * 3, np.float32)
     values = values.reshape(-1, 3).astype(np.float64)
     faces, triangles = np.rint(values[:, 0]).astype(np.intp), triangles_of(body.data)
     if len(faces) and not 0 <= faces.min() <= faces.max() < len(triangles):

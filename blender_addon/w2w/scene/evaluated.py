@@ -17,13 +17,7 @@ class EvaluatedVertices:
 
     Modifiers that add or remove vertices are followed too: a vertex is found again by a tag
     that modifiers pass on and never make anew, and where they copied it the middle of its
-    copies counts, as in Blender's vertex parenting.
-
-    Parameters
-    ----------
-    mesh : Object
-    vertices : ndarray of int
-        The vertices wanted, of any shape.
+    copies counts, as in Blender's vertex parenting. One that removes a wanted vertex is refused.
     """
 
     def __init__(self, mesh: bpy.types.Object, vertices: np.ndarray) -> None:
@@ -34,28 +28,12 @@ class EvaluatedVertices:
         self._sources: csr_matrix | None = None
 
     def positions(self) -> np.ndarray:
-        """World positions in the scene's current frame, metres.
-
-        Returns
-        -------
-        ndarray, shape (*vertices.shape, 3), float64
-
-        Raises
-        ------
-        ValueError
-            If a modifier removes a vertex that is wanted.
-        """
+        """World positions of the wanted vertices in the scene's current frame, metres, shape (..., 3)."""
         own, world = self._own()
         return own[self.vertices] @ world[:3, :3].T + world[:3, 3]
 
     def everywhere(self) -> np.ndarray:
-        """World positions of all the mesh's own vertices, shape (V, 3); NaN where a modifier removed one.
-
-        Raises
-        ------
-        ValueError
-            If a modifier removes a vertex that is wanted.
-        """
+        """World positions of all the mesh's own vertices, shape (V, 3); NaN where a modifier removed one."""
         own, world = self._own()
         return own @ world[:3, :3].T + world[:3, 3]
 

@@ -12,17 +12,16 @@ from scipy.spatial.transform import Rotation
 OwnCurves = dict[tuple[str, int], bpy.types.FCurve]
 """F-curves of one object or bone by property and index."""
 
-
 MOST = 1e10
 """No place, turn or scale of a body is beyond this in any unit; Blender makes infinity the largest number."""
 
 
-class NotFiniteError(ValueError):
-    """Curves hold NaN, infinite values or such as no body has."""
-
-
 LINEAR = 1
 """Value of the enum ``Keyframe.interpolation`` as `foreach_get` gives it."""
+
+
+class NotFiniteError(ValueError):
+    """Curves hold NaN, infinite values or such as no body has."""
 
 
 def action_curves(action: bpy.types.Action) -> Iterator[list[bpy.types.FCurve]]:
@@ -41,17 +40,7 @@ def action_curves(action: bpy.types.Action) -> Iterator[list[bpy.types.FCurve]]:
 
 
 def sample(curve: bpy.types.FCurve, frames: np.ndarray) -> np.ndarray:
-    """Values of an f-curve at some frames.
-
-    Parameters
-    ----------
-    curve : FCurve
-    frames : ndarray, shape (T,)
-
-    Returns
-    -------
-    ndarray, shape (T,)
-    """
+    """Values of an f-curve at some frames (T,)."""
     points = curve.keyframe_points
     if len(points) == 0 or curve.modifiers:
         return np.array([curve.evaluate(frame) for frame in frames])
@@ -92,24 +81,10 @@ def basis_matrices(
     curves: Sequence[OwnCurves],
     frames: np.ndarray,
 ) -> np.ndarray:
-    """Local matrices of objects or pose bones in each frame, from their f-curves.
+    """Local matrices (T, B, 4, 4) of objects or pose bones in each frame, from their f-curves.
 
-    Parameters
-    ----------
-    owners : sequence of PoseBone or Object, length B
-        Give the rotation mode and the value of every channel without a curve.
-    curves : sequence of dict of (property, index) to FCurve, length B
-        Curves of `location`, `rotation_*` and `scale`.
-    frames : ndarray, shape (T,)
-
-    Returns
-    -------
-    ndarray, shape (T, B, 4, 4)
-
-    Raises
-    ------
-    NotFiniteError
-        If a value is NaN, infinite or beyond `MOST`.
+    The owners give the rotation mode and the value of every channel without a curve. A value that is NaN,
+    infinite or beyond `MOST` raises a `NotFiniteError`.
     """
     matrices = np.zeros((len(frames), len(owners), 4, 4))
     matrices[..., 3, 3] = 1
@@ -136,7 +111,9 @@ def _rotations_of_mode(
     """Rotation matrices (T * B, 3, 3)."""
     if mode == "QUATERNION":
         quaternions = _channels(owners, "rotation_quaternion", curves, frames).reshape(-1, 4)
-        return Rotation.from_quat(_non_zero(quaternions), scalar_first=True).as_matrix()
+        # Blender reads a zero quaternion as no rotation
+        quaternions[np.linalg.norm(quaternions, axis=1) < 1e-12] = (1, 0, 0, 0)
+        return Rotation.from_quat(quaternions, scalar_first=True).as_matrix()
     if mode == "AXIS_ANGLE":
         values = _channels(owners, "rotation_axis_angle", curves, frames).reshape(-1, 4)
         axis = values[:, 1:] / np.maximum(np.linalg.norm(values[:, 1:], axis=1, keepdims=True), 1e-12)
@@ -160,12 +137,3 @@ def _channels(owners: Sequence, name: str, curves: Sequence[OwnCurves], frames: 
     if not (np.abs(values) < MOST).all():
         raise NotFiniteError(f"{name} is not finite")
     return values
-
-
-def _non_zero(quaternions: np.ndarray) -> np.ndarray:
-    """Blender reads a zero quaternion as no rotation."""
-    zero = np.linalg.norm(quaternions, axis=1) < 1e-12
-    if zero.any():
-        quaternions = quaternions.copy()
-        quaternions[zero] = (1, 0, 0, 0)
-    return quaternions

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.colours import COLOUR_MAP, DIFFERENCE_MAP, LEAST_SPAN, difference_range, patch_colours
 from ..core.patches.patches import PatchSet
+from .patches import check_patches
 
 MEAN = "Expected F1"
 PREFIX = "Expected F1: "
@@ -35,49 +36,19 @@ def add_heatmaps(
     title: str = MEAN,
     span: float = LEAST_SPAN,
 ) -> list[str]:
-    """Paint a colour attribute on the mesh for each activity and for the mean, and show the mean.
+    """Paint colour attributes on the mesh for the mean (N,) and each activity (N, A), and show the mean.
 
-    Heatmaps that an earlier call left are replaced.
-
-    Parameters
-    ----------
-    mesh : Object
-    patches : PatchSet, N patches
-    utility_f1 : ndarray, shape (N, A)
-        Score of each patch and activity; NaN where there is none.
-    activities : sequence of str, length A
-    mean : ndarray, shape (N,)
-        Score of each patch over all activities.
-    low, high : float, optional
-        Scores at the ends of the colour map, for all heatmaps alike; each heatmap's own
-        range by default.
-    colour_map : str
-        A name that the `cmap` package knows.
-    title : str
-        What the scores are: `MEAN` or `ON_THESE_CLIPS`.
-    span : float
-        F1 that each heatmap's own range spans at least.
-
-    Returns
-    -------
-    list of str
-        Names of the colour attributes: the mean, then the activities.
-
-    Raises
-    ------
-    ValueError
-        If the scores do not fit the patches, or the patches the mesh.
+    Heatmaps of an earlier call are replaced. `low` and `high` are the scores at the ends of the colour map, a
+    name that `cmap` knows; by default each heatmap has its own range, of at least `span`. `title` says what
+    the scores are: `MEAN` or `ON_THESE_CLIPS`. Returns the names of the attributes: the mean, then the
+    activities. Raises `ValueError` if the scores do not fit the patches, or the patches the mesh.
     """
     utility_f1 = np.asarray(utility_f1, dtype=np.float64)
     if utility_f1.shape != (len(patches), len(activities)):
         raise ValueError(
             f"utility_f1 must have shape {(len(patches), len(activities))}, not {utility_f1.shape}"
         )
-    if len(patches.labels) != len(mesh.data.vertices):
-        raise ValueError(
-            f"the patches are not of this body: they cover {len(patches.labels)} vertices, "
-            f"but '{mesh.name}' has {len(mesh.data.vertices)}"
-        )
+    check_patches(mesh, patches)
     remove_heatmaps(mesh)
     names = _attribute_names(activities, title)
     for name, scores in zip(names, np.column_stack([mean, utility_f1]).T, strict=True):
@@ -94,13 +65,7 @@ def add_difference(mesh: bpy.types.Object, patches: PatchSet, scores: np.ndarray
 
 
 def show_heatmap(mesh: bpy.types.Object, name: str) -> None:
-    """Make a colour attribute the one that the viewport, materials and renders show.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has no colour attribute of that name.
-    """
+    """Make a colour attribute the one that the viewport, materials and renders show."""
     attributes = mesh.data.color_attributes
     index = attributes.find(name)
     if index < 0:

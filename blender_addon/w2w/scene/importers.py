@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is wrong with an FBX file, told from its bytes, before or after Blender refuses it."""
+"""Blender's importers: FBX files are checked by their bytes, glTF, VRM and USD made ready for it."""
 
 from __future__ import annotations
 
 import re
 import struct
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import bpy
+
+from ..core.motion.gltf_check import VRM_SUFFIXES, as_plain_glb, check_gltf
 from ..core.motion.motion_file import size_and_head
 from ..core.motion.source import UnusableMotion
+from ..core.motion.usd_check import check_usd
+from .actions import set_scene_rate
 
 FBX_MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
 FBX_HEADER_SIZE = 27
@@ -21,6 +30,9 @@ OLDEST_FOR_PYTHON = 7100
 
 SAVE_ANEW = "save it as FBX 7.4 (FBX 2014), binary, where it comes from or with Blender 4.5 or later"
 
+GLTF_RATE = 60
+"""Frames per second that glTF is read at: it has times, no rate."""
+
 FAULTS = {
     "memory": "it unpacks to more than fits in memory",
     "truncated": "it is cut short, or a record in it does not add up",
@@ -32,19 +44,10 @@ FAULTS = {
 
 
 def check_fbx(path: Path, python_importer: bool = False) -> None:
-    """Refuse a file that cannot be an FBX, with a sentence that is true.
+    """Refuse a file that Blender cannot read as FBX, with a sentence that is true.
 
-    Parameters
-    ----------
-    path : Path
-    python_importer : bool
-        Blender has only the importer it had before 4.5.
-
-    Raises
-    ------
-    UnusableMotion
-        If the file cannot be read, is empty, a Git LFS pointer, cut short, no FBX at all, or of a
-        version that Blender does not read.
+    It may be empty, a Git LFS pointer, cut short, no FBX at all, or of a version that Blender does not read;
+    `python_importer` says that it has only the importer from before 4.5.
     """
     size, head = size_and_head(path)
     binary = head.startswith(FBX_MAGIC)
@@ -119,3 +122,47 @@ def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:
                     f"it is damaged: a record at byte {position} claims to end before it begins"
                 )
             position = end
+
+
+def import_gltf(path: Path) -> None:
+    """Import a glTF or VRM file into the open scene, finely enough for its key times.
+
+    Refused are files that are damaged, of another version, in several parts, or no VRM though named as one.
+    """
+    is_vrm = path.suffix.lower() in VRM_SUFFIXES
+    check_gltf(path, skin=not is_vrm)
+    render = bpy.context.scene.render
+    render.fps, render.fps_base = GLTF_RATE, 1.0
+    if not is_vrm:
+        bpy.ops.import_scene.gltf(filepath=str(path))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, "vrm.glb")
+        plain.write_bytes(as_plain_glb(path))
+        bpy.ops.import_scene.gltf(filepath=str(plain))
+
+
+def import_usd(path: Path) -> None:
+    """Import a USD file, text or binary, at its own time codes a second, which Blender's importer ignores.
+
+    Refused are files that are damaged or put together from others, and a Blender that knows no USD.
+    """
+    if "usd_import" not in dir(bpy.ops.wm):
+        raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
+    with _bundled_modules():
+        rate = check_usd(path)
+    set_scene_rate(rate)
+    bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)
+
+
+@contextmanager
+def _bundled_modules() -> Iterator[None]:
+    """Let `pxr` be found in Blender's Python module, which brings it but leaves it off the path (4.4+)."""
+    before = sys.path.copy()
+    expose = getattr(bpy.utils, "expose_bundled_modules", None)
+    if expose is not None:
+        expose()
+    try:
+        yield
+    finally:
+        sys.path[:] = before

@@ -22,18 +22,10 @@ from ..core.motion.source import SourceMotion
 
 
 class Carried(NamedTuple):
-    """A motion on the body, and where it came from.
+    """A motion without labels on the body, and where it came from.
 
-    Attributes
-    ----------
-    motion : Motion
-        Without labels.
-    take : str
-        Name of the take; empty for SMPL files, which have none.
-    skeleton : str
-        Whose bone names matched; of joint positions the joint set.
-    scale : float
-        Body metres in one unit of the file.
+    `take` is empty for SMPL files; `skeleton` says whose bone names matched, or the joint set; `scale` is
+    body metres in one unit of the file.
     """
 
     motion: Motion
@@ -49,16 +41,8 @@ Source = SourceMotion | Motion | JointPositions
 def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
     """Read a motion file: FBX, glTF and USD through Blender, all else directly.
 
-    Parameters
-    ----------
-    path : Path
-    pose : PoseFacts
-        What is known of joint positions, where the file holds those.
-
-    Raises
-    ------
-    UnusableMotion
-        If it cannot be used; the message says why.
+    `pose` says what is known of joint positions, where the file holds those. Raises `UnusableMotion` if it
+    cannot be used.
     """
     if is_joint_file(path):
         return read_joints(path, pose)
@@ -76,20 +60,9 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
 
 
 def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
-    """Retarget what a file holds to a body.
+    """Retarget what a file holds to a body; the user's own bone maps are tried before the bundled ones.
 
-    Parameters
-    ----------
-    source : SourceMotion, Motion or JointPositions
-        From `read_motion`.
-    body : Body
-    maps : sequence of BoneMap
-        The user's own, tried before the bundled ones.
-
-    Raises
-    ------
-    UnusableMotion
-        If the skeleton cannot be matched, or the joints make no body.
+    Raises `UnusableMotion` if the skeleton cannot be matched, or the joints make no body.
     """
     if isinstance(source, JointPositions):
         found = source.fit(body)

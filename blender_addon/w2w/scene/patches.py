@@ -29,30 +29,9 @@ def place_patches(
 ) -> bpy.types.Collection:
     """Put an empty on the carrier triangle of each patch, in a collection of their own.
 
-    The empties follow the surface by Blender's own three-vertex parenting, whatever moves
-    it, and need no script for that: x along the triangle's first edge, z outward, at the
-    centroid.
-
-    Parameters
-    ----------
-    mesh : Object
-        The body's mesh, its vertices in the order of the body that the patches were sampled on.
-    patches : PatchSet
-    name : str
-        Name of the new collection.
-    size : float
-        Length of the empties' axes, metres.
-    parent : Collection, optional
-        Where to link the new collection; the scene's own by default.
-
-    Returns
-    -------
-    Collection
-
-    Raises
-    ------
-    ValueError
-        If the patches are on vertices that the mesh does not have.
+    The empties follow the surface by Blender's own three-vertex parenting, whatever moves it, and need no
+    script for that: x along the triangle's first edge, z outward, at the centroid. The mesh must have the
+    vertices of the body that the patches were sampled on.
     """
     highest, n_vertices = int(patches.triangles.max()), len(mesh.data.vertices)
     if highest >= n_vertices:
@@ -68,6 +47,15 @@ def place_patches(
         empty[REGION] = patches.regions[number]
         collection.objects.link(empty)
     return collection
+
+
+def check_patches(mesh: bpy.types.Object, patches: PatchSet) -> None:
+    """Refuse patches of another body."""
+    if len(patches.labels) != len(mesh.data.vertices):
+        raise ValueError(
+            f"the patches are not of this body: they cover {len(patches.labels)} vertices, "
+            f"but '{mesh.name}' has {len(mesh.data.vertices)}"
+        )
 
 
 def remove_patches(collection: bpy.types.Collection) -> None:

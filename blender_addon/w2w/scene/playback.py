@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 
 import bpy
@@ -89,20 +89,11 @@ def without_empties(mesh: bpy.types.Object) -> Iterator[None]:
     finally:
         for layer in idle:
             layer.exclude = False
-        _restore(view_layer, selected, hidden, active)
-
-
-def _restore(
-    view_layer: bpy.types.ViewLayer,
-    selected: Sequence[bpy.types.Object],
-    hidden: Sequence[bpy.types.Object],
-    active: bpy.types.Object | None,
-) -> None:
-    for item in selected:
-        item.select_set(True, view_layer=view_layer)
-    for item in hidden:
-        item.hide_set(True, view_layer=view_layer)
-    view_layer.objects.active = active
+        for item in selected:
+            item.select_set(True, view_layer=view_layer)
+        for item in hidden:
+            item.hide_set(True, view_layer=view_layer)
+        view_layer.objects.active = active
 
 
 def _layer_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:

@@ -11,40 +11,32 @@ import numpy as np
 from ..core.body.body import Body
 from ..core.body.skeleton import JOINT_NAMES
 from . import actions
-from .body import armature_of, matrix
+from .body import armature_of, editing, matrix
 from .fcurves import rescale
 
 PELVIS = JOINT_NAMES[0]
 
 
 def reshape_body(mesh: bpy.types.Object, body: Body, motions: Iterable[bpy.types.Action] = ()) -> None:
-    """Give a body in the scene the vertices and joints of another shape of it.
+    """Give a body that `add_body` made the vertices and joints of another shape of it, soles on z = 0.
 
-    Bones keep their directions, so that the rotations in actions mean the same motion as before.
-    The pelvis's path is scaled by its height over the floor, as longer legs take longer steps.
-    Faces, weights, vertex groups, colours and whatever is parented to the surface stay.
-
-    Parameters
-    ----------
-    mesh : Object
-        A body that `add_body` made.
-    body : Body
-        The same body in another shape: as many vertices, soles on z = 0.
-    motions : iterable of Action
-        Actions of its armature to fit to the new shape.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has other vertices than the body or shape keys, or its bones cannot be edited now.
+    Bones keep their directions, so that the rotations in actions mean the same motion as before. The pelvis's
+    path in `motions` is scaled by its height over the floor, as longer legs take longer steps. Faces,
+    weights, vertex groups, colours and whatever is parented to the surface stay. Raises `ValueError` if the
+    mesh has other vertices than the body or shape keys, or its bones cannot be edited now.
     """
     _check(mesh, body)
     armature = armature_of(mesh)
-    before = _pelvis(armature)
+    before = np.array(armature.data.bones[PELVIS].head_local, dtype=np.float64)
     mesh.data.vertices.foreach_set("co", body.vertices.astype(np.float32).ravel())
     mesh.data.update()
-    _move_bones(armature, body.joints)
-    after = _pelvis(armature)
+    with editing(armature) as bones:
+        for joint, name in enumerate(JOINT_NAMES):
+            bone = bones[name]
+            along, roll = np.array(bone.tail) - np.array(bone.head), bone.roll
+            bone.head, bone.tail = body.joints[joint], body.joints[joint] + along
+            bone.roll = roll
+    after = np.array(armature.data.bones[PELVIS].head_local, dtype=np.float64)
     for action in motions:
         _fit_path(armature, action, before, after)
 
@@ -62,34 +54,6 @@ def _check(mesh: bpy.types.Object, body: Body) -> None:
         )
     if mesh.data.shape_keys is not None:
         raise ValueError(f"'{mesh.name}' has shape keys, which hold its old shape: remove them first")
-
-
-def _pelvis(armature: bpy.types.Object) -> np.ndarray:
-    return np.array(armature.data.bones[PELVIS].head_local, dtype=np.float64)
-
-
-def _move_bones(armature: bpy.types.Object, joints: np.ndarray) -> None:
-    """Move each bone to its joint; that goes in edit mode only, and needs an active, visible object."""
-    view_layer = bpy.context.view_layer
-    active, hidden = view_layer.objects.active, armature.hide_get()
-    others = [item for item in bpy.context.selected_objects if item.type == "ARMATURE" and item != armature]
-    for item in others:  # they would go into edit mode along with this one
-        item.select_set(False)
-    armature.hide_set(False)
-    view_layer.objects.active = armature
-    bpy.ops.object.mode_set(mode="EDIT")
-    try:
-        for joint, name in enumerate(JOINT_NAMES):
-            bone = armature.data.edit_bones[name]
-            along, roll = np.array(bone.tail) - np.array(bone.head), bone.roll
-            bone.head, bone.tail = joints[joint], joints[joint] + along
-            bone.roll = roll
-    finally:
-        bpy.ops.object.mode_set(mode="OBJECT")
-        armature.hide_set(hidden)
-        view_layer.objects.active = active
-        for item in others:
-            item.select_set(True)
 
 
 def _fit_path(

@@ -22,21 +22,9 @@ ASIDE = "Beside"
 
 
 def add_beside(mesh: bpy.types.Object, model: bpy.types.Object) -> bpy.types.Object:
-    """Put a copy of a body to the right of a body.
+    """Put a copy of a model, this body or another, to the right of a body; it cannot be selected.
 
     The surface is moved aside after the armature has posed it: the copy needs no armature of its own.
-
-    Parameters
-    ----------
-    mesh : Object
-        The body to stand beside.
-    model : Object
-        The body to copy: the same, or another.
-
-    Returns
-    -------
-    Object
-        It cannot be selected.
     """
     copy = bpy.data.objects.new(f"{mesh.name} Beside", model.data.copy())
     copy[BESIDE] = model.name

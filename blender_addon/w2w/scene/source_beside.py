@@ -34,23 +34,9 @@ def remove_source(name: str = "") -> None:
 
 
 def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float) -> None:
-    """Import a clip's file beside the body; selection, frame rate and range stay as they are.
+    """Import a clip's FBX or BVH file beside the body; selection, frame rate and range stay as they are.
 
-    Parameters
-    ----------
-    mesh : Object
-        The body's mesh.
-    name : str
-        The clip's.
-    path : Path
-        An FBX or BVH file.
-    scale : float
-        Of the body to the file.
-
-    Raises
-    ------
-    UnusableMotion
-        If Blender cannot import the file.
+    `scale` is that of the body to the file. A file that Blender cannot import raises an `UnusableMotion`.
     """
     view_layer, chosen = bpy.context.view_layer, list(bpy.context.selected_objects)
     active = view_layer.objects.active

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -31,10 +31,8 @@ from ..core.motion.source import (
 from ..core.motion.usd_check import USD_SUFFIXES
 from .actions import key_rate
 from .fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
-from .gltf import import_gltf
-from .importers import check_fbx, import_fault
+from .importers import check_fbx, import_fault, import_gltf, import_usd
 from .playback import same_timing
-from .usd import import_usd
 
 Curves = dict[str, OwnCurves]
 
@@ -63,17 +61,9 @@ class Take:
 
 
 def read_clip(path: str | Path) -> SourceMotion:
-    """Import a motion file into the open scene, read the take that moves, and remove all that came.
+    """Import an FBX, glTF, VRM or USD file, read the take that moves, and remove all that came.
 
-    Parameters
-    ----------
-    path : str or Path
-        An FBX, glTF, VRM or USD file.
-
-    Raises
-    ------
-    UnusableMotion
-        If the file holds no motion that can be used; the message says why.
+    Raises `UnusableMotion` if the file holds no motion that can be used.
     """
     path = Path(path)
     before = {action.session_uid for action in bpy.data.actions}
@@ -86,13 +76,7 @@ def read_clip(path: str | Path) -> SourceMotion:
 
 @contextmanager
 def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
-    """The objects a motion file brings, removed again at the end.
-
-    Raises
-    ------
-    UnusableMotion
-        If Blender cannot import the file.
-    """
+    """The objects that a motion file brings, removed again at the end."""
     before = existing_data()
     try:
         with same_timing():
@@ -105,10 +89,7 @@ def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
 def import_file(path: Path) -> None:
     """Import an FBX, BVH, glTF, VRM or USD file with Blender's importer into the open scene.
 
-    Raises
-    ------
-    UnusableMotion
-        If the file is of another kind, damaged, or Blender refuses it.
+    Raises `UnusableMotion` if the file is of another kind, damaged, or Blender refuses it.
     """
     kind = path.suffix.lower()
     try:
@@ -134,26 +115,19 @@ def import_file(path: Path) -> None:
 def best_take(
     objects: list[bpy.types.Object], actions: Iterable[bpy.types.Action] | None = None
 ) -> SourceMotion:
-    """Read the take that moves most, the one Mixamo names before any other.
+    """Read the take that moves most, the one Mixamo names before any other, among all actions or some.
 
-    Of several people in a file, each an armature, the one that moves most is read.
-
-    Parameters
-    ----------
-    objects : list of Object
-    actions : iterable of Action, optional
-        Where to look for takes; all actions there are by default.
-
-    Raises
-    ------
-    UnusableMotion
-        If there is no armature, no animation of it, or none that moves.
+    Of several people in a file, each an armature, the one that moves most is read. Raises `UnusableMotion` if
+    there is no armature, no animation of it, or none that moves.
     """
     armatures = [item for item in objects if item.type == "ARMATURE"]
     if not armatures:
         kinds = sorted({item.type.lower() for item in objects})
         raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
-    matched = {item: _matched(item) for item in armatures}
+    # joint -> bone by name, the armature itself being bone 0
+    matched = {
+        item: best_match([item.name, *(bone.name for bone in item.data.bones)])[1] for item in armatures
+    }
     missing = {item: len(missing_joints(joints)) for item, joints in matched.items()}
     people = [item for item in armatures if missing[item] == min(missing.values())]
     people = [item for item in people if not _rests_crumpled(item, matched[item])] or people
@@ -185,15 +159,8 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
     """World matrices of the bones, frame by frame, from the f-curves alone.
 
     The armature object comes first, as a bone of its own: some rigs animate the object
-    instead of a hip bone.
-
-    Parameters
-    ----------
-    take : Take
-    frames : ndarray, shape (T,), optional
-        Which frames; every whole frame of the take by default.
-    unkeyed : sequence of objects like PoseBone, optional
-        Whose channels count where a bone has no curve; the pose bones', as they are, by default.
+    instead of a hip bone. Read are `frames` (T,), or every whole frame of the take; a bone without
+    a curve has the channels of its counterpart in `unkeyed`, or of its pose bone as it is.
     """
     if frames is None:
         start, stop = take.frame_range
@@ -249,7 +216,11 @@ def _has_cpp_importer() -> bool:
 
 
 def _most_moving(takes: list[Take]) -> SourceMotion:
-    motions = [motion for motion in map(_read_finite, takes) if motion is not None]
+    motions = []
+    for take in takes:
+        with suppress(NotFiniteError):
+            motions.append(read_take(take))
+    motions = [motion for motion in motions if np.isfinite(motion.matrices).all()]
     if not motions:
         raise UnusableMotion(NOT_FINITE)
     moving = [motion for motion in motions if not is_pose(motion)]
@@ -257,20 +228,6 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
         refuse_pose(max(motions, key=lambda motion: motion.n_frames))
     preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
     return max(preferred or moving, key=motion_amount)
-
-
-def _read_finite(take: Take) -> SourceMotion | None:
-    """A take's motion, or None where it holds values that no body has."""
-    try:
-        motion = read_take(take)
-    except NotFiniteError:
-        return None
-    return motion if np.isfinite(motion.matrices).all() else None
-
-
-def _matched(armature: bpy.types.Object) -> dict[int, int]:
-    """Joint -> bone by name, the armature itself being bone 0."""
-    return best_match([armature.name, *(bone.name for bone in armature.data.bones)])[1]
 
 
 def _rests_crumpled(armature: bpy.types.Object, matched: dict[int, int]) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a study's body wears, and what bakes its patches then."""
+"""The garments of a study's body, and bakers of patches that garments may cover."""
 
 from __future__ import annotations
 
@@ -27,49 +27,39 @@ T = TypeVar("T")
 
 
 class W2W_PG_garment(bpy.types.PropertyGroup):
-    """A garment that is worn."""
+    """A garment on the body."""
 
     item: PointerProperty(type=bpy.types.Object, name="Garment")
 
 
 class Wardrobe:
-    """The part of a study's properties that is about what the body wears."""
+    """The properties of a study for its garments."""
 
     garments: CollectionProperty(type=W2W_PG_garment)
 
 
 def worn_by(study: bpy.types.PropertyGroup) -> list[bpy.types.Object]:
-    """The garments that are worn, the outer first."""
+    """The garments on the body, the outer first."""
     return [row.item for row in study.garments if row.item is not None and is_there(row.item)]
 
 
 def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
-    """All of the garments that signals depend on and that can be told quickly; empty where none is worn."""
-    parts = [f"{item.name} {len(item.data.vertices)} {_modifiers(item)}" for item in worn_by(study)]
+    """A hash of what is quickly read of the garments that signals depend on; empty without garments."""
+    parts = []
+    for item in worn_by(study):
+        modifiers = " ".join(f"{modifier.type}:{modifier.show_viewport}" for modifier in item.modifiers)
+        parts.append(f"{item.name} {len(item.data.vertices)} {modifiers}")
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12] if parts else ""
-
-
-def _modifiers(item: bpy.types.Object) -> str:
-    return " ".join(f"{modifier.type}:{modifier.show_viewport}" for modifier in item.modifiers)
 
 
 BakerSteps = Generator[Step, None, PatchBaker | GarmentBaker]
 
 
 def baker_steps(mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0) -> BakerSteps:
-    """What bakes a study's patches: on the skin, or on what is worn over it, which is fitted in a thread.
+    """A baker of a study's patches, on the skin or with the garments over it, which are fitted in a thread.
 
-    Parameters
-    ----------
-    mesh : Object
-    patches : PatchSet
-    fraction : float
-        The job's fraction meanwhile.
-
-    Raises
-    ------
-    ValueError
-        If the body cannot be baked or a garment cannot be worn.
+    `fraction` is the job's meanwhile. Raises `ValueError` if the body cannot be baked or a garment cannot
+    be worn.
     """
     garments = worn_by(mesh.w2w)
     if not garments:
@@ -95,12 +85,10 @@ def _while_alive(work: Callable[[], T], item: bpy.types.Object, fraction: float)
 def covers_steps(
     mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0
 ) -> Generator[Step, None, dict[str, Cover]]:
-    """What each garment of a study covers, by its name; of a run that was opened, what was worn in it.
+    """What each garment of a study covers, by its name; in a run that was opened, each garment of that run.
 
-    Raises
-    ------
-    OSError, ValueError
-        If a garment cannot be worn any more, or the run's folder does not say what it wore.
+    Raises `OSError` or `ValueError` if a garment cannot be worn any more, or the run's folder does not say
+    what its garments covered.
     """
     study = mesh.w2w
     if worn_by(study):

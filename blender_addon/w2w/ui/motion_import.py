@@ -17,8 +17,7 @@ from ..core.wording import free_name
 from ..scene.actions import write_action
 from ..scene.body import armature_of, body_of
 from ..scene.load import Carried, Source, carry, read_motion
-from ..scene.scene_motion import read_scene_take
-from ..scene.scene_takes import SceneTake
+from ..scene.scene_takes import SceneTake, read_scene_take
 from .jobs import Step, Steps, as_steps
 from .listed import list_labels
 from .on_body import on_body

@@ -39,15 +39,10 @@ CANDIDATES, SKIN_NEAR = 64, 4
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """The patches that a garment covers.
+    """The patches (K,) that a garment covers, and the vertices of the garment (K, 3) that carry each sensor.
 
-    Parameters
-    ----------
-    patches : ndarray of int, shape (K,)
-    triangles : ndarray of int, shape (K, 3)
-        Vertices of the garment that carry each sensor.
-    mounts : ndarray, shape (K, 3, 3)
-        Turn of each sensor against its triangle's frame: in the rest pose it is turned as on the skin.
+    `mounts` (K, 3, 3) turn each sensor against its triangle's frame: in the rest pose it is turned as on
+    the skin.
     """
 
     patches: np.ndarray

@@ -16,7 +16,7 @@ from ..body.skeleton import JOINT_INDEX
 from ..patches.body_parts import PARTS, SIDES
 
 KINDS = ("tshirt", "trousers")
-"""The garments that there are."""
+"""All garments."""
 
 BLEND = ".blend"
 
@@ -43,14 +43,9 @@ APART = 0.003
 
 @dataclass(frozen=True, eq=False)
 class Garment:
-    """A garment in the body's rest pose.
+    """A garment in the body's rest pose: its mesh, skinned as the skin below it.
 
-    Parameters
-    ----------
-    cloth : Body
-        Its mesh, skinned as the skin below it.
-    held : ndarray of bool, shape (V,)
-        Vertices at the collar or the waistband: these go with the skin.
+    `held` marks the vertices (V,) at the collar or the waistband, which go with the skin.
     """
 
     cloth: Body
@@ -58,19 +53,9 @@ class Garment:
 
 
 def cut(kind: str, body: Body) -> Garment:
-    """Cut a garment for a body.
+    """Cut a garment, one of `KINDS`, for a body in any shape, with any mesh.
 
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-    body : Body
-        In any shape, with any mesh.
-
-    Raises
-    ------
-    ValueError
-        If there is no such garment, or the body's mesh has nothing where it goes.
+    Raises `ValueError` if there is no such garment, or the body's mesh has nothing where it goes.
     """
     if kind not in KINDS:
         raise ValueError(f"there is no garment called '{kind}': there are {' and '.join(KINDS)}")
@@ -84,7 +69,9 @@ def cut(kind: str, body: Body) -> Garment:
     away = dijkstra(_lengths(links, points), indices=edge, min_only=True)
     ease = np.interp(away, (0, TAPER), (SNUG, EASE))
     loose = points + ease[:, None] * _soft_normals(body, skin, _average(links))
-    loose = _smoothed(loose, CLOSEST * ease, _sides_kept(kind, body, points), body, faces)
+    off = points[:, 0] - body.joints[:, 0].mean()
+    side = np.where((np.abs(off) > APART) & (kind == "trousers"), np.sign(off), 0.0)
+    loose = _smoothed(loose, CLOSEST * ease, side, body, faces)
     cloth = Body(loose, faces, body.joints, body.weights[skin], name=kind)
     return Garment(cloth, away < HELD)
 
@@ -135,7 +122,7 @@ def _named(body: Body, beginnings: tuple[str, ...]) -> np.ndarray:
 
 
 def _largest_piece(faces: np.ndarray, n_vertices: int) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices of the largest piece in which triangles hang together, and its faces in their numbers."""
+    """Vertices of the largest connected piece, and its faces in their numbers."""
     if not len(faces):
         return np.empty(0, dtype=np.int64), faces
     pieces = connected_components(_links(_sides_of(faces), n_vertices), directed=False)[1][faces[:, 0]]
@@ -195,9 +182,10 @@ def _average(links: csr_matrix) -> csr_matrix:
 def _smoothed(
     points: np.ndarray, least: np.ndarray, side: np.ndarray, body: Body, faces: np.ndarray
 ) -> np.ndarray:
-    """The cloth without folds: nowhere nearer to the skin than `least`, each leg on its side of the middle.
+    """The cloth without folds, nowhere nearer to the skin than `least`, each leg on its side of the middle.
 
-    Edges are smoothed as lines, for they would shrink.
+    `side` is 1 for vertices that stay on the left, -1 for those on the right, 0 for the rest. Edges are
+    smoothed as lines, for they would shrink.
     """
     edges = _borders(faces)
     at_edge = np.zeros(len(points), dtype=bool)
@@ -213,9 +201,3 @@ def _smoothed(
         off = points[:, 0] - middle
         points[:, 0] = middle + np.where(side == 0, off, side * np.maximum(side * off, APART))
     return points
-
-
-def _sides_kept(kind: str, body: Body, points: np.ndarray) -> np.ndarray:
-    """1 for vertices that stay on the left of the middle, -1 for those on the right, 0 for the rest."""
-    off = points[:, 0] - body.joints[:, 0].mean()
-    return np.where((np.abs(off) > APART) & (kind == "trousers"), np.sign(off), 0.0)

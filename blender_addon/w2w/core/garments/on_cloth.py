@@ -43,10 +43,7 @@ class ClothSensors:
     def over(self, skin: ImuRecording, settings: Synthesis) -> ImuRecording:
         """The ideal recording of the skin with the signals of the sensors on cloth in place of the skin's.
 
-        Raises
-        ------
-        ValueError
-            If the garment's frames end before the recording does.
+        Raises `ValueError` if the garment's frames end before the recording does.
         """
         if not len(self.patches):
             return skin

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a garment needs before a clip begins: from the T-pose that it was made in, at rest, up to speed."""
+"""The run-up before a clip in which cloth settles: from the T-pose it was cut in, at rest, up to speed."""
 
 from __future__ import annotations
 
@@ -22,26 +22,13 @@ MOST_TURN, MOST_WAY = 1.0, 0.5
 
 
 def with_run_up(motion: Motion, reach: float = 1.0) -> tuple[Motion, int]:
-    """A motion at a rate for cloth, and before it a run-up during which cloth settles.
+    """A motion at `cloth_rate`, after a run-up during which cloth settles, and the frames of that run-up.
 
-    The body stands in the T-pose, turned as the clip begins, takes a pose just before the clip's
-    first, waits there and moves off at constant acceleration, so that each joint enters the clip's
-    first frame with the clip's own velocity. The whole is moved to the origin, where single
-    precision is finest: sensors feel no place.
-
-    Parameters
-    ----------
-    motion : Motion
-    reach : float
-        How far back the pose in which it waits is, above 0 and at most 1: the shorter, the later and the
-        harder it moves off.
-
-    Returns
-    -------
-    motion : Motion
-        At `cloth_rate`; it ends no earlier than the clip.
-    before : int
-        Frames before the clip's first.
+    The body stands in the T-pose, turned as the clip begins, takes a pose just before the clip's first,
+    waits there and moves off at constant acceleration, so that each joint enters the clip's first frame
+    with the clip's own velocity. `reach`, above 0 and at most 1, says how far back the pose in which it
+    waits is: the shorter, the later and the harder it moves off. The whole is moved to the origin, where
+    single precision is finest: sensors feel no place. It ends no earlier than the clip.
     """
     clip = _at_cloth_rate(motion)
     rate = clip.rate
@@ -65,12 +52,6 @@ def reached_back(motion: Motion, reach: float) -> Motion:
     """Poses of the run-up: the one in which the body waits, one half-way from there, and the clip's first.
 
     The last one's pelvis is at the origin, near which single precision is finest.
-
-    Parameters
-    ----------
-    motion : Motion
-    reach : float
-        As for `with_run_up`.
     """
     clip = _at_cloth_rate(motion)
     seconds = reach * RUN_UP_S / 2 * np.array([1.0, 0.5, 0.0])
@@ -115,7 +96,7 @@ def _at_most(vectors: np.ndarray, length: float) -> np.ndarray:
 def _before_first(
     clip: Motion, turn: np.ndarray, way: np.ndarray, seconds: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Poses so many seconds, at the first frame's speed, before the first frame."""
+    """Poses some seconds before the first frame, at that frame's speed: rotations and the pelvis's path."""
     vectors = (-seconds[:, None, None] * turn).reshape(-1, 3)
     turns = Rotation.from_rotvec(vectors).as_matrix().reshape(len(seconds), -1, 3, 3)
     return clip.rotations[0] @ turns, clip.pelvis[0] - seconds[:, None] * way

@@ -12,9 +12,8 @@ import numpy as np
 from ...core.garments.caught import caught_sentence
 from ...core.garments.cover import Cover, cover, without_overlap
 from ...core.patches.patches import PatchSet
-from ..bake import Bake, PatchBaker
+from ..bake import Bake, PatchBaker, moved_besides_bones
 from ..body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
-from ..fast_path import moved_besides_bones
 from ..playback import active_action
 from ..steps import scaled
 from .follow import follow, follow_scene, simulated

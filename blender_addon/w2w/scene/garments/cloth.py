@@ -72,10 +72,7 @@ NUDGE = 1e-6
 def dress(mesh: bpy.types.Object, kind: str) -> bpy.types.Object:
     """Add a garment, one of `KINDS`, cut for the body as it is; the armature moves it, then cloth.
 
-    Raises
-    ------
-    ValueError
-        If there is no such garment, or the mesh is no body.
+    Raises `ValueError` if there is no such garment, or the mesh is no body.
     """
     body, armature = body_of(mesh), armature_of(mesh)
     garment = cut(kind, body)

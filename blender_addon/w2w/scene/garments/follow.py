@@ -38,14 +38,10 @@ def follow(
 ) -> Generator[float, None, ClothSensors]:
     """Let garments follow a body through a motion in its armature's space, settled before it begins.
 
-    Where one is ours, the body's arms are held clear of its trunk meanwhile; the sensors are then
-    carried back with the skin below them. Yields the share of the frames done. Between these pauses the
-    scene is on another frame; at the end, or when the generator is closed early, it is as it was.
-
-    Raises
-    ------
-    ValueError
-        If the cloth flies apart.
+    Where one is ours, the body's arms are held clear of its trunk meanwhile; the sensors are then carried
+    back with the skin below them. Yields the share of the frames done. Between these pauses the scene is on
+    another frame; at the end, or when the generator is closed early, it is as it was. Raises `ValueError` if
+    the cloth flies apart.
     """
     body, armature = body_of(mesh), armature_of(mesh)
     ours = any(KIND in item for item in garments)

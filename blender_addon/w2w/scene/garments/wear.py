@@ -34,10 +34,7 @@ def fitted(garment: str, body: Body, patches: PatchSet) -> Cover:
 def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion: Motion) -> ClothSensors:
     """Where the sensors on garments are while a body moves, from what each garment covers, by its name.
 
-    Raises
-    ------
-    ValueError
-        If a garment cannot be worn, or its cloth flies apart.
+    Raises `ValueError` if a garment cannot be worn, or its cloth flies apart.
     """
     with _dressed(body, tuple(covers)) as (objects, garments):
         return without_pauses(follow(objects.mesh, garments, tuple(covers.values()), motion, patches))
@@ -63,13 +60,9 @@ def _dressed(body: Body, garments: tuple[str, ...]) -> Iterator[tuple[BodyObject
 def put_on(path: str | Path, name: str, objects: BodyObjects) -> bpy.types.Object:
     """Append a garment from a .blend file and let it follow this body instead of the one in its file.
 
-    Its dependencies come along: lattices, other meshes. An armature with the bones of a body
-    becomes this body's; so does the mesh of the same body.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be read, does not hold the garment, or it follows no body there.
+    Its dependencies come along: lattices, other meshes. An armature with the bones of a body becomes this
+    body's; so does the mesh of the same body. Raises `ValueError` if the file cannot be read, does not hold
+    the garment, or it follows no body there.
     """
     before = existing_data()
     garment = _append(Path(path), name)
