@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
+# Three rings of tests: `make check` within a minute, `make test`, and `make test-slow` by night.
 
-.PHONY: demo test test-slow docs-check lint setup extension extension-all test-blender-4.2 test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check demo test test-slow docs-check lint setup extension extension-all test-blender-4.2 test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -14,6 +15,11 @@ endif
 
 demo: setup
 	@.venv/bin/w2w demo --out demo_output
+
+# Lint and the arithmetic: no Blender, no network trained, no adopted body.
+check: setup lint
+	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing tests/test_mirror.py \
+		$(addprefix --ignore=tests/core/,adopt ranking/classifiers/multi3net)
 
 test: setup lint
 	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" $(TESTS)

@@ -96,6 +96,7 @@ def test_whoever_stands_and_nods_is_nobody_else(mixamo):
     assert groups_of([nod, as_still, *others])[:2] == [0, 1]
 
 
+@pytest.mark.later
 def test_real_copies_are_known(mixamo):
     """At 24 and 30 frames a second, in place, mirrored."""
     pairs = (

@@ -61,6 +61,7 @@ def test_only_a_whole_file_of_version_two_is_imported(tmp_path, name, data, mess
     assert message in str(caught.value)
 
 
+@pytest.mark.later
 def test_a_motion_comes_back_as_the_fbx_it_was_made_of(shared_data, bundled_body, tmp_path):
     bpy = pytest.importorskip("bpy")
     fbx = shared_data / "mixamo/kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx"

@@ -93,6 +93,7 @@ def test_text_is_no_vrm(tmp_path):
         w2w.load(tmp_path / "a.vrm")
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("suffix", ["vrm", "vrma"])
 def test_a_motion_comes_back_as_the_fbx_it_was_made_of(shared_data, bundled_body, tmp_path, suffix):
     bpy = pytest.importorskip("bpy")

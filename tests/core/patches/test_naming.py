@@ -93,6 +93,7 @@ def _follows(body: Body, name: str, *joints: str) -> float:
     return float(body.weights[triangle][:, [JOINT_INDEX[joint] for joint in joints]].sum(axis=1).mean())
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("side", SIDES)
 def test_a_watch_lies_on_the_back_of_the_wrist_and_follows_hand_and_forearm(build, side) -> None:
     vertex = place(f"{side} wrist dorsal", build)

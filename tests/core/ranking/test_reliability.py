@@ -86,6 +86,7 @@ def classified(shuffled, seed, equal=False):
     )
 
 
+@pytest.mark.later
 def test_shuffled_labels_give_a_reliability_near_nought_and_cannot_rank():
     found = [classified(True, seed) for seed in range(8)]
     assert np.mean([one.reliability for one in found]) == pytest.approx(0, abs=0.2)
@@ -103,6 +104,7 @@ def test_patches_that_are_all_equal_rank_nothing(shuffled):
     np.testing.assert_allclose(found.expected_mean, found.mean.mean(), rtol=1e-5)
 
 
+@pytest.mark.later
 def test_the_best_spot_never_promises_less_than_an_average_one_has():
     for seed in range(8):
         found = classified(True, seed)

@@ -84,6 +84,7 @@ def test_wishes_are_kept(tests):
     assert grow(tests.whole, terms(1, cost=dear), 1).order[0] >= 4
 
 
+@pytest.mark.later
 def test_the_promise_is_what_another_library_of_the_kind_gives():
     differences = []
     for seed in range(4):
