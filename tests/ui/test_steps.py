@@ -132,7 +132,8 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
     assert second == f"rank 1 of {len(patches)}, as good as the best; on these clips {utility.mean[best]:.2f}"
     assert study.regions[0].high == 0
-    monkeypatch.setattr(results, "mean_caution", lambda _: "")
+    for module in (results, scores):
+        monkeypatch.setattr(module, "mean_caution", lambda _: "")
     first, second = scores.patch_lines(study, utility, best)
     low, high = utility.expected_low[best], utility.expected_high[best]
     assert first.startswith(f"expected F1 {utility.expected_mean[best]:.2f} ({low:.2f} to {high:.2f})")
