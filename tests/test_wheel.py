@@ -24,8 +24,12 @@ PARTS = ("pyproject.toml", "README.md", "LICENSE", "assets", "blender_addon", "h
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("wheel")
+def wheel(made_once):
+    (made,) = made_once("wheel", _make).glob("where_to_wear-*.whl")
+    return made
+
+
+def _make(folder):
     tree = folder / "tree"
     tree.mkdir()
     for part in PARTS:
@@ -35,14 +39,12 @@ def wheel(tmp_path_factory):
             shutil.copy(ROOT / part, tree)
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
     subprocess.run([*pip, str(tree), "-w", str(folder)], check=True, capture_output=True)
-    (made,) = folder.glob("where_to_wear-*.whl")
-    return made
 
 
 @pytest.fixture(scope="module")
-def installed(wheel):
+def installed(wheel, tmp_path_factory):
     """A folder to import from, with nothing of the tree on the path."""
-    folder = wheel.parent / "installed"
+    folder = tmp_path_factory.mktemp("wheel") / "installed"
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(folder)
     return folder

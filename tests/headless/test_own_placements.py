@@ -22,8 +22,12 @@ def run(*arguments):
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("own")
+def finished(made_once):
+    folder = made_once("own", _run)
+    return folder / "out", (folder / "output.txt").read_text(encoding="utf-8")
+
+
+def _run(folder):
     table = "name,vertex,x,y,z\nStrap pod,1234,,,\nclip,,0.14,-0.06,0.98\n"
     (folder / "own.csv").write_text(table, encoding="utf-8")
     assert run("demo-library", folder / "library", "--clips", 2)[0] == 0
@@ -41,7 +45,7 @@ def finished(tmp_path_factory):
         *("--labels", folder / "library" / "labels.csv", "--workers", 1, "--placements", folder / "own.csv"),
     )
     assert code == 0, output
-    return folder / "out", output
+    (folder / "output.txt").write_text(output, encoding="utf-8")
 
 
 def test_they_have_signals_scores_a_rank_and_a_loss(finished):

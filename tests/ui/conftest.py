@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import bpy
@@ -55,9 +55,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def finished_run(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished_run(shared_data: Path, made_once: Callable[..., Path]) -> Path:
     """The results folder of a run over real BVH clips and a broken one."""
-    return make_run(shared_data, tmp_path_factory.mktemp("overnight"))
+    return made_once("overnight", lambda folder: make_run(shared_data, folder)) / "results"
 
 
 @pytest.fixture

@@ -32,9 +32,12 @@ def w2w(*arguments):
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
+def results(made_once):
     """A finished run of eight made clips at 96 places."""
-    folder = tmp_path_factory.mktemp("export")
+    return made_once("export", _run) / "out"
+
+
+def _run(folder):
     library, time = folder / "motions", np.arange(150) / 30
     for activity, pace in (("slow", 0.5), ("fast", 2.0)):
         (library / activity).mkdir(parents=True)
@@ -49,7 +52,6 @@ def results(tmp_path_factory):
         "--no-report", "--workers", 1, "--sensor", "ideal",
     )  # fmt: skip
     assert code == 0, output
-    return folder / "out"
 
 
 def recording_of(results, clip="slow_0"):

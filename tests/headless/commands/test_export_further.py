@@ -29,9 +29,12 @@ def w2w(*arguments):
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
+def results(made_once):
     """A finished run of four made clips at eight places, all recorded."""
-    folder = tmp_path_factory.mktemp("recorded")
+    return made_once("recorded", _run) / "out"
+
+
+def _run(folder):
     library, time = folder / "motions", np.arange(120) / 30
     for activity, pace in (("slow", 0.5), ("fast", 2.0)):
         (library / activity).mkdir(parents=True)
@@ -45,7 +48,6 @@ def results(tmp_path_factory):
         "run", library, "--out", folder / "out", "--patches", 8, "--folds", 2, "--no-pictures", "--no-report",
         "--workers", 1, "--record", "orientation,magnetometer,barometer",
     )  # fmt: skip
-    return folder / "out"
 
 
 def exported(results, tmp_path, tool):
