@@ -25,7 +25,7 @@ from w2w.core.body.body import Body  # noqa: E402
 from w2w.core.clip_files import WORK  # noqa: E402
 from w2w.core.motion.library import read_library  # noqa: E402
 from w2w.core.study import StudyConfig, place_patches  # noqa: E402
-from w2w.headless.runs.clip_task import ClipTask  # noqa: E402
+from w2w.headless.runs.clip_task import ClipTask, Engine  # noqa: E402
 from w2w.headless.runs.folder import make_folders  # noqa: E402
 from w2w.headless.runs.workers import run_alone, run_tasks  # noqa: E402
 
@@ -47,7 +47,7 @@ class BadTask(ClipTask):
     @property
     def features_file(self):
         if self.kind == "fill" and os.getpid() != self.safe_process:
-            np.ones(self.memory)  # eight times as many bytes
+            np.ones(self.engine.memory)  # eight times as many bytes
         return super().features_file
 
 
@@ -61,7 +61,7 @@ def main(library: str, out: str, report: str) -> None:
     clips = [clip for clip in read_library(library).clips if "good" in clip.file]
     limits = {"crash": 300.0, "hang": 10.0, "fill": 300.0, "": 300.0}
     tasks = [
-        BadTask(clip, folder, config, "inputs", limit, memory=2 * 2**30, kind=kind, safe_process=os.getpid())
+        BadTask(clip, folder, config, "inputs", Engine(limit_s=limit, memory=2 * 2**30), kind, os.getpid())
         for clip, (kind, limit) in zip(clips, limits.items(), strict=True)
     ]
     told = []
