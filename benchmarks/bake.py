@@ -31,13 +31,13 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.scene.actions import show_action, write_action
 from w2w.scene.bake import PatchBaker
-from w2w.scene.body import add_body
+from w2w.scene.base.actions import show_action, write_action
+from w2w.scene.base.body import add_body
+from w2w.scene.base.patches import patch_empties, place_patches
+from w2w.scene.base.playback import each_frame
 from w2w.scene.heatmap import add_heatmaps, show_heatmap
-from w2w.scene.load import carry, read_motion
-from w2w.scene.patches import patch_empties, place_patches
-from w2w.scene.playback import each_frame
+from w2w.scene.motion.load import carry, read_motion
 
 RATE = 24.0
 AIMS = {"general path": 9.0, "fast path, from the action": 60.0, "fast path, from a Motion": 100.0}

@@ -24,8 +24,8 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.repair import repaired
 from w2w.core.motion.retarget import retarget
 from w2w.core.motion.source import SourceMotion, UnusableMotion
-from w2w.scene.output import quiet_output
-from w2w.scene.takes import read_clip
+from w2w.scene.base.output import quiet_output
+from w2w.scene.motion.takes import read_clip
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "bvh"
 

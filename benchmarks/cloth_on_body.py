@@ -29,13 +29,13 @@ from w2w.core.garments.cut import cut
 from w2w.core.garments.run_up import with_run_up
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
-from w2w.scene.body import add_body
-from w2w.scene.evaluated import EvaluatedVertices
+from w2w.scene.base.body import add_body
+from w2w.scene.base.evaluated import EvaluatedVertices
+from w2w.scene.base.output import quiet_output
 from w2w.scene.garments.clear import SIDES, outward, times_inside
 from w2w.scene.garments.cloth import dress
 from w2w.scene.garments.follow import follow
-from w2w.scene.load import carry, read_motion
-from w2w.scene.output import quiet_output
+from w2w.scene.motion.load import carry, read_motion
 
 EVERY = 10
 """Frames from one in which depth is measured to the next."""

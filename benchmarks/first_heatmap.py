@@ -20,11 +20,11 @@ import bpy
 
 import w2w as extension
 from w2w.core.motion.import_plan import plan_folder
-from w2w.ui import jobs, preferences
-from w2w.ui.job_windows import BUDGET
-from w2w.ui.motion_import import import_steps, wanted
-from w2w.ui.run_all import run_all_steps
-from w2w.ui.state import utility_of
+from w2w.ui.jobs import jobs, preferences
+from w2w.ui.jobs.windows import BUDGET
+from w2w.ui.steps.motion_import import import_steps, wanted
+from w2w.ui.steps.run_all import run_all_steps
+from w2w.ui.study.state import utility_of
 
 from .longest_turn import make_library
 

@@ -150,7 +150,7 @@ def mutated_npz(data: bytes, rng: np.random.Generator) -> bytes:
 
 def readers(place: Path) -> Iterator[tuple[str, str, list[bytes], Callable[[Path], object]]]:
     """Name, suffix, whole files and function of each reader."""
-    from w2w.scene.importers import check_fbx
+    from w2w.scene.motion.importers import check_fbx
 
     whole = place / "whole.npz"
     rng = np.random.default_rng(0)

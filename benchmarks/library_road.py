@@ -22,7 +22,7 @@ from w2w.headless.runs import clip_task
 from w2w.headless.runs.clip import WORK, do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
-from w2w.scene.output import quiet_output
+from w2w.scene.base.output import quiet_output
 
 from .fbx_variants import LABELS
 
@@ -80,8 +80,8 @@ def _stages() -> list[tuple[Any, str, str]]:
     from w2w.core.imu.recording import ImuRecording
     from w2w.core.imu.sensor import SensorModel
     from w2w.core.motion.motion import Motion
-    from w2w.scene import load as motions
-    from w2w.scene import takes as clips
+    from w2w.scene.motion import load as motions
+    from w2w.scene.motion import takes as clips
 
     return [
         (clips, "import_file", "Blender's import, in C++"),

@@ -23,16 +23,16 @@ import bpy
 
 import w2w as extension
 from w2w.core.motion.import_plan import plan_folder
-from w2w.ui import jobs, preferences
-from w2w.ui.baking import bake_steps, rank_steps, to_bake
-from w2w.ui.choosing import choose_steps
-from w2w.ui.exports import map_steps
-from w2w.ui.job_windows import BUDGET
-from w2w.ui.motion_import import import_steps, wanted
-from w2w.ui.open_results import open_steps
-from w2w.ui.save_results import save_steps
-from w2w.ui.step1_body import load_steps
-from w2w.ui.step3_patches import place_steps
+from w2w.ui.files.exports import map_steps
+from w2w.ui.files.open_results import open_steps
+from w2w.ui.files.save_results import save_steps
+from w2w.ui.jobs import jobs, preferences
+from w2w.ui.jobs.windows import BUDGET
+from w2w.ui.steps.baking import bake_steps, rank_steps, to_bake
+from w2w.ui.steps.body import load_steps
+from w2w.ui.steps.choosing import choose_steps
+from w2w.ui.steps.motion_import import import_steps, wanted
+from w2w.ui.steps.patches import place_steps
 
 ACTIVITIES = ("walking", "running", "crawling", "pivot_kick")
 

@@ -19,12 +19,12 @@ from w2w.core.garments.cut import KINDS, cut
 from w2w.core.garments.run_up import with_run_up
 from w2w.core.patches.patches import sample_patches
 from w2w.drawing.body import BodyPictures
-from w2w.scene.body import add_body
-from w2w.scene.evaluated import EvaluatedVertices
+from w2w.scene.base.body import add_body
+from w2w.scene.base.evaluated import EvaluatedVertices
+from w2w.scene.base.output import quiet_output
 from w2w.scene.garments.cloth import dress
 from w2w.scene.garments.follow import follow
-from w2w.scene.load import carry, read_motion
-from w2w.scene.output import quiet_output
+from w2w.scene.motion.load import carry, read_motion
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 SKIN, COLOURS = (0.85, 0.72, 0.62), {"tshirt": (0.35, 0.55, 0.75), "trousers": (0.35, 0.4, 0.5)}

@@ -25,7 +25,7 @@ from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.ranking.windows import WindowSpec
 from w2w.core.selection.constraints import Constraints, read_costs
 from w2w.core.study import RANKING
-from w2w.scene.output import quiet_output
+from w2w.scene.base.output import quiet_output
 
 from .blender import needs_blender
 
@@ -109,7 +109,7 @@ def _body(text: str, file: str, betas: str) -> Body:
         return shaped(Body.bundled(), gender=GENDERS[gender], **dict(map(_shape_parameter, shape)))
     if Path(file).suffix:
         with needs_blender():
-            from w2w.scene.adopt import adopt_file
+            from w2w.scene.body.adopt import adopt_file
 
         coefficients = _betas(betas) if betas else None
         with quiet_output():

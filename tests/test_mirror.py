@@ -7,11 +7,19 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless", "studies": "tests/studies"}
+TOGETHER = ("tests/scene", "tests/ui")
+"""Folders of tests for all packages of a package."""
 OF_NO_PACKAGE = {ROOT / "tests/gui"}
 """Clicks in Blender's own window."""
 
+
+def _folder_of_tests(tests: Path) -> Path:
+    """A package's own folder of tests, or the one it shares."""
+    return tests.parent if str(tests.parent) in TOGETHER and not (ROOT / tests).is_dir() else tests
+
+
 PACKAGES = [
-    (package.parent, Path(tests, package.parent.relative_to(ROOT / tree)))
+    (package.parent, _folder_of_tests(Path(tests, package.parent.relative_to(ROOT / tree))))
     for tree, tests in TREES.items()
     for package in sorted((ROOT / tree).rglob("__init__.py"))
     if any(package.parent.glob("[!_]*.py"))

@@ -69,7 +69,7 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
         except ValueError:
             pass  # an SMPL model is an npz too
     with _needs_blender(path.name):
-        from .scene.adopt import adopt_file
+        from .scene.body.adopt import adopt_file
     return adopt_file(str(path), None if betas is None else np.asarray(betas, dtype=np.float64))
 
 
@@ -142,8 +142,8 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
     """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
     if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
         return on_the_ground(body, Motion.load(path))  # keeps W2W's labels
-    from .scene.load import carry, read_motion
-    from .scene.output import quiet_output
+    from .scene.base.output import quiet_output
+    from .scene.motion.load import carry, read_motion
 
     try:
         with _needs_blender(path.name), quiet_output():

@@ -17,7 +17,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import mean_title
 from w2w.core.wording import capital
-from w2w.scene.output import output_to
+from w2w.scene.base.output import output_to
 
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
 from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_files, picture_names
@@ -153,7 +153,7 @@ def write_pictures(out: Path) -> None:
 def write_blend(out: Path) -> None:
     """Save a finished study's `study.blend`: body, actions, empties, heatmaps and what the panel shows."""
     with needs_blender():
-        from w2w.scene.study_file import write_study
+        from w2w.scene.files.study_file import write_study
 
     study = StudyResults.load(out)
     utility, body = study.utility, study.body()

@@ -25,7 +25,7 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.study import copies_of, describe, measured, record
 from w2w.core.threads import unthreaded_products
-from w2w.scene.output import quiet_output
+from w2w.scene.base.output import quiet_output
 
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
 from .clip_task import ClipTask, finished, mark_source, marked_source, unfinished, write_record
@@ -46,10 +46,10 @@ def get_ready(blender: bool) -> None:
     """
     forget_scripts_path()
     with guarded(), quiet_output():
-        import w2w.scene.load
+        import w2w.scene.motion.load
 
         if blender:
-            import w2w.scene.takes  # noqa: F401
+            import w2w.scene.motion.takes  # noqa: F401
 
 
 def work_in_worker(task: ClipTask) -> ClipResult:

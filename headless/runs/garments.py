@@ -11,7 +11,7 @@ from w2w.core.garments.cover import FITTED, Cover, cover, save_covers, without_o
 from w2w.core.garments.cut import KINDS, cut, split_name
 from w2w.core.patches.patches import PatchSet
 from w2w.core.study import StudyConfig
-from w2w.scene.output import quiet_output
+from w2w.scene.base.output import quiet_output
 
 from ..blender import forget_scripts_path, needs_blender
 from .guard import guarded

@@ -13,7 +13,7 @@ from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion
-from w2w.scene.output import quiet_output
+from w2w.scene.base.output import quiet_output
 
 from ..blender import forget_scripts_path, needs_blender
 
@@ -27,7 +27,7 @@ def load_clip(
     UnusableMotion and NoBlenderError.
     """
     forget_scripts_path()
-    from w2w.scene.load import carry, read_motion
+    from w2w.scene.motion.load import carry, read_motion
 
     with needs_blender(), quiet_output():
         source = read_motion(clip.path, pose)

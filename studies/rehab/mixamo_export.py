@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.scene.actions import set_scene_rate
+from w2w.scene.base.actions import set_scene_rate
 
 from .clips import RehabClip
 from .skeleton import BONE_PARENTS, BONES, PREFIX

@@ -173,7 +173,7 @@ def record_further(driver: Driver) -> Script:
         x, y = yield from driver.reach(name, FIELD)
         yield from driver.click(x, y)
     yield from driver.look("4_further")
-    further = module("state").config_of(study()).further
+    further = module("study.state").config_of(study()).further
     report["further"] = [further.record, further.features]
     with driver.in_view():
         bpy.ops.w2w.start_sensor(like="bmi270")
@@ -264,9 +264,9 @@ def pick_and_compare(driver: Driver) -> Script:
 def in_sight(driver: Driver) -> dict[str, list[bool]]:
     """Whether patches of the chest and of the back can be seen from the front."""
     body = bpy.context.scene.w2w.body
-    patches = module("state").patches_of(body)
+    patches = module("study.state").patches_of(body)
     with driver.in_view():
-        surface = module("drawing").Surface(bpy.context, body, patches)
+        surface = module("viewport.drawing").Surface(bpy.context, body, patches)
         return {
             part: [surface.in_sight(patch) for patch, region in enumerate(patches.regions) if part in region]
             for part in ("sternum", "abdomen", "lower back", "scapula")

@@ -73,7 +73,7 @@ def second_window(driver: Driver) -> Script:
     for _ in range(3):
         press(other, "TAB")
         yield from driver.turns(3)
-        modes.append([module("jobs").running is not None, bpy.context.scene.w2w.body.mode])
+        modes.append([module("jobs.jobs").running is not None, bpy.context.scene.w2w.body.mode])
     driver.photograph("2_running")
     yield from idle(driver)
     press(other, "MOUSEMOVE", "NOTHING")
@@ -88,7 +88,7 @@ def second_window(driver: Driver) -> Script:
 
 def close_windows(driver: Driver) -> Script:
     """Esc in another window; close one that a job runs beside; close one that a job was started in."""
-    jobs = module("jobs")
+    jobs = module("jobs.jobs")
     yield from start(driver, driver.window)
     press(bpy.context.window_manager.windows[-1], "ESC")
     yield from idle(driver)
@@ -142,7 +142,7 @@ def disable(driver: Driver) -> Script:
     yield from driver.turns(30)
     bpy.ops.preferences.addon_enable(module=EXTENSION)
     yield from driver.turns(30)
-    report["stuck"] = module("jobs").running is not None
+    report["stuck"] = module("jobs.jobs").running is not None
     yield from driver.look("4_enabled")
     yield from start(driver, driver.window)
     yield from idle(driver)
@@ -192,11 +192,11 @@ def another_file(driver: Driver) -> Script:
     with driver.in_view():
         bpy.ops.w2w.import_folder(directory=str(CLIPS))
     yield from driver.turns(3)
-    report["ran_when_opened"] = module("jobs").running is not None
+    report["ran_when_opened"] = module("jobs.jobs").running is not None
     with bpy.context.temp_override(window=driver.window):
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=False)
     yield from driver.turns(30)
-    jobs = module("jobs")
+    jobs = module("jobs.jobs")
     report["after_opening"] = [jobs.running is not None, jobs.message is not None]
 
 

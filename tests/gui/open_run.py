@@ -22,19 +22,19 @@ OPENING_S = 120.0
 
 def found() -> dict[str, object]:
     """What the panel shows of the run."""
-    state = module("state")
+    state = module("study.state")
     body = bpy.context.scene.w2w.body
     clips = [clip for clip in study().clips if clip.action is not None]
     return {
         "clips": len(clips),
-        "baked": sum(module("signal_cache").has(clip) for clip in clips),
+        "baked": sum(module("study.signal_cache").has(clip) for clip in clips),
         "keys": len(frames(clips[0].action)),
         "patches": len(study().patch_collection.objects),
         "chosen": [place.patch for place in study().chosen],
         "regions": len(study().regions),
         "heatmaps": len(body.data.color_attributes),
         "up_to_date": study().ranked_as == state.rank_settings(study()),
-        "message": module("jobs").message.text,
+        "message": module("jobs.jobs").message.text,
     }
 
 
@@ -90,7 +90,7 @@ def undo(driver: Driver) -> Script:
 
 def cancel_a_choice(driver: Driver) -> Script:
     """Ask for more than the run did, choose sensors anew, and cancel that."""
-    jobs = module("jobs")
+    jobs = module("jobs.jobs")
     report["worn"] = [place.patch for place in study().worn]
     study().target = 0.99
     with driver.in_view():
@@ -114,7 +114,7 @@ def two_maps(driver: Driver) -> Script:
     with driver.in_view():
         bpy.ops.view3d.zoom(delta=-1)  # all of the scene is in view, but partly under the sidebar
     yield from driver.look("6_two_maps")
-    legend = module("legend").legend(study(), module("state").utility_of(study()))
+    legend = module("viewport.legend").legend(study(), module("study.state").utility_of(study()))
     report["two_maps"] = [legend.name, legend.beside]
     before = study().regions[0].f1
     study().activities["walk_left"].part = "BACKGROUND"
@@ -148,7 +148,7 @@ def drop_summary(driver: Driver) -> Script:
     empty(driver)
     yield from open_tab(driver)
     yield from driver.look("4_empty")
-    module("jobs").message = None
+    module("jobs.jobs").message = None
     report["longest_freeze_while_opening"] = yield from longest_freeze(drop_and_wait(driver))
     yield from driver.turns(10)
     yield from driver.look_from_the_front()
@@ -158,7 +158,7 @@ def drop_summary(driver: Driver) -> Script:
 
 def drop_and_wait(driver: Driver) -> Script:
     """Drop the summary, then wait for the job to end."""
-    jobs, region = module("jobs"), driver.region("WINDOW")
+    jobs, region = module("jobs.jobs"), driver.region("WINDOW")
     yield from driver.drop([RUN / "summary.json"], region.x + 200, region.y + 300)
     yield from driver.until(lambda: jobs.running is None and jobs.message is not None, OPENING_S)
 

@@ -86,9 +86,9 @@ def add_body_and_clips(driver: Driver, patches: int, folder: str) -> Script:
 def idle(driver: Driver) -> Script:
     """Wait until no job runs, and note what it said."""
     yield from driver.turns(5)
-    yield from driver.until(lambda: module("jobs").running is None, JOB_S)
+    yield from driver.until(lambda: module("jobs.jobs").running is None, JOB_S)
     yield from driver.turns(5)
-    message = module("jobs").message
+    message = module("jobs.jobs").message
     report.setdefault("messages", []).append(message.text if message else "")
 
 
@@ -105,7 +105,7 @@ def longest_freeze(waiting: Script) -> Generator[None, None, tuple[float, str]]:
     seconds : float
     text : str
     """
-    jobs = module("jobs")
+    jobs = module("jobs.jobs")
     slowest, during = 0.0, ""
     for _ in waiting:
         text, begun = jobs.running.text if jobs.running else "", time.monotonic()

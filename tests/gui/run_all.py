@@ -70,7 +70,7 @@ def name_a_spot(driver: Driver) -> Script:
     yield from driver.press("w2w.run_all")
     yield from idle(driver)
     body = bpy.context.scene.w2w.body
-    report["scores"] = module("own_placements").scores_of_own(body, study().own[0])
+    report["scores"] = module("results.own_placements").scores_of_own(body, study().own[0])
     yield from driver.scroll_sidebar(6)
     yield from driver.look("6_ranked")
     yield from driver.scroll_sidebar(14)

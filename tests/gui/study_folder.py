@@ -24,17 +24,17 @@ PLACES = OUT / "places"
 
 def state() -> dict[str, object]:
     """How the study stands to its signals and its ranking."""
-    module("signal_cache")._recordings.clear()
+    module("study.signal_cache")._recordings.clear()
     clips = [clip for clip in study().clips if clip.action is not None]
     return {
-        "signals": sum(module("signal_cache").has(clip) for clip in clips),
-        "read": sum(module("signal_cache").recording(clip) is not None for clip in clips),
-        "to_bake": len(module("baking").to_bake(study())),
-        "is_ranked": study().ranked_as == module("state").rank_settings(study()),
+        "signals": sum(module("study.signal_cache").has(clip) for clip in clips),
+        "read": sum(module("study.signal_cache").recording(clip) is not None for clip in clips),
+        "to_bake": len(module("steps.baking").to_bake(study())),
+        "is_ranked": study().ranked_as == module("study.state").rank_settings(study()),
         "sensor": study().sensor,
         "folder": study().results_folder,
         "heatmaps": len(bpy.context.scene.w2w.body.data.color_attributes),
-        "has_ranking": module("state").utility_of(study()) is not None,
+        "has_ranking": module("study.state").utility_of(study()) is not None,
     }
 
 
@@ -105,7 +105,7 @@ def locate(driver: Driver) -> Script:
     yield from driver.choose_folder(PLACES / "moved")
     yield from driver.turns(20)
     yield from driver.look("2_located")
-    report["located"] = state() | {"message": module("jobs").message.text}
+    report["located"] = state() | {"message": module("jobs.jobs").message.text}
     yield from driver.key("Z", ctrl=True)
     yield from driver.turns(10)
     report["locating_undone"] = state()

@@ -10,8 +10,8 @@ import pytest
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.scene.bake import Bake, PatchBaker
-from w2w.scene.body import BodyObjects, add_body
-from w2w.scene.playback import each_frame
+from w2w.scene.base.body import BodyObjects, add_body
+from w2w.scene.base.playback import each_frame
 
 
 @pytest.fixture

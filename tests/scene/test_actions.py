@@ -11,9 +11,15 @@ from scipy.spatial.transform import Rotation
 from w2w.core.body.skeleton import JOINT_NAMES
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
-from w2w.scene.actions import InexpressibleActionError, bone_curves, read_action, show_action, write_action
-from w2w.scene.body import add_body
-from w2w.scene.fcurves import action_curves
+from w2w.scene.base.actions import (
+    InexpressibleActionError,
+    bone_curves,
+    read_action,
+    show_action,
+    write_action,
+)
+from w2w.scene.base.body import add_body
+from w2w.scene.base.fcurves import action_curves
 
 
 def turn_angles(motion, other):

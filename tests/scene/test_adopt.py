@@ -13,8 +13,8 @@ from w2w.core.body.landmarks import has_smpl_topology
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, Y_UP_TO_Z_UP
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import skin, skinning_transforms
-from w2w.scene.adopt import adopt_file, adopt_mesh
-from w2w.scene.body import add_body
+from w2w.scene.base.body import add_body
+from w2w.scene.body.adopt import adopt_file, adopt_mesh
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

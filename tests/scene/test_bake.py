@@ -10,11 +10,11 @@ from mathutils import Matrix
 
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.retarget import retarget
-from w2w.scene import actions
-from w2w.scene.actions import bone_curves, frames_of, show_action, write_action
 from w2w.scene.bake import PatchBaker
-from w2w.scene.patches import patch_empties, place_patches
-from w2w.scene.takes import read_clip
+from w2w.scene.base import actions
+from w2w.scene.base.actions import bone_curves, frames_of, show_action, write_action
+from w2w.scene.base.patches import patch_empties, place_patches
+from w2w.scene.motion.takes import read_clip
 
 from .conftest import bake, difference, read_empties
 

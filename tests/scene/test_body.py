@@ -8,8 +8,8 @@ from mathutils import Matrix
 
 from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
 from w2w.core.motion.skinning import skin, skinning_transforms
-from w2w.scene.actions import show_action, write_action
-from w2w.scene.body import add_body, armature_of, body_of
+from w2w.scene.base.actions import show_action, write_action
+from w2w.scene.base.body import add_body, armature_of, body_of
 
 
 def assert_same_body(read, body, atol=1e-6):

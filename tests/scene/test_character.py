@@ -8,8 +8,8 @@ from mathutils import Matrix
 
 from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.patches.correspondence import PARTS
-from w2w.scene.body import add_body, rest_vertices
-from w2w.scene.character import (
+from w2w.scene.base.body import add_body, rest_vertices
+from w2w.scene.body.character import (
     MARK,
     POINT,
     carry_heatmaps,
@@ -20,7 +20,7 @@ from w2w.scene.character import (
     untie,
 )
 from w2w.scene.heatmap import heatmap_names, paint_colours
-from w2w.scene.takes import import_file
+from w2w.scene.motion.takes import import_file
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.takes import find_takes, imported, read_clip, read_take
+from w2w.scene.motion.takes import find_takes, imported, read_clip, read_take
 
 
 @pytest.fixture(autouse=True)

@@ -9,9 +9,9 @@ import pytest
 
 from w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
 from w2w.core.motion.skinning import patch_matrices
+from w2w.scene.base.patches import patch_empties
+from w2w.scene.files.study_file import write_study
 from w2w.scene.heatmap import ON_THESE_CLIPS, add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
-from w2w.scene.patches import patch_empties
-from w2w.scene.study_file import write_study
 
 from .conftest import difference, read_empties
 

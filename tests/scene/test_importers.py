@@ -7,8 +7,8 @@ import bpy
 import pytest
 
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.importers import SAVE_ANEW, check_fbx, import_fault
-from w2w.scene.takes import read_clip
+from w2w.scene.motion.importers import SAVE_ANEW, check_fbx, import_fault
+from w2w.scene.motion.takes import read_clip
 
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 TEXT_OF_2010 = "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx"

@@ -10,9 +10,15 @@ from mathutils import Matrix
 
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import patch_matrices
-from w2w.scene.actions import show_action, write_action
-from w2w.scene.body import add_body
-from w2w.scene.patches import carrier_triangles, patch_empties, place_patches, remove_patches, resize_patches
+from w2w.scene.base.actions import show_action, write_action
+from w2w.scene.base.body import add_body
+from w2w.scene.base.patches import (
+    carrier_triangles,
+    patch_empties,
+    place_patches,
+    remove_patches,
+    resize_patches,
+)
 
 from .conftest import difference, read_empties
 

@@ -12,7 +12,7 @@ from w2w.core.motion.bone_maps import best_match
 from w2w.core.motion.retarget import retarget
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.takes import read_clip
+from w2w.scene.motion.takes import read_clip
 
 pytestmark = pytest.mark.slow
 

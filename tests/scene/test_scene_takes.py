@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.source import UnusableMotion, unscaled_rotations
-from w2w.scene.actions import show_action
-from w2w.scene.scene_takes import posed_by, read_scene_take, scene_takes
-from w2w.scene.steps import without_pauses
-from w2w.scene.takes import import_file, read_clip
+from w2w.scene.base.actions import show_action
+from w2w.scene.base.steps import without_pauses
+from w2w.scene.motion.scene_takes import posed_by, read_scene_take, scene_takes
+from w2w.scene.motion.takes import import_file, read_clip
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.scene.body import add_body, matrix, rest_vertices
+from w2w.scene.base.body import add_body, matrix, rest_vertices
 from w2w.scene.heatmap import heatmap_names, paint_colours
 from w2w.scene.second_body import BESIDE, GAP, add_beside, fits, follow, paint_beside, remove_beside
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.actions import scene_rate
-from w2w.scene.source_beside import ASIDE, remove_source, show_source, source_collections
+from w2w.scene.base.actions import scene_rate
+from w2w.scene.motion.source_beside import ASIDE, remove_source, show_source, source_collections
 
 FILES = ["bvh/bandai_namco/dataset-1_walk_active_001.bvh", "mixamo/Conqster__TheBarMan/Walking.fbx"]
 

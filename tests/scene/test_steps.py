@@ -3,7 +3,7 @@
 
 import pytest
 
-from w2w.scene.steps import scaled, without_pauses
+from w2w.scene.base.steps import scaled, without_pauses
 
 
 def test_it_is_run_to_its_end_and_gives_what_it_comes_to():

@@ -12,7 +12,7 @@ import pytest
 import w2w
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene import importers
+from w2w.scene.motion import importers
 
 FORMS = ("usda", "usdc", "usdz")
 HAS_USD = bpy.app.version >= (4, 4)  # its own library, open to Python

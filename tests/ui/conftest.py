@@ -15,7 +15,8 @@ from scipy.spatial.transform import Rotation
 import w2w as extension
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.ui import preferences, signal_cache
+from w2w.ui.jobs import preferences
+from w2w.ui.study import signal_cache
 
 from ..made_run import make_run
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 
-from w2w.ui import preferences
+from w2w.ui.jobs import preferences
 
 N_PATCHES = 48
 ALL_STEPS = "motions patches signals utility"

@@ -11,20 +11,14 @@ import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study import StudyConfig, record
-from w2w.scene.actions import read_action
-from w2w.scene.body import armature_of, body_of
-from w2w.scene.patches import patch_empties
-from w2w.ui import baking, jobs, preferences, signal_cache
-from w2w.ui.baking import bake_steps
-from w2w.ui.state import (
-    BAKED,
-    STALE,
-    bake_settings,
-    config_of,
-    patches_of,
-    state_of,
-    utility_of,
-)
+from w2w.scene.base.actions import read_action
+from w2w.scene.base.body import armature_of, body_of
+from w2w.scene.base.patches import patch_empties
+from w2w.ui.jobs import jobs, preferences
+from w2w.ui.steps import baking
+from w2w.ui.steps.baking import bake_steps
+from w2w.ui.study import signal_cache
+from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of, utility_of
 
 from .made_study import make_study
 

@@ -9,11 +9,12 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.scene.character import POINT
+from w2w.scene.body.character import POINT
 from w2w.scene.heatmap import heatmap_names
-from w2w.scene.takes import import_file
-from w2w.ui import advice, upkeep
-from w2w.ui.state import current_body, patches_of
+from w2w.scene.motion.takes import import_file
+from w2w.ui.results import upkeep
+from w2w.ui.study import advice
+from w2w.ui.study.state import current_body, patches_of
 
 from .made_study import make_study
 

@@ -14,12 +14,13 @@ from typer.testing import CliRunner
 
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
-from w2w.scene.patches import empties_by_patch
-from w2w.ui import jobs, signal_cache
-from w2w.ui.advice import advice_of, leading
-from w2w.ui.choosing import choose_steps
-from w2w.ui.listed import is_understood, suggestions
-from w2w.ui.state import FORBID, config_of, constraints_of, patches_of
+from w2w.scene.base.patches import empties_by_patch
+from w2w.ui.jobs import jobs
+from w2w.ui.steps.choosing import choose_steps
+from w2w.ui.study import signal_cache
+from w2w.ui.study.advice import advice_of, leading
+from w2w.ui.study.lists import is_understood, suggestions
+from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of
 
 from .made_study import make_study
 from .test_restore import open_file

@@ -12,12 +12,13 @@ import pytest
 from w2w.core.ranking.weights import mean_over
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import mean_sentence
-from w2w.scene.patches import empties_by_patch
-from w2w.ui import jobs, results
-from w2w.ui.advice import advice_of
-from w2w.ui.counting import is_reweighed
-from w2w.ui.panels import W2W_PT_utility
-from w2w.ui.state import config_of, patches_of, utility_of
+from w2w.scene.base.patches import empties_by_patch
+from w2w.ui.jobs import jobs
+from w2w.ui.panels.steps import W2W_PT_utility
+from w2w.ui.results import results
+from w2w.ui.study.advice import advice_of
+from w2w.ui.study.counting import is_reweighed
+from w2w.ui.study.state import config_of, patches_of, utility_of
 
 from .made_study import make_study
 from .test_choosing import options, place, set_wishes

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.scene.actions import bone_curves, key_rate, scene_rate
-from w2w.scene.body import armature_of
-from w2w.scene.source_beside import source_collections
-from w2w.ui import signal_cache
-from w2w.ui.baking import to_bake
+from w2w.scene.base.actions import bone_curves, key_rate, scene_rate
+from w2w.scene.base.body import armature_of
+from w2w.scene.motion.source_beside import source_collections
+from w2w.ui.steps.baking import to_bake
+from w2w.ui.study import signal_cache
 
 from .made_study import make_study
 

@@ -17,10 +17,12 @@ from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.recording import FURTHER, ImuRecording
 from w2w.core.study import StudyConfig, describe, record
 from w2w.headless.study_options import StudyOptions
-from w2w.scene.actions import read_action
-from w2w.scene.body import armature_of, body_of
-from w2w.ui import jobs, restore, signal_cache
-from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
+from w2w.scene.base.actions import read_action
+from w2w.scene.base.body import armature_of, body_of
+from w2w.ui.jobs import jobs
+from w2w.ui.results import restore
+from w2w.ui.study import signal_cache
+from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
 from .made_study import N_PATCHES, make_study
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from w2w.core.garments.cut import cut
-from w2w.scene.body import add_skinned, armature_of, body_of, rest_vertices
-from w2w.ui import jobs
-from w2w.ui.baking import _baked_text
-from w2w.ui.garment_properties import baker_steps, covers_steps, wardrobe_text, worn_by
-from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
+from w2w.scene.base.body import add_skinned, armature_of, body_of, rest_vertices
+from w2w.ui.jobs import jobs
+from w2w.ui.steps.baking import _baked_text
+from w2w.ui.study.garments import baker_steps, covers_steps, wardrobe_text, worn_by
+from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
 from .made_study import make_study
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import bpy
 import pytest
 
-from w2w.ui import jobs
-from w2w.ui.import_dialog import LONGEST, draw_preview
+from w2w.ui.jobs import jobs
+from w2w.ui.steps.import_dialog import LONGEST, draw_preview
 
 from .made_study import make_study
 

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from w2w.ui import jobs
-from w2w.ui.jobs import Step, part, time_left
-from w2w.ui.step_panel import StepPanel, beside_their_buttons
+from w2w.ui.jobs import jobs
+from w2w.ui.jobs.jobs import Step, part, time_left
+from w2w.ui.panels.base import StepPanel, beside_their_buttons
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ import pytest
 
 from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, colour_table, difference_range
 from w2w.scene import heatmap
-from w2w.ui.legend import left_of_legend, legend
-from w2w.ui.scores import shown_scores
-from w2w.ui.state import patches_of, utility_of
+from w2w.ui.study.scores import shown_scores
+from w2w.ui.study.state import patches_of, utility_of
+from w2w.ui.viewport.legend import left_of_legend, legend
 
 from .made_study import make_study
 

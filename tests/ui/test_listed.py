@@ -9,11 +9,11 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.ui import results
-from w2w.ui.counting import is_reweighed
-from w2w.ui.motion_import import remove_clips
-from w2w.ui.result_panels import W2W_PT_activities
-from w2w.ui.state import config_of, rank_settings, utility_of
+from w2w.ui.panels.results import W2W_PT_activities
+from w2w.ui.results import results
+from w2w.ui.steps.motion_import import remove_clips
+from w2w.ui.study.counting import is_reweighed
+from w2w.ui.study.state import config_of, rank_settings, utility_of
 
 from .made_study import make_study
 

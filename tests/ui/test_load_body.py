@@ -9,8 +9,8 @@ import bpy
 import pytest
 
 from w2w.core.body.body import Body
-from w2w.ui import jobs
-from w2w.ui.step1_body import load_steps
+from w2w.ui.jobs import jobs
+from w2w.ui.steps.body import load_steps
 
 from .made_study import names_in_file
 
@@ -28,7 +28,7 @@ def test_the_body_is_read_in_a_thread_and_added(saved: Path, monkeypatch: pytest
     threads = []
     in_thread = jobs.in_thread
     monkeypatch.setattr(
-        "w2w.ui.step1_body.in_thread", lambda *given: threads.append(given[1]) or in_thread(*given)
+        "w2w.ui.steps.body.in_thread", lambda *given: threads.append(given[1]) or in_thread(*given)
     )
     assert bpy.ops.w2w.load_body(filepath=str(saved)) == {"FINISHED"}
     assert threads == ["reading mine.npz"]

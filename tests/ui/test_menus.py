@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import pytest
 
-from w2w.ui.menus import W2W_MT_study
+from w2w.ui.panels.menus import W2W_MT_study
 
 pytestmark = pytest.mark.usefixtures("blender")
 

@@ -14,10 +14,12 @@ from scipy.spatial.transform import Rotation
 from w2w.core.motion.import_plan import plan_folder
 from w2w.core.motion.library import MOTION_SUFFIXES
 from w2w.core.motion.motion import Motion
-from w2w.scene.actions import read_action
-from w2w.scene.body import armature_of
-from w2w.ui import jobs, menus, motion_import
-from w2w.ui.motion_import import import_steps, wanted
+from w2w.scene.base.actions import read_action
+from w2w.scene.base.body import armature_of
+from w2w.ui.jobs import jobs
+from w2w.ui.panels import menus
+from w2w.ui.steps import motion_import
+from w2w.ui.steps.motion_import import import_steps, wanted
 
 from .made_study import make_study, names_in_file
 

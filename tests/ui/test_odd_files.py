@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from w2w.ui import jobs
+from w2w.ui.jobs import jobs
 
 pytestmark = [
     pytest.mark.usefixtures("blender"),

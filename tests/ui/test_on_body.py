@@ -9,11 +9,11 @@ import bpy
 import pytest
 
 from w2w.core.motion.import_plan import plan_folder
-from w2w.ui import jobs
-from w2w.ui.baking import bake_steps, rank_steps
-from w2w.ui.motion_import import import_steps, wanted
-from w2w.ui.on_body import EDITED, GONE
-from w2w.ui.step3_patches import place_steps
+from w2w.ui.jobs import jobs
+from w2w.ui.jobs.on_body import EDITED, GONE
+from w2w.ui.steps.baking import bake_steps, rank_steps
+from w2w.ui.steps.motion_import import import_steps, wanted
+from w2w.ui.steps.patches import place_steps
 
 from .made_study import make_study
 from .test_upkeep import delete, edit_mode, remove

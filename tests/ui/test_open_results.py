@@ -15,11 +15,12 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
 from w2w.scene.bake import PatchBaker
-from w2w.scene.body import body_of
-from w2w.scene.steps import without_pauses
-from w2w.ui import jobs, signal_cache
-from w2w.ui.open_results import open_steps
-from w2w.ui.state import (
+from w2w.scene.base.body import body_of
+from w2w.scene.base.steps import without_pauses
+from w2w.ui.files.open_results import open_steps
+from w2w.ui.jobs import jobs
+from w2w.ui.study import signal_cache
+from w2w.ui.study.state import (
     BAKED,
     FAILED,
     bake_settings,

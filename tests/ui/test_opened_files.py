@@ -13,9 +13,10 @@ import pytest
 from w2w.core.clip_files import signals_file
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
-from w2w.ui import jobs, preferences, signal_cache
-from w2w.ui.open_results import misses_folder
-from w2w.ui.state import rank_settings, utility_of
+from w2w.ui.files.open_results import misses_folder
+from w2w.ui.jobs import jobs, preferences
+from w2w.ui.study import signal_cache
+from w2w.ui.study.state import rank_settings, utility_of
 
 from .test_restore import open_file
 

@@ -16,12 +16,20 @@ from w2w.core.patches.own_placements import read_placements
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import place_patches
 from w2w.headless.app import APP
-from w2w.scene.body import body_of
-from w2w.scene.patches import empties_by_patch
-from w2w.ui import jobs, preferences
-from w2w.ui.own_placement_panel import in_short, in_words
-from w2w.ui.own_placements import is_pending, listed, patch_of_own, scores_of_own
-from w2w.ui.state import BAKED, bake_settings, config_of, patches_of, rank_settings, state_of, utility_of
+from w2w.scene.base.body import body_of
+from w2w.scene.base.patches import empties_by_patch
+from w2w.ui.jobs import jobs, preferences
+from w2w.ui.panels.own_placements import in_short, in_words
+from w2w.ui.results.own_placements import is_pending, listed, patch_of_own, scores_of_own
+from w2w.ui.study.state import (
+    BAKED,
+    bake_settings,
+    config_of,
+    patches_of,
+    rank_settings,
+    state_of,
+    utility_of,
+)
 
 from .made_study import N_PATCHES, make_study
 from .test_restore import open_file

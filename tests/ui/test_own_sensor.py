@@ -16,11 +16,12 @@ from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.study import StudyConfig, record
 from w2w.headless.study_options import StudyOptions
-from w2w.scene.actions import read_action
-from w2w.scene.body import armature_of, body_of
-from w2w.ui import restore, signal_cache
-from w2w.ui.sensor_properties import OWN, own_sensor
-from w2w.ui.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
+from w2w.scene.base.actions import read_action
+from w2w.scene.base.body import armature_of, body_of
+from w2w.ui.results import restore
+from w2w.ui.study import signal_cache
+from w2w.ui.study.sensors import OWN, own_sensor
+from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
 from .made_study import N_PATCHES, make_study
 

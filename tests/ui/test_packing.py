@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.utility import UtilityMap
-from w2w.scene import packing
-from w2w.ui import signal_cache
-from w2w.ui.state import BAKED, bake_settings, patches_of, state_of, utility_of
+from w2w.scene.files import packing
+from w2w.ui.study import signal_cache
+from w2w.ui.study.state import BAKED, bake_settings, patches_of, state_of, utility_of
 
 from .made_study import N_PATCHES, make_study
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.ui.patch_card import Card, on_one_scale
+from w2w.ui.viewport.card import Card, on_one_scale
 
 
 def card(recording: ImuRecording | None, patch: int) -> Card:

@@ -9,11 +9,9 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.scene.patches import patch_empties
-from w2w.ui.pick_tool import spot_at
-from w2w.ui.state import (
-    patches_of,
-)
+from w2w.scene.base.patches import patch_empties
+from w2w.ui.steps.pick_tool import spot_at
+from w2w.ui.study.state import patches_of
 
 from .made_study import make_study
 

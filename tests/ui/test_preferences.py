@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from w2w.ui import preferences
+from w2w.ui.jobs import preferences
 
 pytestmark = pytest.mark.usefixtures("blender")
 

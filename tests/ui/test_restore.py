@@ -18,14 +18,15 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.results_folder import StudyResults
-from w2w.scene.body import armature_of
+from w2w.scene.base.body import armature_of
+from w2w.scene.base.patches import patch_empties
+from w2w.scene.files.study_record import RECORD, read_record
 from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names
-from w2w.scene.patches import patch_empties
-from w2w.scene.study_record import RECORD, read_record
-from w2w.ui import jobs, preferences, signal_cache
-from w2w.ui.panels import W2W_PT_utility
-from w2w.ui.pick_tool import spot_at
-from w2w.ui.state import (
+from w2w.ui.jobs import jobs, preferences
+from w2w.ui.panels.steps import W2W_PT_utility
+from w2w.ui.steps.pick_tool import spot_at
+from w2w.ui.study import signal_cache
+from w2w.ui.study.state import (
     BAKED,
     FAILED,
     bake_settings,

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.motion import Motion
-from w2w.ui import baking, jobs
-from w2w.ui.advice import advice_of
-from w2w.ui.run_all import TITLE, kept_of, run_all_steps
-from w2w.ui.state import BAKED, bake_settings, patches_of, rank_settings, state_of, utility_of
+from w2w.ui.jobs import jobs
+from w2w.ui.steps import baking
+from w2w.ui.steps.run_all import TITLE, kept_of, run_all_steps
+from w2w.ui.study.advice import advice_of
+from w2w.ui.study.state import BAKED, bake_settings, patches_of, rank_settings, state_of, utility_of
 
 from .made_study import N_PATCHES, make_study
 

@@ -20,11 +20,12 @@ from w2w.core.findings.summary import versions
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
-from w2w.ui import jobs, signal_cache
-from w2w.ui.advice import advice_of
-from w2w.ui.baking import to_bake
-from w2w.ui.save_results import save_steps
-from w2w.ui.state import rank_settings, utility_of
+from w2w.ui.files.save_results import save_steps
+from w2w.ui.jobs import jobs
+from w2w.ui.steps.baking import to_bake
+from w2w.ui.study import signal_cache
+from w2w.ui.study.advice import advice_of
+from w2w.ui.study.state import rank_settings, utility_of
 
 from .made_study import make_study
 from .test_restore import open_file

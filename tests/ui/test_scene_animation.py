@@ -9,10 +9,10 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.scene.actions import read_action
-from w2w.scene.body import armature_of
-from w2w.scene.takes import import_file
-from w2w.ui import jobs
+from w2w.scene.base.actions import read_action
+from w2w.scene.base.body import armature_of
+from w2w.scene.motion.takes import import_file
+from w2w.ui.jobs import jobs
 
 pytestmark = pytest.mark.usefixtures("blender")
 

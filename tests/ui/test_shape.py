@@ -12,15 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
-from w2w.scene.actions import read_action
-from w2w.scene.body import armature_of, body_of
-from w2w.ui import jobs
-from w2w.ui.state import (
-    BAKED,
-    STALE,
-    bake_settings,
-    state_of,
-)
+from w2w.scene.base.actions import read_action
+from w2w.scene.base.body import armature_of, body_of
+from w2w.ui.jobs import jobs
+from w2w.ui.study.state import BAKED, STALE, bake_settings, state_of
 
 from .made_study import make_study
 

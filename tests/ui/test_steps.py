@@ -17,9 +17,13 @@ from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection.advice import best_single
 from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, confidence_sentence, mean_caution
-from w2w.scene.patches import carrier_triangles, patch_empties
-from w2w.ui import jobs, menus, properties, results, scores
-from w2w.ui.state import (
+from w2w.scene.base.patches import carrier_triangles, patch_empties
+from w2w.ui.jobs import jobs
+from w2w.ui.panels import menus
+from w2w.ui.properties import study as properties
+from w2w.ui.results import results
+from w2w.ui.study import scores
+from w2w.ui.study.state import (
     STALE,
     bake_settings,
     config_of,

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from w2w.core.colours import score_range
-from w2w.scene.patches import PATCH, empties_by_patch, patch_empties
-from w2w.ui import jobs, upkeep
-from w2w.ui.scores import colour_range
-from w2w.ui.state import current_body, patches_of, utility_of
+from w2w.scene.base.patches import PATCH, empties_by_patch, patch_empties
+from w2w.ui.jobs import jobs
+from w2w.ui.results import upkeep
+from w2w.ui.study.scores import colour_range
+from w2w.ui.study.state import current_body, patches_of, utility_of
 
 from .made_study import make_study
 

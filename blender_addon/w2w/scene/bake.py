@@ -17,12 +17,12 @@ from ..core.garments.on_cloth import ClothSensors
 from ..core.motion.motion import Motion
 from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet
-from . import actions
-from .body import armature_of, body_of, body_space, matrix
-from .evaluated import EvaluatedVertices
-from .patches import check_patches
-from .playback import active_action, at_rate, each_frame, playing, without_empties
-from .steps import without_pauses
+from .base import actions
+from .base.body import armature_of, body_of, body_space, matrix
+from .base.evaluated import EvaluatedVertices
+from .base.patches import check_patches
+from .base.playback import active_action, at_rate, each_frame, playing, without_empties
+from .base.steps import without_pauses
 
 EVEN_SCALE = 1e-4
 """How far the three scales of an object may differ and still count as one."""

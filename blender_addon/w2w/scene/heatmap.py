@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.colours import COLOUR_MAP, DIFFERENCE_MAP, LEAST_SPAN, difference_range, patch_colours
 from ..core.patches.patches import PatchSet
-from .patches import check_patches
+from .base.patches import check_patches
 
 MEAN = "Expected F1"
 PREFIX = "Expected F1: "

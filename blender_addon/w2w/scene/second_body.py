@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from .body import matrix, rest_vertices
+from .base.body import matrix, rest_vertices
 from .heatmap import paint_colours, remove_heatmaps, show_heatmap
 
 BESIDE = "w2w beside"

@@ -7,39 +7,25 @@ from types import ModuleType
 
 import bpy
 
-from . import (
-    baking,
-    character,
-    choosing,
-    exports,
-    garment_properties,
-    garments,
-    import_dialog,
-    job_windows,
-    jobs,
-    menus,
-    on_character,
-    open_results,
-    overlay,
-    own_placement_panel,
-    own_sensor_panel,
-    panels,
-    pick_tool,
-    placement_panels,
-    preferences,
-    properties,
-    result_panels,
-    rows,
-    run_all,
-    save_results,
-    shape,
-    source_view,
-    step1_body,
-    step2_motions,
-    step3_patches,
-    step5_ranking,
-    upkeep,
-)
+from .files import exports, open_results, save_results
+from .jobs import jobs, preferences
+from .jobs import windows as job_windows
+from .panels import character, garments, menus
+from .panels import own_placements as own_placement_panel
+from .panels import placement as placement_panels
+from .panels import results as result_panels
+from .panels import sensor as own_sensor_panel
+from .panels import steps as panels
+from .properties import rows
+from .properties import study as properties
+from .results import upkeep
+from .steps import baking, choosing, import_dialog, pick_tool, run_all, shape, source_view
+from .steps import body as step1_body
+from .steps import motions as step2_motions
+from .steps import patches as step3_patches
+from .steps import picking as step5_ranking
+from .study import garments as garment_properties
+from .viewport import on_character, overlay
 
 MODULES: tuple[ModuleType, ...] = (
     preferences, garment_properties, shape, rows, on_character, properties, jobs, job_windows,

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial import KDTree
 
 from w2w.core.body.body import vertex_normals
-from w2w.scene.actions import write_action
-from w2w.scene.evaluated import EvaluatedVertices
+from w2w.scene.base.actions import write_action
+from w2w.scene.base.evaluated import EvaluatedVertices
+from w2w.scene.base.playback import playing
 from w2w.scene.garments.cloth import COARSE_FACES, COLLIDER, coarse_collider, lie_on
-from w2w.scene.playback import playing
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ from ...core.garments.caught import caught_sentence
 from ...core.garments.cover import Cover, cover, without_overlap
 from ...core.patches.patches import PatchSet
 from ..bake import Bake, PatchBaker, moved_besides_bones
-from ..body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
-from ..playback import active_action
-from ..steps import scaled
+from ..base.body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
+from ..base.playback import active_action
+from ..base.steps import scaled
 from .follow import follow, follow_scene, simulated
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.garments.cut import Garment, cut
-from ..body import add_skinned, armature_of, body_of, reskin, rest_vertices
+from ..base.body import add_skinned, armature_of, body_of, reskin, rest_vertices
 
 KIND = "w2w garment"
 """Custom property of a garment of ours: which one it is."""

@@ -17,11 +17,11 @@ from ...core.garments.run_up import POSE_S, SETTLE_S, with_run_up
 from ...core.motion.motion import Motion
 from ...core.motion.skinning import patch_matrices
 from ...core.patches.patches import PatchSet
-from ..actions import FIRST_FRAME, bone_curves, frames_of, key_rate, scene_rate, write_action
 from ..bake import placed
-from ..body import armature_of, body_of, matrix, rest_vertices
-from ..evaluated import EvaluatedVertices
-from ..playback import at_rate, each_frame, playing, without_empties
+from ..base.actions import FIRST_FRAME, bone_curves, frames_of, key_rate, scene_rate, write_action
+from ..base.body import armature_of, body_of, matrix, rest_vertices
+from ..base.evaluated import EvaluatedVertices
+from ..base.playback import at_rate, each_frame, playing, without_empties
 from .clear import clear_reach, with_clear_arms
 from .cloth import KIND, coarse_collider, real_time_speed
 

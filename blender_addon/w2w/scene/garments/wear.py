@@ -16,9 +16,9 @@ from ...core.garments.cut import split_name
 from ...core.garments.on_cloth import ClothSensors
 from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
-from ..body import BodyObjects, add_body
-from ..steps import without_pauses
-from ..takes import existing_data, new_data
+from ..base.body import BodyObjects, add_body
+from ..base.steps import without_pauses
+from ..motion.takes import existing_data, new_data
 from .bake import check_garment, cover_of
 from .cloth import dress, lie_on
 from .follow import follow

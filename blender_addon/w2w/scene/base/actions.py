@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A motion as an action of a body's armature, and an action of it back as a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.body.skeleton import JOINT_NAMES
+from ...core.motion.motion import Motion
+from ...core.rotations import continuous_quaternions, in_axes
+from .body import body_space, matrix
+from .fcurves import LINEAR, action_curves, basis_matrices, rescale
+
+FIRST_FRAME = 1.0
+LABELS = ("activity", "subject", "clip")
+"""Custom properties of an action that keep the motion's labels."""
+
+CONSTANT = 1e-7
+"""Channels that change less than float32 resolves are keyed once."""
+
+STRAY = 1e-6
+"""How far a bone may be moved or scaled before a `Motion` can no longer tell, metres or 1."""
+
+SPACING_TOLERANCE = 1e-3
+"""How unevenly keys may be spaced, in frames, and still be the frames of a motion."""
+
+RATE = "rate"
+"""Custom property of the actions written here: the motion's frames per second, each of them a key."""
+
+KEYED_AT = "keyed at"
+"""Custom property of an action: frames per second of the time its keys lie in, whatever the scene's is."""
+
+BONE_PATH = 'pose.bones["'
+CHANNELS = (
+    *((JOINT_NAMES[0], "location", index) for index in range(3)),
+    *((name, "rotation_quaternion", index) for name in JOINT_NAMES for index in range(4)),
+)
+"""Bone, property and index of every curve that a motion needs."""
+
+OBJECT_CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+
+BoneCurves = dict[str, dict[tuple[str, int], bpy.types.FCurve]]
+
+
+class InexpressibleActionError(ValueError):
+    """An action that moves bones in a way that a `Motion` cannot tell: off their joints, or scaled."""
+
+
+def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> bpy.types.Action:
+    """Write a motion as an action of an armature of `add_body`, called as the clip or activity by default.
+
+    Every frame of the motion is a key at its own time, straight lines between, so that a motion at another
+    rate than the scene's keeps its speed and all of its frames. The action is not made active (see
+    `show_action`) and is kept when the file is saved.
+    """
+    action = bpy.data.actions.new(name or motion.clip or motion.activity or "motion")
+    action.use_fake_user = True
+    for label in LABELS:
+        action[label] = getattr(motion, label)
+    action[RATE], action[KEYED_AT] = motion.rate, scene_rate()
+    times = FIRST_FRAME + np.arange(motion.n_frames) * (scene_rate() / motion.rate)
+    values = _values(armature, motion)
+    still = np.ptp(values, axis=1) < CONSTANT
+    keys = np.empty((*values.shape, 2), dtype=np.float32)
+    keys[..., 0], keys[..., 1] = times, values
+    lines = np.full(motion.n_frames, LINEAR, dtype=np.uint8)  # bytes, as Blender has it, are written faster
+    new_curve = _curve_maker(action, armature)
+    for (bone, prop, index), own, once in zip(CHANNELS, keys, still, strict=True):
+        n_keys = 1 if once else motion.n_frames
+        curve = new_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone)
+        _write_keys(curve, own[:n_keys], lines[:n_keys])
+    return action
+
+
+def show_action(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Make an action the one that the armature plays."""
+    data = armature.animation_data or armature.animation_data_create()
+    data.action = action
+    if hasattr(data, "action_slot") and data.action_slot is None and len(action.slots):
+        data.action_slot = action.slots[0]
+
+
+def key_rate(action: bpy.types.Action | None) -> float:
+    """Frames per second of the time that an action's keys lie in; the scene's where nothing says so."""
+    return scene_rate() if action is None else action.get(KEYED_AT, scene_rate())
+
+
+def keep_pace(action: bpy.types.Action) -> None:
+    """Move the keys of an action so that it plays at its speed in the scene as that is now."""
+    ratio = scene_rate() / key_rate(action)
+    if ratio == 1 or not action.is_editable:
+        return
+    for curves in action_curves(action):
+        for curve in curves:
+            rescale(curve, 0, ratio, FIRST_FRAME * (1 - ratio))
+    action[KEYED_AT] = scene_rate()
+
+
+def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
+    """Read an action of a body's armature back as a motion; the armature's place in the world is left out.
+
+    Where the keys are evenly spaced, as those of `write_action`, each is a frame. Of others each frame of the
+    motion that was written is, or every whole frame where none was. Raises `InexpressibleActionError` if the
+    action moves a bone other than the pelvis off its joint, or scales one, and `ValueError` if the action
+    moves no bone of the armature.
+    """
+    curves = bone_curves(armature, action)
+    if not curves:
+        raise ValueError(f"the action '{action.name}' moves no bone of '{armature.name}'")
+    frames, rate = frames_of(action, curves)
+    rotations = np.empty((len(frames), len(JOINT_NAMES), 3, 3))
+    for joint, name in enumerate(JOINT_NAMES):
+        basis = basis_matrices([armature.pose.bones[name]], [curves.get(name, {})], frames)[:, 0]
+        _check_basis(basis, name, action)
+        rest = matrix(armature.data.bones[name].matrix_local)[:3, :3]
+        rotations[:, joint] = rest @ basis[:, :3, :3] @ np.linalg.inv(rest)
+        if joint == 0:
+            head = np.array(armature.data.bones[name].head_local, dtype=np.float64)
+            pelvis = (head + basis[:, :3, 3] @ rest.T) @ body_space(armature)[:3, :3].T
+    labels = {label: str(action.get(label, "")) for label in LABELS}
+    return Motion(rotations, pelvis, rate, **labels)
+
+
+def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray, float]:
+    """The frames of an action (T,), in the time of its keys (`key_rate`), and their rate per second.
+
+    They are not whole where the motion has another rate than the keys' time.
+    """
+    channels = [curve for bone in curves.values() for curve in bone.values() if len(curve.keyframe_points)]
+    densest = max(channels, key=lambda curve: len(curve.keyframe_points))
+    keys = np.empty(len(densest.keyframe_points) * 2, dtype=np.float32)
+    densest.keyframe_points.foreach_get("co", keys)
+    times = keys[::2].astype(np.float64)
+    spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
+    tolerance = SPACING_TOLERANCE + 2 * float(np.spacing(keys[-2]))  # late keys are rounded more
+    even = len(times) > 1 and np.abs(np.diff(times) - spacing).max() < tolerance
+    # wider keys that somebody set by hand are poses to go between, not the frames of a motion
+    if even and (RATE in action or spacing < 1 - SPACING_TOLERANCE):
+        unmoved = RATE in action and abs(key_rate(action) / action[RATE] - spacing) * len(times) < tolerance
+        return times, action[RATE] if unmoved else key_rate(action) / spacing
+    start = min(curve.keyframe_points[0].co[0] for curve in channels)
+    stop = max(curve.keyframe_points[-1].co[0] for curve in channels)
+    if RATE not in action:
+        return np.arange(round(start), round(stop) + 1, dtype=np.float64), key_rate(action)
+    step = key_rate(action) / action[RATE]
+    return start + step * np.arange(int((stop - start) / step + SPACING_TOLERANCE) + 1), action[RATE]
+
+
+def bone_curves(
+    armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None
+) -> BoneCurves:
+    """F-curves of an action by bone name, then by property and index; muted ones are left out.
+
+    Of an action with several slots those of `slot`, else of the one that fits best.
+    """
+    bone_names = [bone.name for bone in armature.data.bones]
+    names = {f'{BONE_PATH}{bpy.utils.escape_identifier(name)}"]': name for name in bone_names}
+    found: BoneCurves = {}
+    for curve in slot_curves(armature, action, slot):
+        path, _, prop = curve.data_path.rpartition(".")
+        if path in names:
+            found.setdefault(names[path], {})[prop, curve.array_index] = curve
+    return found
+
+
+def object_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """F-curves of an action that move or turn the armature as a whole."""
+    return [curve for curve in slot_curves(armature, action) if curve.data_path in OBJECT_CHANNELS]
+
+
+def scene_rate() -> float:
+    """Frames per second of the open scene."""
+    render = bpy.context.scene.render
+    return render.fps / render.fps_base
+
+
+def set_scene_rate(rate: float, scene: bpy.types.Scene | None = None) -> None:
+    """Set a scene's frames per second, the open one's by default: a whole number and a divisor in Blender."""
+    render = (scene or bpy.context.scene).render
+    render.fps = max(1, round(rate))
+    render.fps_base = render.fps / rate
+
+
+def slot_curves(
+    armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None
+) -> list[bpy.types.FCurve]:
+    """Curves of an action that this armature plays; of one it does not play, the slot for most bones."""
+    data = armature.animation_data
+    if slot is None and data is not None and data.action == action:
+        slot = getattr(data, "action_slot", None)
+    if slot is not None:
+        bags = (strip.channelbag(slot) for layer in action.layers for strip in layer.strips)
+        slots = [list(bag.fcurves) for bag in bags if bag is not None]
+    else:
+        slots = list(action_curves(action))
+    best = max(
+        slots, key=lambda curves: sum(curve.data_path.startswith(BONE_PATH) for curve in curves), default=[]
+    )
+    return [curve for curve in best if not (curve.mute or (curve.group and curve.group.mute))]
+
+
+def _values(armature: bpy.types.Object, motion: Motion) -> np.ndarray:
+    """Values of the `CHANNELS` in every frame of a motion, shape (C, T)."""
+    shown = _rests(armature)
+    rests = Rotation.from_matrix(shown).as_matrix()  # orthogonal in double precision, too
+    quaternions = continuous_quaternions(in_axes(motion.rotations, rests))
+    pelvis = motion.pelvis / np.diag(body_space(armature))[:3]
+    head = np.array(armature.data.bones[JOINT_NAMES[0]].head_local, dtype=np.float64)
+    offsets = (pelvis - head) @ shown[0]
+    return np.concatenate([offsets.T, quaternions.transpose(2, 0, 1).reshape(-1, motion.n_frames)])
+
+
+def _rests(armature: bpy.types.Object) -> np.ndarray:
+    """Axes of the joints' bones at rest, shape (24, 3, 3)."""
+    bones = armature.data.bones
+    columns = np.empty((len(bones), 4, 4), dtype=np.float32)
+    bones.foreach_get("matrix_local", columns.ravel())
+    places = {name: place for place, name in enumerate(bones.keys())}
+    return columns[[places[name] for name in JOINT_NAMES], :3, :3].swapaxes(1, 2).astype(np.float64)
+
+
+def _curve_maker(
+    action: bpy.types.Action, armature: bpy.types.Object
+) -> Callable[[str, int, str], bpy.types.FCurve]:
+    """What makes a curve of an action: the curves moved into channelbags with Blender 4.4."""
+    if not hasattr(action, "layers"):
+        return lambda path, index, group: action.fcurves.new(path, index=index, action_group=group)
+    slot = action.slots.new("OBJECT", armature.name)
+    strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
+    bag = strip.channelbag(slot, ensure=True)
+    groups = {bone: bag.groups.new(bone) for bone in JOINT_NAMES}
+
+    def new_curve(path: str, index: int, group: str) -> bpy.types.FCurve:
+        curve = bag.fcurves.new(path, index=index)
+        curve.group = groups[group]
+        return curve
+
+    return new_curve
+
+
+def _write_keys(curve: bpy.types.FCurve, keys: np.ndarray, interpolation: np.ndarray) -> None:
+    """Give a new curve its keys (T, 2), in order of time, and their interpolation (T,).
+
+    Their handles, which straight lines do not use, are left out: they would take more room in a file
+    than the motion. Blender works them out as soon as somebody edits the curve.
+    """
+    points = curve.keyframe_points
+    points.add(len(keys))
+    points.foreach_set("co", keys.ravel())
+    points.foreach_set("interpolation", interpolation)
+
+
+def _check_basis(basis: np.ndarray, bone: str, action: bpy.types.Action) -> None:
+    scales = np.linalg.norm(basis[:, :3, :3], axis=1)
+    if np.abs(scales - 1).max() > STRAY:
+        raise InexpressibleActionError(f"the action '{action.name}' scales the bone '{bone}'")
+    if bone != JOINT_NAMES[0] and np.abs(basis[:, :3, 3]).max() > STRAY:
+        raise InexpressibleActionError(f"the action '{action.name}' moves the bone '{bone}' off its joint")

@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A body in the scene: its mesh, its armature of 24 SMPL-named bones, and back again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from ...core.body.body import Body
+from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
+
+MIRROR_ATTRIBUTE = "mirror vertex"
+"""Integer attribute with each vertex's mirror image, on meshes that know it."""
+
+LEAF_LENGTH = 0.6
+"""Length of a bone that ends in no joint, in lengths of its parent."""
+
+PELVIS_LEAN = 0.5
+"""How far the pelvis bone leans forward, in its own length."""
+
+AIMS = {
+    "pelvis": "spine1", "left_hip": "left_knee", "right_hip": "right_knee", "spine1": "spine2",
+    "left_knee": "left_ankle", "right_knee": "right_ankle", "spine2": "spine3", "left_ankle": "left_foot",
+    "right_ankle": "right_foot", "spine3": "neck", "neck": "head", "left_collar": "left_shoulder",
+    "right_collar": "right_shoulder", "left_shoulder": "left_elbow", "right_shoulder": "right_elbow",
+    "left_elbow": "left_wrist", "right_elbow": "right_wrist", "left_wrist": "left_hand",
+    "right_wrist": "right_hand",
+}  # fmt: skip
+"""Joint that each bone points at; the others go on in the direction of their parent."""
+
+
+class BodyObjects(NamedTuple):
+    """A body in the scene."""
+
+    mesh: bpy.types.Object
+    armature: bpy.types.Object
+
+
+def add_body(body: Body, collection: bpy.types.Collection | None = None, name: str = "") -> BodyObjects:
+    """Add a body's mesh and armature to the scene, or to a collection.
+
+    The bones point from joint to joint, so that the armature can be posed by hand; the mesh
+    follows by vertex groups and an armature modifier alone, as Blender skins: linearly.
+    """
+    collection = collection or bpy.context.scene.collection
+    name = name or body.name
+    armature = _add_armature(body, f"{name} Armature", collection)
+    return BodyObjects(add_skinned(body, armature, collection, name), armature)
+
+
+def add_skinned(
+    body: Body, armature: bpy.types.Object, collection: bpy.types.Collection, name: str
+) -> bpy.types.Object:
+    """Add a mesh that an armature of `add_body` moves, in the body that it was made for."""
+    mesh = bpy.data.objects.new(name, _new_mesh(body, name))
+    collection.objects.link(mesh)
+    _add_weights(mesh, body.weights)
+    mesh.parent = armature
+    mesh.modifiers.new("Armature", "ARMATURE").object = armature
+    return mesh
+
+
+def reskin(item: bpy.types.Object, body: Body) -> None:
+    """Give an object of `add_skinned` another mesh, with weights of its own."""
+    before = item.data
+    item.data = _new_mesh(body, item.name)
+    bpy.data.meshes.remove(before)
+    item.vertex_groups.clear()
+    _add_weights(item, body.weights)
+
+
+def body_of(mesh: bpy.types.Object) -> Body:
+    """Read a body back from a mesh that 24 SMPL-named bones skin.
+
+    The body is in the armature's space, in metres: where the armature stands, and how it is turned, is no
+    property of the body. Raises `ValueError` if it is no mesh, has no armature with all 24 bones, or vertices
+    that no bone weighs on.
+    """
+    armature = armature_of(mesh)
+    to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(mesh.matrix_world)
+    heads = np.array([armature.data.bones[name].head_local for name in JOINT_NAMES], dtype=np.float64)
+    vertices = rest_vertices(mesh)
+    mirror = mesh.data.attributes.get(MIRROR_ATTRIBUTE)
+    return Body(
+        vertices=vertices @ to_body[:3, :3].T + to_body[:3, 3],
+        faces=triangles_of(mesh.data),
+        joints=heads @ body_space(armature)[:3, :3].T,
+        weights=_read_weights(mesh),
+        name=mesh.name,
+        mirror=None if mirror is None else read_values(mirror.data, "value", len(vertices), np.int32),
+    )
+
+
+def armature_of(mesh: bpy.types.Object) -> bpy.types.Object:
+    """The armature that skins a body's mesh; a `ValueError` where none has all 24 SMPL-named bones."""
+    if mesh.type != "MESH":
+        raise ValueError(f"'{mesh.name}' is not a mesh: choose the mesh of a body")
+    armatures = [m.object for m in mesh.modifiers if m.type == "ARMATURE" and m.object is not None]
+    if not armatures:
+        raise ValueError(f"'{mesh.name}' has no armature modifier: choose a mesh that an armature moves")
+    complete = [a for a in armatures if not set(JOINT_NAMES) - set(a.data.bones.keys())]
+    if not complete:
+        missing = [name for name in JOINT_NAMES if name not in armatures[0].data.bones]
+        raise ValueError(f"the armature '{armatures[0].name}' lacks the bones {', '.join(missing)}")
+    return complete[0]
+
+
+def body_space(armature: bpy.types.Object) -> np.ndarray:
+    """Matrix from the armature's space to the body's: its scale alone, shape (4, 4)."""
+    scale = np.linalg.norm(matrix(armature.matrix_world)[:3, :3], axis=0)
+    return np.diag([*scale, 1.0])
+
+
+def rest_vertices(mesh: bpy.types.Object) -> np.ndarray:
+    """Undeformed vertex positions in the mesh's own space, shape (V, 3)."""
+    vertices = mesh.data.vertices
+    return read_values(vertices, "co", len(vertices) * 3, np.float32).reshape(-1, 3).astype(float)
+
+
+def matrix(value: bpy.types.bpy_struct) -> np.ndarray:
+    """A Blender matrix as float64."""
+    return np.array(value, dtype=np.float64)
+
+
+def _add_armature(body: Body, name: str, collection: bpy.types.Collection) -> bpy.types.Object:
+    armature = bpy.data.objects.new(name, bpy.data.armatures.new(name))
+    collection.objects.link(armature)
+    tails = _bone_tails(body.joints)
+    with editing(armature) as bones:
+        for joint, bone_name in enumerate(JOINT_NAMES):
+            bone = bones.new(bone_name)
+            bone.head, bone.tail = body.joints[joint], tails[joint]
+            bone.align_roll((0.0, -1.0, 0.0))
+            if PARENTS[joint] >= 0:
+                bone.parent = bones[JOINT_NAMES[PARENTS[joint]]]
+    armature.data.display_type = "STICK"
+    return armature
+
+
+@contextmanager
+def editing(armature: bpy.types.Object) -> Iterator[bpy.types.ArmatureEditBones]:
+    """Bones of an armature to make and move: that goes in edit mode only, on an active, visible object."""
+    view_layer = bpy.context.view_layer
+    active, hidden = view_layer.objects.active, armature.hide_get()
+    others = [item for item in bpy.context.selected_objects if item.type == "ARMATURE" and item != armature]
+    for item in others:  # they would go into edit mode along with this one
+        item.select_set(False)
+    armature.hide_set(False)
+    view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        yield armature.data.edit_bones
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+        armature.hide_set(hidden)
+        view_layer.objects.active = active
+        for item in others:
+            item.select_set(True)
+
+
+def _bone_tails(joints: np.ndarray) -> np.ndarray:
+    tails = np.empty_like(joints)
+    for joint, name in enumerate(JOINT_NAMES):
+        if name in AIMS:
+            tails[joint] = joints[JOINT_INDEX[AIMS[name]]]
+        else:
+            parent = PARENTS[joint]
+            tails[joint] = joints[joint] + LEAF_LENGTH * (joints[joint] - joints[parent])
+    # Blender's matrices lose two digits in bones that point straight against their parent, as legs would
+    tails[0, 1] -= PELVIS_LEAN * np.linalg.norm(tails[0] - joints[0])
+    return tails
+
+
+def _new_mesh(body: Body, name: str) -> bpy.types.Mesh:
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(body.vertices, [], body.faces)
+    mesh.shade_smooth()
+    if body.mirror is not None:
+        attribute = mesh.attributes.new(MIRROR_ATTRIBUTE, "INT", "POINT")
+        attribute.data.foreach_set("value", body.mirror)
+    return mesh
+
+
+def _add_weights(mesh: bpy.types.Object, weights: np.ndarray) -> None:
+    for joint, name in enumerate(JOINT_NAMES):
+        group = mesh.vertex_groups.new(name=name)
+        for vertex in np.flatnonzero(weights[:, joint]).tolist():
+            group.add((vertex,), weights[vertex, joint], "REPLACE")
+
+
+def _read_weights(mesh: bpy.types.Object) -> np.ndarray:
+    """Weights of the 24 bones, shape (V, 24), summing to 1: Blender normalises when it skins."""
+    joints = {group.index: JOINT_INDEX.get(group.name) for group in mesh.vertex_groups}
+    weights = np.zeros((len(mesh.data.vertices), len(JOINT_NAMES)))
+    for vertex in mesh.data.vertices:
+        for element in vertex.groups:
+            joint = joints.get(element.group)
+            if joint is not None:
+                weights[vertex.index, joint] = element.weight
+    sums = weights.sum(axis=1)
+    if (sums <= 0).any():
+        raise ValueError(f"{(sums <= 0).sum()} vertices of '{mesh.name}' follow none of the 24 bones")
+    return weights / sums[:, None]
+
+
+def triangles_of(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Triangles of a mesh as Blender cuts it, shape (F, 3)."""
+    mesh.calc_loop_triangles()
+    return read_values(mesh.loop_triangles, "vertices", len(mesh.loop_triangles) * 3, np.int32).reshape(-1, 3)
+
+
+def read_values(items: bpy.types.bpy_prop_collection, name: str, size: int, dtype: type) -> np.ndarray:
+    """One property of all items of a collection, as a flat array of this size."""
+    values = np.empty(size, dtype=dtype)
+    items.foreach_get(name, values)
+    return values

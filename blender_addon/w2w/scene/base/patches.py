@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Patches in the scene: empties that ride on the triangles of a body's mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ...core.patches.patches import PatchSet
+
+PATCH = "patch"
+"""Custom property of an empty: number of its patch."""
+
+REGION = "region"
+"""Custom property of an empty: body region that its patch lies in."""
+
+EMPTY_SIZE = 0.012
+"""Length of an empty's axes, metres."""
+
+
+def place_patches(
+    mesh: bpy.types.Object,
+    patches: PatchSet,
+    name: str = "Patches",
+    size: float = EMPTY_SIZE,
+    parent: bpy.types.Collection | None = None,
+) -> bpy.types.Collection:
+    """Put an empty on the carrier triangle of each patch, in a collection of their own.
+
+    The empties follow the surface by Blender's own three-vertex parenting, whatever moves it, and need no
+    script for that: x along the triangle's first edge, z outward, at the centroid. The mesh must have the
+    vertices of the body that the patches were sampled on.
+    """
+    highest, n_vertices = int(patches.triangles.max()), len(mesh.data.vertices)
+    if highest >= n_vertices:
+        raise ValueError(
+            f"the patches are not of this body: they use vertex {highest}, "
+            f"but '{mesh.name}' has {n_vertices} vertices"
+        )
+    collection = bpy.data.collections.new(name)
+    (parent or bpy.context.scene.collection).children.link(collection)
+    for number, empty_name in enumerate(patches.names):
+        empty = _new_empty(mesh, empty_name, patches.triangles[number], size)
+        empty[PATCH] = number
+        empty[REGION] = patches.regions[number]
+        collection.objects.link(empty)
+    return collection
+
+
+def check_patches(mesh: bpy.types.Object, patches: PatchSet) -> None:
+    """Refuse patches of another body."""
+    if len(patches.labels) != len(mesh.data.vertices):
+        raise ValueError(
+            f"the patches are not of this body: they cover {len(patches.labels)} vertices, "
+            f"but '{mesh.name}' has {len(mesh.data.vertices)}"
+        )
+
+
+def remove_patches(collection: bpy.types.Collection) -> None:
+    """Remove a collection of empties that `place_patches` made, and all that is in it."""
+    bpy.data.batch_remove([*patch_empties(collection), collection])
+
+
+def patch_empties(collection: bpy.types.Collection) -> list[bpy.types.Object]:
+    """The empties of a collection in the order of their patches, whatever they are called now."""
+    return sorted((item for item in collection.objects if PATCH in item), key=lambda item: item[PATCH])
+
+
+def empties_by_patch(collection: bpy.types.Collection) -> dict[int, bpy.types.Object]:
+    """The empty of each patch that still has one, by the patch's number; copies of an empty do not count."""
+    found: dict[int, bpy.types.Object] = {}
+    for item in collection.objects:
+        if PATCH in item:
+            found.setdefault(item[PATCH], item)
+    return found
+
+
+def resize_patches(empties: Sequence[bpy.types.Object], size: float) -> None:
+    """Draw empties with axes of this length, metres."""
+    for empty in empties:
+        empty.empty_display_size = size
+
+
+def carrier_triangles(empties: Sequence[bpy.types.Object]) -> np.ndarray:
+    """Vertices that each empty is parented to, shape (N, 3)."""
+    return np.array([empty.parent_vertices for empty in empties], dtype=np.int32).reshape(-1, 3)
+
+
+def _new_empty(mesh: bpy.types.Object, name: str, triangle: np.ndarray, size: float) -> bpy.types.Object:
+    """An empty exactly in the frame of a triangle.
+
+    World matrix = parent's world matrix @ triangle @ matrix_parent_inverse @ matrix_basis.
+    Both last ones are the identity in a new object; Blender cannot work them out from an
+    assigned `matrix_world`, for it leaves the triangle out of the parent.
+    """
+    empty = bpy.data.objects.new(name, None)
+    empty.empty_display_type = "ARROWS"
+    empty.empty_display_size = size
+    empty.parent = mesh
+    empty.parent_type = "VERTEX_3"
+    empty.parent_vertices = triangle.tolist()
+    return empty

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A user's own body from Blender: a rigged FBX, or a mesh in the scene, with SMPL's bone names or faces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.adopt.smpl import BodyError, body_from_mesh, body_from_rig, load_body
+from ...core.body.body import Body
+from ...core.body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
+from ...core.motion.bone_maps import BONE_MAPS, BoneMap
+from ...core.motion.source import UnusableMotion
+from ..base.body import matrix, read_values, rest_vertices, triangles_of
+from ..motion.takes import imported
+
+WRISTS = {BODY_HANDS[0]: JOINT_INDEX["left_wrist"], BODY_HANDS[1]: JOINT_INDEX["right_wrist"]}
+"""Wrists of the hands, for which a rig of SMPL-H or SMPL-X has fingers instead."""
+
+MOST_CORNERS = 4
+
+
+def adopt_file(path: str | Path, betas: np.ndarray | None = None) -> Body:
+    """Read a body from a rigged FBX with SMPL's bone names, or from any file that `load_body` reads.
+
+    `betas` are shape coefficients for an official SMPL model. Raises `BodyError` if it is none of these; the
+    message says what was expected and what was found.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".fbx":
+        return load_body(path, betas)
+    if betas is not None:
+        raise BodyError(f"{path}: a rigged mesh has a shape of its own: betas need an official SMPL model")
+    try:
+        with imported(path) as objects:
+            meshes = [item for item in objects if item.type == "MESH"]
+            if not meshes:
+                kinds = ", ".join(sorted({item.type.lower() for item in objects})) or "nothing"
+                raise BodyError(f"expected a mesh moved by bones with SMPL's names, found only: {kinds}")
+            return adopt_mesh(max(meshes, key=lambda mesh: (_is_smpl_rigged(mesh), len(mesh.data.vertices))))
+    except (BodyError, UnusableMotion) as error:
+        raise BodyError(f"{path}: {error}") from error
+
+
+def adopt_mesh(mesh: bpy.types.Object) -> Body:
+    """A body from a mesh in the scene, in the T-pose, z up, facing -y, metres, soles on z = 0.
+
+    The mesh is taken in its armature's rest pose; nothing in the scene changes. Bones are known by SMPL's
+    names in any of their spellings (``L_Hip``, ``left_hip``, ``m_avg_L_Hip``); weights of fingers, jaw and
+    eyes go to the joint that carries them. Without such bones the mesh must have SMPL's faces. Raises
+    `BodyError` if it is no mesh, its bones are not SMPL's, or it has neither bones nor SMPL's faces.
+    """
+    if mesh.type != "MESH":
+        raise BodyError(f"'{mesh.name}' is a {mesh.type.lower()}: choose the mesh of a body")
+    if len(mesh.data.polygons) == 0:
+        raise BodyError(f"the mesh '{mesh.name}' has no faces")
+    vertices = _to_world(matrix(mesh.matrix_world), rest_vertices(mesh))
+    polygons = _polygons(mesh.data)
+    armature = moving_armature(mesh)
+    if armature is None:
+        try:
+            return body_from_mesh(vertices, polygons, mesh.name)
+        except BodyError as error:
+            raise BodyError(f"the mesh '{mesh.name}' has no armature, and {error}") from error
+    bones = list(armature.data.bones)
+    matched = _smpl_bones(armature)
+    missing = [
+        name for joint, name in enumerate(JOINT_NAMES) if joint not in matched and joint not in BODY_HANDS
+    ]
+    if missing:
+        raise BodyError(
+            f"the mesh '{mesh.name}' is moved by '{armature.name}', whose bones are not SMPL's: expected "
+            "Pelvis, L_Hip, ... or pelvis, left_hip, ...; no bone was found for "
+            f"{', '.join(missing[:6])} among {', '.join(bone.name for bone in bones[:6])}, ..."
+        )
+    heads = _to_world(matrix(armature.matrix_world), np.array([bone.head_local for bone in bones], float))
+    joints = np.empty((N_JOINTS, 3))
+    for joint in range(N_JOINTS):
+        joints[joint] = heads[matched[joint]] if joint in matched else _knuckles(bones, heads, matched, joint)
+    return body_from_rig(vertices, polygons, joints, joint_weights(mesh, bones, matched), mesh.name)
+
+
+def _is_smpl_rigged(mesh: bpy.types.Object) -> bool:
+    armature = moving_armature(mesh)
+    return armature is not None and len(_smpl_bones(armature)) >= N_JOINTS - len(BODY_HANDS)
+
+
+def moving_armature(mesh: bpy.types.Object) -> bpy.types.Object | None:
+    """The armature that moves a mesh, by modifier or as its parent."""
+    moving = [item.object for item in mesh.modifiers if item.type == "ARMATURE" and item.object is not None]
+    if not moving and mesh.parent is not None and mesh.parent_type == "ARMATURE":
+        moving = [mesh.parent]
+    return moving[0] if moving else None
+
+
+def _smpl_bones(armature: bpy.types.Object) -> dict[int, int]:
+    """Joint index -> index of the armature's bone."""
+    return BoneMap.load(BONE_MAPS / "smpl.json").match([bone.name for bone in armature.data.bones])
+
+
+def _knuckles(
+    bones: list[bpy.types.Bone], heads: np.ndarray, matched: dict[int, int], hand: int
+) -> np.ndarray:
+    """Where the fingers of a wrist begin, in the middle; the wrist itself where there are none."""
+    wrist = matched[WRISTS[hand]]
+    fingers = [index for index, bone in enumerate(bones) if bone.parent == bones[wrist]]
+    return heads[fingers or [wrist]].mean(axis=0)
+
+
+def joint_weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[int, int]) -> np.ndarray:
+    """Weights of the 24 joints, shape (V, 24); other bones' weights go to the joint that carries them."""
+    joint_of_bone = {bones[bone].name: joint for joint, bone in matched.items()}
+    hands = {wrist: hand for hand, wrist in WRISTS.items() if hand not in matched}
+    joints = {}
+    for group in mesh.vertex_groups:
+        bone = mesh_bone = next((bone for bone in bones if bone.name == group.name), None)
+        while bone is not None and bone.name not in joint_of_bone:
+            bone = bone.parent
+        if bone is not None:
+            joint = joint_of_bone[bone.name]
+            joints[group.index] = joint if bone == mesh_bone else hands.get(joint, joint)
+    weights = np.zeros((len(mesh.data.vertices), N_JOINTS))
+    for vertex in mesh.data.vertices:
+        for element in vertex.groups:
+            if element.group in joints:
+                weights[vertex.index, joints[element.group]] += element.weight
+    return weights
+
+
+def _polygons(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Polygons, shape (F, 4), -1 behind triangles; cut into triangles where one has more corners."""
+    sizes = read_values(mesh.polygons, "loop_total", len(mesh.polygons), np.int32)
+    if sizes.max() > MOST_CORNERS:
+        return np.pad(triangles_of(mesh), ((0, 0), (0, 1)), constant_values=-1)
+    corners = read_values(mesh.loops, "vertex_index", len(mesh.loops), np.int32)
+    polygons = np.full((len(sizes), MOST_CORNERS), -1, dtype=np.int32)
+    polygons[np.arange(MOST_CORNERS) < sizes[:, None]] = corners
+    return polygons
+
+
+def _to_world(world: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return points @ world[:3, :3].T + world[:3, 3]

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Patches and ranking packed into the .blend as text: a saved file reopens complete on any machine."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import tempfile
+import zlib
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+from weakref import WeakKeyDictionary
+
+from ...core.patches.patches import PatchSet
+from ...core.ranking.utility import UtilityMap
+
+KEPT = 8
+"""Unpacked results kept in memory."""
+
+MOST_PACKED = 2**30
+"""No patches or ranking of ours are npz files of more bytes."""
+
+T = TypeVar("T", PatchSet, UtilityMap)
+
+_unpacked: OrderedDict[str, PatchSet | UtilityMap] = OrderedDict()
+_packed: WeakKeyDictionary[PatchSet | UtilityMap, tuple[str, str]] = WeakKeyDictionary()
+"""Text and key of values that were packed."""
+
+
+def pack(value: PatchSet | UtilityMap) -> tuple[str, str]:
+    """Its file as text, ASCII and compressed, and a key that is equal for equal content."""
+    if value not in _packed:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "value.npz"
+            value.save(path)
+            content = path.read_bytes()
+        text, key = base64.b64encode(zlib.compress(content)).decode("ascii"), hashlib.sha256(content)
+        _packed[value] = text, key.hexdigest()[:24]
+        _keep(_packed[value][1], value)
+    return _packed[value]
+
+
+def unpack(key: str, text: Callable[[], str], load: Callable[[io.BytesIO], T]) -> T:
+    """The value of a key; its text is asked for only when it is not in memory.
+
+    Raises
+    ------
+    ValueError
+        If the text is damaged, or claims to unpack to far more than anything of ours.
+    """
+    if key not in _unpacked:
+        stream = zlib.decompressobj()
+        try:
+            content = stream.decompress(base64.b64decode(text()), MOST_PACKED)
+        except (zlib.error, ValueError) as error:
+            raise ValueError("packed results are damaged") from error
+        if not stream.eof:
+            raise ValueError("packed results are damaged")
+        _keep(key, load(io.BytesIO(content)))
+    _unpacked.move_to_end(key)
+    return _unpacked[key]
+
+
+def _keep(key: str, value: PatchSet | UtilityMap) -> None:
+    _unpacked[key] = value
+    while len(_unpacked) > KEPT:
+        _unpacked.popitem(last=False)

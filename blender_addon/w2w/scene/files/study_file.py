@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A finished study as a .blend file that opens complete in any Blender, with or without W2W."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.body.body import Body
+from ...core.colours import LEAST_SPAN
+from ...core.files import UNFINISHED
+from ...core.motion.motion import Motion
+from ...core.patches.patches import PatchSet
+from ...core.results_folder import StudyResults
+from .. import heatmap
+from ..base.actions import set_scene_rate, show_action, write_action
+from ..base.body import BodyObjects, add_body
+from ..base.patches import patch_empties, place_patches
+from .study_record import write_record
+
+EMPTY_SIZE, CHOSEN_SIZE = 0.006, 0.018
+"""Size of the empties, metres: small, so that they do not hide the heatmap, but for the chosen ones."""
+
+
+def write_study(
+    path: str | Path,
+    body: Body,
+    patches: PatchSet,
+    motions: Iterable[Motion],
+    utility_f1: np.ndarray,
+    activities: Sequence[str],
+    mean: np.ndarray,
+    chosen: Sequence[int],
+    results: StudyResults | None = None,
+    span: float = LEAST_SPAN,
+) -> None:
+    """Write a study to a .blend file, whole or not at all.
+
+    It holds the body, its armature with an action a motion, an empty on each patch with its
+    scores as custom properties, the chosen patches in a collection of their own, and a colour
+    attribute an activity and for the mean, which spans at least `span`. The file is built in a
+    fresh Blender session: whatever is open is closed. RuntimeError if Blender runs with a
+    window, where that would lose work.
+
+    Parameters
+    ----------
+    motions : iterable of Motion
+        The scene takes the rate of the first.
+    utility_f1 : ndarray, shape (N, A)
+        Expected F1 of each patch and activity; `mean`, shape (N,), over the activities.
+    chosen : sequence of int
+        Chosen patches in order of choice.
+    results : StudyResults, optional
+        The finished run that W2W's panel shows when it opens the file.
+    """
+    if not bpy.app.background:
+        raise RuntimeError(
+            "a study file is built in a fresh session: in a Blender window, save the open file instead"
+        )
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    bpy.data.batch_remove([*bpy.data.objects, *bpy.data.collections, *bpy.data.materials])  # not its window
+    bpy.data.orphans_purge(do_recursive=True)
+    bpy.context.scene.name = "W2W Study"
+    objects = add_body(body, name="Body")
+    objects.mesh.data.materials.append(heatmap.heatmap_material())
+    heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, span=span)
+    collections = _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
+    actions = _add_actions(objects, motions)
+    if results is not None:
+        write_record(objects.mesh, results, collections, actions)
+    _set_up_view(objects.mesh, body.height)
+    _save(Path(path))
+
+
+def _add_empties(
+    mesh: bpy.types.Object,
+    patches: PatchSet,
+    utility_f1: np.ndarray,
+    activities: Sequence[str],
+    mean: np.ndarray,
+    chosen: Sequence[int],
+) -> tuple[str, str]:
+    """Add an empty a patch; gives the names of the collections of all and of the chosen ones."""
+    placed = place_patches(mesh, patches, size=EMPTY_SIZE)
+    empties = patch_empties(placed)
+    for number, empty in enumerate(empties):
+        empty[heatmap.MEAN] = float(mean[number])
+        for activity, score in zip(activities, utility_f1[number], strict=True):
+            name = (heatmap.PREFIX + activity).encode()[:63].decode(errors="ignore")
+            empty[name] = float(score)
+    collection = bpy.data.collections.new("Chosen patches")
+    collection.color_tag = "COLOR_01"
+    bpy.context.scene.collection.children.link(collection)
+    for rank, number in enumerate(chosen, start=1):
+        empty = empties[number]
+        empty["order of choice"] = rank
+        empty.empty_display_type = "SPHERE"
+        empty.empty_display_size = CHOSEN_SIZE
+        empty.show_name = empty.show_in_front = True
+        collection.objects.link(empty)
+        empty.select_set(True)  # names of selected objects are bright
+    return placed.name, collection.name
+
+
+def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, bpy.types.Action]:
+    """Write the motions at the first one's rate and show that one; gives the actions by clip."""
+    scene = bpy.context.scene
+    first, actions = None, {}
+    for motion in motions:
+        if first is None:
+            set_scene_rate(motion.rate, scene)
+        labels = dict.fromkeys(part for part in (motion.activity, motion.subject, motion.clip) if part)
+        action = actions[motion.clip] = write_action(objects.armature, motion, " ".join(labels))
+        if first is None:
+            first = action
+            scene.frame_start, scene.frame_end = 1, motion.n_frames
+    if first is not None:
+        show_action(objects.armature, first)
+    scene.frame_set(1)
+    return actions
+
+
+def _set_up_view(mesh: bpy.types.Object, height: float) -> None:
+    """Show the heatmap and the whole body in every 3D view of the file's window."""
+    bpy.context.view_layer.objects.active = mesh
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            if area.type == "VIEW_3D":
+                _set_up_space(area.spaces.active, height)
+
+
+def _set_up_space(space: bpy.types.SpaceView3D, height: float) -> None:
+    space.shading.type = "SOLID"
+    space.shading.color_type = "VERTEX"
+    space.shading.show_specular_highlight = False
+    space.region_3d.view_perspective = "PERSP"
+    space.region_3d.view_location = (0.0, 0.0, height / 2)
+    space.region_3d.view_rotation = (0.7071, 0.7071, 0.0, 0.0)
+    space.region_3d.view_distance = 1.8 * height
+
+
+def _save(path: Path) -> None:
+    """Save beside the file and rename, so that no half-written file ever stands under its name."""
+    prefix = f".{path.stem[:40]}."
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=prefix, suffix=UNFINISHED) as folder:
+        temporary = Path(folder) / "study.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(temporary), compress=True, copy=True)
+        temporary.replace(path)

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's importers: FBX files are checked by their bytes, glTF, VRM and USD made ready for it."""
+
+from __future__ import annotations
+
+import re
+import struct
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+
+from ...core.motion.gltf_check import VRM_SUFFIXES, as_plain_glb, check_gltf
+from ...core.motion.motion_file import size_and_head
+from ...core.motion.source import UnusableMotion
+from ...core.motion.usd_check import check_usd
+from ..base.actions import set_scene_rate
+
+FBX_MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
+FBX_HEADER_SIZE = 27
+
+OLDEST = 3000
+"""FBX 3.0: the oldest version that Blender's C++ importer (4.5 and later) reads, as text too."""
+
+OLDEST_FOR_PYTHON = 7100
+"""FBX 2011: the oldest version, and binary only, that the Python importer before it reads."""
+
+SAVE_ANEW = "save it as FBX 7.4 (FBX 2014), binary, where it comes from or with Blender 4.5 or later"
+
+GLTF_RATE = 60
+"""Frames per second that glTF is read at: it has times, no rate."""
+
+FAULTS = {
+    "memory": "it unpacks to more than fits in memory",
+    "truncated": "it is cut short, or a record in it does not add up",
+    "failed to read": "it is cut short, or a record in it does not add up",
+    "deflate": "it is damaged: a packed part of it cannot be unpacked",
+    "ascii parse": "it is damaged: its text cannot be understood",
+}
+"""What Blender's importers say, in lower case, and what it means."""
+
+
+def check_fbx(path: Path, python_importer: bool = False) -> None:
+    """Refuse a file that Blender cannot read as FBX, with a sentence that is true.
+
+    It may be empty, a Git LFS pointer, cut short, no FBX at all, or of a version that Blender does not read;
+    `python_importer` says that it has only the importer from before 4.5.
+    """
+    size, head = size_and_head(path)
+    binary = head.startswith(FBX_MAGIC)
+    if binary:
+        _check_binary_fbx(path, size, head)
+    elif b"FBX" not in head:
+        raise UnusableMotion(
+            "it is not an FBX file: it has neither the binary mark nor FBX text at its start"
+        )
+    version = _version(head)
+    if version is not None and version < OLDEST:
+        raise UnusableMotion(
+            f"its header says FBX version {_spoken(version)}, and Blender reads 3.0 and later: it is "
+            f"damaged, or very old; {SAVE_ANEW}"
+        )
+    if python_importer and (not binary or (version or 0) < OLDEST_FOR_PYTHON):
+        kind = "" if version is None else f" of version {_spoken(version)}"
+        form = "" if binary else " in text form"
+        raise UnusableMotion(f"it is an FBX{kind}{form}, which Blender reads from 4.5 on: {SAVE_ANEW}")
+
+
+def import_fault(path: Path, error: Exception) -> str:
+    """Why Blender's importer refused a file that looked whole, in words for people."""
+    said = str(error).replace(str(path), "").lower()
+    fault = next((fault for words, fault in FAULTS.items() if words in said), "")
+    version = _version(size_and_head(path)[1]) if path.suffix.lower() == ".fbx" else None
+    if version is not None and version < OLDEST_FOR_PYTHON and not fault.endswith("memory"):
+        return (
+            f"Blender cannot import it: it is an FBX of version {_spoken(version)}, from before 2011, or it "
+            f"is damaged; if it opens elsewhere, {SAVE_ANEW}"
+        )
+    return f"Blender cannot import it: {fault or 'it is damaged'}"
+
+
+def _version(head: bytes) -> int | None:
+    """Such as 7400 for FBX 7.4; None where the start of a text file does not say."""
+    if head.startswith(FBX_MAGIC):
+        return struct.unpack_from("<I", head, 23)[0]
+    said = re.search(rb"FBXVersion:\s*(\d{1,5})\b", head)
+    return int(said[1]) if said else None
+
+
+def _spoken(version: int) -> str:
+    return f"{version / 1000:.1f}"
+
+
+def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:
+    """Follow the top-level records: each tells where it ends, and the file must reach there."""
+    if size <= FBX_HEADER_SIZE:
+        raise UnusableMotion(
+            f"it is cut short: {size} bytes, which is no more than the header of an FBX file"
+        )
+    version = struct.unpack_from("<I", head, 23)[0]
+    layout = "<Q" if version >= 7500 else "<I"
+    position = FBX_HEADER_SIZE
+    with path.open("rb") as stream:
+        while True:
+            stream.seek(position)
+            field = stream.read(struct.calcsize(layout))
+            if len(field) < struct.calcsize(layout):
+                raise UnusableMotion(f"it is cut short at {size} bytes: its list of records has no end")
+            end = struct.unpack(layout, field)[0]
+            if end == 0:
+                return
+            if end > size:
+                raise UnusableMotion(
+                    f"it is cut short, or damaged: a record should end at byte {end:,}, and the file ends at "
+                    f"{size:,}"
+                )
+            if end <= position:
+                raise UnusableMotion(
+                    f"it is damaged: a record at byte {position} claims to end before it begins"
+                )
+            position = end
+
+
+def import_gltf(path: Path) -> None:
+    """Import a glTF or VRM file into the open scene, finely enough for its key times.
+
+    Refused are files that are damaged, of another version, in several parts, or no VRM though named as one.
+    """
+    is_vrm = path.suffix.lower() in VRM_SUFFIXES
+    check_gltf(path, skin=not is_vrm)
+    render = bpy.context.scene.render
+    render.fps, render.fps_base = GLTF_RATE, 1.0
+    if not is_vrm:
+        bpy.ops.import_scene.gltf(filepath=str(path))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, "vrm.glb")
+        plain.write_bytes(as_plain_glb(path))
+        bpy.ops.import_scene.gltf(filepath=str(plain))
+
+
+def import_usd(path: Path) -> None:
+    """Import a USD file, text or binary, at its own time codes a second, which Blender's importer ignores.
+
+    Refused are files that are damaged or put together from others, and a Blender that knows no USD.
+    """
+    if "usd_import" not in dir(bpy.ops.wm):
+        raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
+    with _bundled_modules():
+        rate = check_usd(path)
+    set_scene_rate(rate)
+    bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)
+
+
+@contextmanager
+def _bundled_modules() -> Iterator[None]:
+    """Let `pxr` be found in Blender's Python module, which brings it but leaves it off the path (4.4+)."""
+    before = sys.path.copy()
+    expose = getattr(bpy.utils, "expose_bundled_modules", None)
+    if expose is not None:
+        expose()
+    try:
+        yield
+    finally:
+        sys.path[:] = before

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A clip's own armature beside the body, for comparison."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...core.motion.source import motion_amount
+from ..base.actions import FIRST_FRAME, KEYED_AT, key_rate, scene_rate
+from ..base.body import armature_of, matrix
+from ..base.playback import same_timing
+from .takes import find_takes, import_file, read_take
+
+SOURCE = "w2w source"
+"""Custom property of a collection that holds a clip's own armature: the clip's name."""
+
+ASIDE = 1.2
+"""Metres from the body to the armature beside it."""
+
+
+def source_collections(name: str = "") -> list[bpy.types.Collection]:
+    """Collections that hold the armature of a clip, or of any."""
+    return [item for item in bpy.data.collections if SOURCE in item and (not name or item[SOURCE] == name)]
+
+
+def remove_source(name: str = "") -> None:
+    """Remove the armature of a clip that stands beside the body, or of all clips."""
+    for collection in source_collections(name):
+        data = [item.data for item in collection.objects if item.data is not None]
+        actions = [take for take in bpy.data.actions if take.get(SOURCE) == collection[SOURCE]]
+        bpy.data.batch_remove([*collection.objects, *data, *actions, collection])
+
+
+def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float) -> None:
+    """Import a clip's FBX or BVH file beside the body; selection, frame rate and range stay as they are.
+
+    `scale` is that of the body to the file. A file that Blender cannot import raises an `UnusableMotion`.
+    """
+    view_layer, chosen = bpy.context.view_layer, list(bpy.context.selected_objects)
+    active = view_layer.objects.active
+    objects, actions = set(bpy.data.objects), set(bpy.data.actions)
+    with same_timing():
+        import_file(path)
+        rate = scene_rate()
+    new = [item for item in bpy.data.objects if item not in objects]
+    brought = set(bpy.data.actions) - actions
+    for action in brought:
+        action[SOURCE], action[KEYED_AT] = name, rate
+    armature = next(item for item in new if item.type == "ARMATURE")
+    armature.show_in_front = True
+    take = max(find_takes(armature, brought), key=lambda take: motion_amount(read_take(take)))
+    _stand_beside(mesh, new, name, scale)
+    _play_at_own_speed(armature, take.action, take.frame_range[0])
+    for item in bpy.context.selected_objects:
+        item.select_set(False)
+    for item in chosen:
+        item.select_set(True)
+    view_layer.objects.active = active
+
+
+def _stand_beside(mesh: bpy.types.Object, new: list[bpy.types.Object], name: str, scale: float) -> None:
+    """Put objects into a collection of the clip's, on an empty that scales them: themselves they stay."""
+    collection = bpy.data.collections.new(f"Source: {name}")
+    collection[SOURCE] = name
+    bpy.context.scene.collection.children.link(collection)
+    stand = bpy.data.objects.new(f"Source: {name}", None)
+    stand.empty_display_size = 0.2
+    stand.location = matrix(armature_of(mesh).matrix_world)[:3, 3] + (ASIDE, 0, 0)
+    stand.scale = (scale,) * 3
+    collection.objects.link(stand)
+    for item in new:
+        for other in list(item.users_collection):
+            other.objects.unlink(item)
+        collection.objects.link(item)
+        if item.parent is None:
+            item.parent = stand
+
+
+def keep_pace_beside(name: str) -> None:
+    """Let a clip's own armature play at its speed in the scene as that is now."""
+    for collection in source_collections(name):
+        for item in collection.objects:
+            for track in item.animation_data.nla_tracks if item.animation_data else ():
+                for strip in track.strips:
+                    strip.scale = scene_rate() / key_rate(strip.action)
+
+
+def _play_at_own_speed(armature: bpy.types.Object, action: bpy.types.Action, first: int) -> None:
+    """Start with the body's clip and keep its speed at the scene's frame rate, by an NLA strip."""
+    data = armature.animation_data
+    slot = getattr(data, "action_slot", None) if data.action == action else None
+    data.action = None
+    strip = data.nla_tracks.new().strips.new(action.name, int(FIRST_FRAME), action)
+    if hasattr(strip, "action_slot") and slot is not None:
+        strip.action_slot = slot
+    strip.action_frame_start = first
+    strip.scale = scene_rate() / key_rate(action)
+    strip.frame_start = FIRST_FRAME

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion files in, through Blender's own importers: a named skeleton and its frames as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.motion.bone_maps import best_match, missing_joints
+from ...core.motion.bvh import BVH_SUFFIX
+from ...core.motion.bvh_text import read_bvh_text
+from ...core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
+from ...core.motion.retarget import is_crumpled
+from ...core.motion.source import (
+    NOT_FINITE,
+    SourceMotion,
+    UnusableMotion,
+    is_pose,
+    motion_amount,
+    people_in,
+    refuse_pose,
+    refuse_rate,
+    refuse_too_long,
+)
+from ...core.motion.usd_check import USD_SUFFIXES
+from ..base.actions import key_rate
+from ..base.fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
+from ..base.playback import same_timing
+from .importers import check_fbx, import_fault, import_gltf, import_usd
+
+Curves = dict[str, OwnCurves]
+
+PREFERRED_TAKE = "mixamo.com"
+
+
+@dataclass(frozen=True)
+class Take:
+    """One armature under one action."""
+
+    armature: bpy.types.Object
+    action: bpy.types.Action
+    curves: Curves
+
+    @property
+    def frame_range(self) -> tuple[int, int]:
+        """First and last whole frame that the bones' curves cover."""
+        ends = [
+            (curve.keyframe_points[0].co[0], curve.keyframe_points[-1].co[0])
+            for channels in self.curves.values()
+            for curve in channels.values()
+            if len(curve.keyframe_points)
+        ]
+        start, stop = min(end[0] for end in ends), max(end[1] for end in ends)
+        return round(start), round(stop)
+
+
+def read_clip(path: str | Path) -> SourceMotion:
+    """Import an FBX, glTF, VRM or USD file, read the take that moves, and remove all that came.
+
+    Raises `UnusableMotion` if the file holds no motion that can be used.
+    """
+    path = Path(path)
+    before = {action.session_uid for action in bpy.data.actions}
+    with imported(path) as objects:
+        # actions that were there before may fit the file's armature too: other clips of the same rig
+        source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
+    refuse_rate(source.rate)
+    return source
+
+
+@contextmanager
+def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
+    """The objects that a motion file brings, removed again at the end."""
+    before = existing_data()
+    try:
+        with same_timing():
+            import_file(path)
+            yield [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
+    finally:
+        bpy.data.batch_remove(new_data(before))
+
+
+def import_file(path: Path) -> None:
+    """Import an FBX, BVH, glTF, VRM or USD file with Blender's importer into the open scene.
+
+    Raises `UnusableMotion` if the file is of another kind, damaged, or Blender refuses it.
+    """
+    kind = path.suffix.lower()
+    try:
+        if kind == ".fbx":
+            check_fbx(path, python_importer=not _has_cpp_importer())
+            _import_fbx(path)
+        elif kind == BVH_SUFFIX:
+            _import_bvh(path)
+        elif kind in GLTF_SUFFIXES:
+            import_gltf(path)
+        elif kind in USD_SUFFIXES:
+            import_usd(path)
+        else:
+            raise UnusableMotion(
+                f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
+            )
+    except UnusableMotion:
+        raise
+    except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError
+        raise UnusableMotion(import_fault(path, error)) from error
+
+
+def best_take(
+    objects: list[bpy.types.Object], actions: Iterable[bpy.types.Action] | None = None
+) -> SourceMotion:
+    """Read the take that moves most, the one Mixamo names before any other, among all actions or some.
+
+    Of several people in a file, each an armature, the one that moves most is read. Raises `UnusableMotion` if
+    there is no armature, no animation of it, or none that moves.
+    """
+    armatures = [item for item in objects if item.type == "ARMATURE"]
+    if not armatures:
+        kinds = sorted({item.type.lower() for item in objects})
+        raise UnusableMotion(f"it holds no armature, only: {', '.join(kinds) or 'nothing'}")
+    # joint -> bone by name, the armature itself being bone 0
+    matched = {
+        item: best_match([item.name, *(bone.name for bone in item.data.bones)])[1] for item in armatures
+    }
+    missing = {item: len(missing_joints(joints)) for item, joints in matched.items()}
+    people = [item for item in armatures if missing[item] == min(missing.values())]
+    people = [item for item in people if not _rests_crumpled(item, matched[item])] or people
+    actions = list(bpy.data.actions if actions is None else actions)
+    takes = [take for armature in people for take in find_takes(armature, actions)]
+    if not takes:
+        raise UnusableMotion(
+            f"its armature '{people[0].name}' ({len(people[0].data.bones)} bones) has no animation"
+        )
+    motion = _most_moving(takes)
+    return replace(motion, people=max(len(people), people_in(motion.parents[1:] - 1)))
+
+
+def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] | None = None) -> list[Take]:
+    """Every action that animates bones of this armature, among some or among all."""
+    paths = {
+        f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"]': bone.name for bone in armature.data.bones
+    }
+    takes = []
+    for action in bpy.data.actions if actions is None else actions:
+        for curves in action_curves(action):
+            by_owner = _curves_by_owner(curves, paths)
+            if len(by_owner.keys() - {""}) * 3 >= len(paths):
+                takes.append(Take(armature, action, by_owner))
+    return takes
+
+
+def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | None = None) -> SourceMotion:
+    """World matrices of the bones, frame by frame, from the f-curves alone.
+
+    The armature object comes first, as a bone of its own: some rigs animate the object
+    instead of a hip bone. Read are `frames` (T,), or every whole frame of the take; a bone without
+    a curve has the channels of its counterpart in `unkeyed`, or of its pose bone as it is.
+    """
+    if frames is None:
+        start, stop = take.frame_range
+        refuse_too_long(stop - start + 1, len(take.armature.data.bones))
+        frames = np.arange(start, stop + 1, dtype=np.float64)
+    armature = take.armature
+    names, parents, rest_local = skeleton_of(armature)
+    world = _object_matrices(armature, take, frames)
+    matrices = np.empty((len(frames), len(names), 4, 4))
+    matrices[:, 0] = world
+    basis = basis_matrices(
+        unkeyed or [armature.pose.bones[name] for name in names[1:]],
+        [take.curves.get(name, {}) for name in names[1:]],
+        frames,
+    )
+    local = np.linalg.solve(rest_local[parents[1:]], rest_local[1:]) @ basis
+    for number in range(1, len(parents)):
+        np.matmul(matrices[:, parents[number]], local[:, number - 1], out=matrices[:, number])
+    return SourceMotion(
+        bones=names,
+        parents=parents,
+        rest=world[0] @ rest_local,
+        matrices=matrices,
+        rate=key_rate(take.action),
+        take=take.action.name,
+        first_bone=1,
+    )
+
+
+def _import_fbx(path: Path) -> None:
+    """Blender's C++ importer (4.5 and later), or the Python one it had before."""
+    if _has_cpp_importer():
+        bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
+    else:
+        bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
+
+
+def _import_bvh(path: Path) -> None:
+    """Blender's importer, for the armature alone: it takes fewer files than W2W's reader of motions."""
+    read_bvh_text(path)
+    try:
+        bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
+    except Exception as error:  # it raises anything, and none of it is for people
+        raise UnusableMotion(
+            "its armature cannot be shown: Blender's own importer does not read this BVH file, though W2W "
+            "reads its motion"
+        ) from error
+
+
+@cache  # Blender lists some hundred operators to answer
+def _has_cpp_importer() -> bool:
+    return "fbx_import" in dir(bpy.ops.wm)
+
+
+def _most_moving(takes: list[Take]) -> SourceMotion:
+    motions = []
+    for take in takes:
+        with suppress(NotFiniteError):
+            motions.append(read_take(take))
+    motions = [motion for motion in motions if np.isfinite(motion.matrices).all()]
+    if not motions:
+        raise UnusableMotion(NOT_FINITE)
+    moving = [motion for motion in motions if not is_pose(motion)]
+    if not moving:
+        refuse_pose(max(motions, key=lambda motion: motion.n_frames))
+    preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
+    return max(preferred or moving, key=motion_amount)
+
+
+def _rests_crumpled(armature: bpy.types.Object, matched: dict[int, int]) -> bool:
+    """Whether an armature has no body's rest pose, as a broken copy beside the true one may."""
+    heads = [np.zeros(3), *(np.array(bone.head_local) for bone in armature.data.bones)]
+    return is_crumpled({joint: heads[bone] for joint, bone in matched.items()})
+
+
+def skeleton_of(armature: bpy.types.Object) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    """Names of the bones, their parents and their rest matrices in the armature's space; it comes first."""
+    bones = list(armature.data.bones)  # depth-first, as Blender keeps them: a parent before its children
+    index = {bone.name: number for number, bone in enumerate(bones, start=1)}
+    parents = np.array([-1] + [index[bone.parent.name] if bone.parent else 0 for bone in bones])
+    rest = np.array([np.eye(4)] + [np.array(bone.matrix_local) for bone in bones])
+    return (armature.name, *index), parents, rest
+
+
+def _curves_by_owner(curves: list[bpy.types.FCurve], paths: dict[str, str]) -> Curves:
+    """Curves by bone name, and those of the object itself under the empty name."""
+    by_owner: Curves = {}
+    for curve in curves:
+        owner_path, _, prop = curve.data_path.rpartition(".")
+        owner = paths.get(owner_path) if owner_path else ""
+        if owner is not None:
+            by_owner.setdefault(owner, {})[prop, curve.array_index] = curve
+    return by_owner
+
+
+def _object_matrices(item: bpy.types.Object, take: Take, frames: np.ndarray) -> np.ndarray:
+    """World matrix of an object in each frame, its animated parents included."""
+    curves = take.curves.get("", {}) if item is take.armature else _object_curves(item, take.action)
+    local = basis_matrices([item], [curves], frames)[:, 0]
+    if item.parent is None:
+        return local
+    return _object_matrices(item.parent, take, frames) @ np.array(item.matrix_parent_inverse) @ local
+
+
+def _object_curves(item: bpy.types.Object, action: bpy.types.Action) -> dict:
+    """Curves that an action holds for an object other than the armature."""
+    for slot in getattr(action, "slots", ()):
+        if slot.identifier == f"OB{item.name}":
+            for layer in action.layers:
+                for strip in layer.strips:
+                    bag = strip.channelbag(slot)
+                    if bag is not None:
+                        return _curves_by_owner(list(bag.fcurves), {}).get("", {})
+    return {}
+
+
+def existing_data() -> set[int]:
+    """What is in the file, to be told from what comes later."""
+    return {item.session_uid for item in _all_data()}
+
+
+def new_data(before: set[int]) -> list[bpy.types.ID]:
+    """What has come into the file since `existing_data`."""
+    return [item for item in _all_data() if item.session_uid not in before]
+
+
+def _all_data() -> Iterator[bpy.types.ID]:
+    data = bpy.data
+    for collection in (
+        data.objects, data.armatures, data.actions, data.meshes, data.materials, data.images,
+        data.textures, data.cameras, data.lights, data.collections, data.shape_keys, data.curves,
+    ):  # fmt: skip
+        yield from collection

@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Export: map, table, signals and report of the panel's study, as Python and the command line write them."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+
+from ...core.clip_files import signals_file
+from ...core.files import atomic_write, write_text
+from ...core.findings.summary import patch_table
+from ...core.imu.formats import FORMATS, HELD, write_recording
+from ...core.imu.recording import ImuRecording
+from ...core.motion.library import unique_names
+from ...core.ranking.utility import UtilityMap
+from ...core.selection.advice import SAME_OPINION, redundancy_clusters
+from ...core.selection.headline import mean_title
+from ...scene.heatmap import MEAN, ON_THESE_CLIPS
+from ..jobs import jobs
+from ..jobs.headless_door import run_headless
+from ..jobs.jobs import Steps, in_thread, part
+from ..jobs.on_body import on_body
+from ..steps.baking import body_as_run, ranked_clips
+from ..study import signal_cache
+from ..study.counting import is_as_ranked
+from ..study.operators import AsksForFile, OnBody, OnRanking
+from ..study.scores import EXPECTED, beside_of, colour_range, minus_index, shown_scores, view_index
+from ..study.state import config_of, current_body, patches_of, utility_of
+from ..viewport.legend import legend
+from ..viewport.overlay import picks
+from .save_results import save_steps
+
+Context = bpy.types.Context
+
+SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
+
+
+class Export(AsksForFile, OnRanking):
+    """An export to a file."""
+
+    bl_options = {"REGISTER"}
+    suffix = ""
+    usual = ""
+    """Name that is offered."""
+
+    filepath: StringProperty(name="File", description="File to write", subtype="FILE_PATH")
+    filter_glob: StringProperty(options={"HIDDEN"})
+    check_existing: BoolProperty(default=True, options={"HIDDEN"})
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        self.filter_glob = f"*{self.suffix}"
+        self.filepath = self.filepath or self.usual
+        return super().invoke(context, event)
+
+    def execute(self, context: Context) -> set[str]:
+        path = Path(bpy.path.ensure_ext(str(self.path()), self.suffix))
+        return jobs.start(self, context, self.bl_label, self.steps(current_body(context), path))
+
+
+class W2W_OT_export_map(Export, bpy.types.Operator):
+    """Save the heatmap that is shown as a picture: front and back, with title and colour bar"""
+
+    bl_idname = "w2w.export_map"
+    bl_label = "Export Map"
+    suffix, usual = ".png", "map.png"
+
+    def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
+        return map_steps(mesh, path)
+
+
+class W2W_OT_export_table(Export, bpy.types.Operator):
+    """Save the F1 of every patch and activity as utility.csv"""
+
+    bl_idname = "w2w.export_table"
+    bl_label = "Export Table"
+    suffix, usual = ".csv", "utility.csv"
+
+    def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
+        return table_steps(mesh, path)
+
+
+class W2W_OT_export_report(Export, bpy.types.Operator):
+    """Save the report: one page for any browser, with the map in 3D, the choice and the tables"""
+
+    bl_idname = "w2w.export_report"
+    bl_label = "Export Report"
+    suffix, usual = ".html", "report.html"
+
+    def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
+        return report_steps(mesh, path)
+
+
+class W2W_OT_export_signals(AsksForFile, OnBody, bpy.types.Operator):
+    """Save what sensors would have recorded: of the patch looked at, or of all patches, a file a clip"""
+
+    bl_idname = "w2w.export_signals"
+    bl_label = "Export Signals"
+    bl_options = {"REGISTER"}
+
+    directory: StringProperty(
+        name="Folder", description="Folder for the files", subtype="DIR_PATH", options={"SKIP_SAVE"}
+    )
+    filter_folder: BoolProperty(default=True, options={"HIDDEN"})
+    which: EnumProperty(
+        name="Patches",
+        description="Whose signals are saved",
+        items=(
+            ("PICKED", "Picked Patch", "The patch that you look at; of two that are compared, both"),
+            ("ALL", "All Patches", "All patches, in W2W's own npz files"),
+        ),
+    )
+    kind: EnumProperty(
+        name="Format",
+        description="Kind of file for a picked patch",
+        items=[(name, name, f"As w2w synth --format {name}") for name in FORMATS],
+        default="csv",
+    )
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        baked = patches_of(body) is not None and ranked_clips(body.w2w)
+        return "" if baked else "Bake the signals first (step 4)"
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        chosen = [patch for patch in picks(context, body) if patch < len(patches_of(body))]
+        if self.which == "PICKED" and not chosen:
+            return jobs.show_error(self, "Click a spot on the body first, with the tool Pick Patch")
+        folder = Path(bpy.path.abspath(self.directory))
+        steps = signal_steps(body, folder, chosen if self.which == "PICKED" else None, self.kind)
+        return jobs.start(self, context, self.bl_label, steps)
+
+
+class W2W_MT_export(bpy.types.Menu):
+    """All that can be taken out of a study."""
+
+    bl_label = "Export"
+    bl_idname = "W2W_MT_export"
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        layout.operator_context = "INVOKE_DEFAULT"
+        layout.operator("w2w.export_map", text="Map (png)", icon="IMAGE_DATA")
+        layout.operator("w2w.export_table", text="Table (utility.csv)", icon="SPREADSHEET")
+        picked = layout.operator("w2w.export_signals", text="Signals of Picked Patch", icon="GRAPH")
+        picked.which = "PICKED"
+        whole = layout.operator("w2w.export_signals", text="Signals of All Patches", icon="GRAPH")
+        whole.which = "ALL"
+        layout.operator("w2w.export_report", text="Report (html)", icon="WORLD")
+        layout.operator("w2w.save_results", text="Results Folder", icon="FILE_FOLDER")
+
+
+@on_body
+def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
+    """Draw the heatmap that is shown, in a thread."""
+    study, utility, patches = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh)
+    scores = shown_scores(study, utility)
+    index = view_index(study)
+    title = _mean_title(study, utility) if index == 0 else _title(utility.activities[index - 1])
+    best = int(scores.argmax())
+    subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
+    subtitle += f"Best patch: {patches.names[best]} ({scores[best]:.2f})"
+    label = MEAN if study.scores == EXPECTED else ON_THESE_CLIPS
+    one_scale = study.fix_range or beside_of(study) is not None
+    ends = colour_range(study, scores, utility) if one_scale else (None, None)
+    body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
+    if minus_index(study) >= 0:
+        shown = legend(study, utility)
+        title, label, ends, colours = shown.name, shown.title, (shown.low, shown.high), (shown.colour_map,)
+        subtitle = f"Farthest above: {patches.names[best]} ({scores[best]:+.2f})"
+
+    def draw(_told: object) -> None:
+        from ...drawing import draw_heatmap  # matplotlib is slow to import
+
+        draw_heatmap(path, body, patches, scores, title, subtitle, label, *ends, *colours)
+
+    yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
+    return f"Saved the map: {path}"
+
+
+@on_body
+def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
+    """Write utility.csv."""
+    utility, patches = utility_of(mesh.w2w), patches_of(mesh)
+
+    def write(_told: object) -> None:
+        clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
+        write_text(path, patch_table(utility, patches, clusters))
+
+    yield from in_thread(write, f"writing {path.name}", 0.0, 1.0)
+    return f"Saved the table: {path}"
+
+
+@on_body
+def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None, kind: str) -> Steps:
+    """Write the signals of some patches, a file each, or of all patches, a file a clip."""
+    patches, clips = patches_of(mesh), ranked_clips(mesh.w2w)
+    names = unique_names([f"{clip.name}.npz" for clip in clips])
+    places = signal_cache.places_of(clips)
+    if chosen is None:
+        files = {(name, None): folder / f"{name}.npz" for name in names}
+    else:
+        files = {
+            (name, patch): folder / f"{name}_{patches.names[patch].replace(' ', '_')}{SUFFIXES[kind]}"
+            for name in names
+            for patch in chosen
+        }
+    standing = [path.name for path in files.values() if path.exists()]
+    if standing:
+        raise ValueError(f"{folder} already holds {standing[0]}: choose another folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    sources = {
+        name: (signals_file(*place), clip.activity, clip.subject)
+        for name, place, clip in zip(names, places, clips, strict=True)
+    }
+    for number, ((name, patch), path) in enumerate(files.items()):
+        work = _writer(sources[name], name, patches.names, patch, path, kind)
+        yield from in_thread(work, path.name, number / len(files), (number + 1) / len(files))
+    text = f"Saved {len(files)} files of signals in {folder}"
+    recorded = config_of(mesh.w2w).further.record if chosen is not None else ()
+    lacking = [name for name in recorded if name not in HELD[kind]]
+    return f"{text}, without {' and '.join(lacking)}, which {kind} files do not hold" if lacking else text
+
+
+@on_body
+def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
+    """Save the study for a while, and let the command line write its report."""
+    with tempfile.TemporaryDirectory(prefix="w2w_report_") as temporary:
+        folder = Path(temporary) / "results"
+        yield from part(save_steps(mesh, folder), 0.0, 0.7)
+        yield from run_headless(["report", str(folder)], f"writing {path.name}", 0.7, 1.0)
+        with atomic_write(path) as stream:
+            stream.write((folder / "report.html").read_bytes())
+    return f"Saved the report: {path}"
+
+
+def _writer(
+    source: tuple[Path, str, str], name: str, sites: tuple[str, ...], patch: int | None, path: Path, kind: str
+) -> Callable[[object], None]:
+    file, activity, subject = source
+
+    def write(_told: object) -> None:
+        whole = ImuRecording.load(file).labelled(sites, activity, subject, name)
+        if patch is None:
+            whole.save(path)
+            return
+        write_recording(path, whole.at([patch]), kind)
+
+    return write
+
+
+def _mean_title(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
+    return mean_title(utility) if is_as_ranked(study, utility) else "Activities that count (mean)"
+
+
+def _title(activity: str) -> str:
+    return activity.replace("_", " ").capitalize()

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finished runs in the panel: results folders, .blend files that runs have saved, folders that moved."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+
+from ...core.body.body import Body
+from ...core.clip_files import STORED
+from ...core.patches.patches import PatchSet
+from ...core.results_folder import StudyResults
+from ...scene.base.actions import show_action, write_action
+from ...scene.base.patches import place_patches
+from ...scene.files.packing import pack
+from ...scene.files.study_record import has_record, keys_of
+from ...scene.motion.takes import existing_data, new_data
+from ..jobs import jobs
+from ..jobs.jobs import EXPECTED, Step, Steps, in_thread
+from ..jobs.text import draw_text
+from ..results import own_placements
+from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
+from ..results.results import hide_patches
+from ..steps.body import add_study, make_study
+from ..study import signal_cache
+from ..study.lists import list_labels, take_over
+from ..study.operators import AsksForFile
+from ..study.state import bodies, current_body
+
+TITLE = "Open Results"
+
+
+class ChoosesResults(AsksForFile):
+    """Asks for a results folder, or takes a dropped one at once."""
+
+    bl_options = {"REGISTER"}
+
+    filepath: StringProperty(
+        name="Results",
+        description="A results folder, or the summary.json in it",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
+    filter_glob: StringProperty(default=SUMMARY, options={"HIDDEN"})
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if self.filepath:
+            return self.execute(context)
+        return super().invoke(context, event)
+
+    @property
+    def folder(self) -> Path:
+        """The chosen folder."""
+        chosen = self.path()
+        return chosen if chosen.is_dir() else chosen.parent
+
+
+class W2W_OT_open_results(ChoosesResults, bpy.types.Operator):
+    """Open the results folder of a finished run: its body, patches, clips, ranking and chosen sensors"""
+
+    bl_idname = "w2w.open_results"
+    bl_label = TITLE
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return jobs.can_start(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return jobs.start(self, context, TITLE, open_steps(self.folder))
+
+
+class W2W_OT_locate_results(ChoosesResults, bpy.types.Operator):
+    """Say where the results folder is now that holds the signals of this study"""
+
+    bl_idname = "w2w.locate_results"
+    bl_label = "Locate Results"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        body = current_body(context)
+        cls.poll_message_set("Only for signals in a results folder that is no longer where it was")
+        return jobs.running is None and body is not None and misses_folder(body.w2w)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        study, folder = current_body(context).w2w, self.folder
+        before, study.results_folder = study.results_folder, str(folder.resolve())
+        stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
+        found = sum(signal_cache.has(clip) for clip in stored)
+        if not found:
+            study.results_folder = before
+            return jobs.show_error(
+                self,
+                f"{folder} does not hold the signals of this study: choose the results folder that it was "
+                "opened from or saved in",
+            )
+        text = f"Found the signals of {found} clips in {folder}"
+        if found < len(stored):
+            text += f"; those of {len(stored) - found} are not there: bake them again (step 4)"
+        return jobs.show_done(self, text)
+
+
+class W2W_FH_results(bpy.types.FileHandler):
+    """The summary.json of a results folder, dropped on the 3D view, opens the folder."""
+
+    bl_idname = "W2W_FH_results"
+    bl_label = "Results of W2W"
+    bl_import_operator = "w2w.open_results"
+    bl_file_extensions = ".json"
+
+    @classmethod
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
+        return context.area is not None and context.area.type == "VIEW_3D"
+
+
+def misses_folder(study: bpy.types.PropertyGroup) -> bool:
+    """Whether signals of a study are in a results folder that is not there; one look at the disk."""
+    if not any(clip.signals.startswith(STORED) for clip in study.clips):
+        return False
+    return not study.results_folder or not (Path(study.results_folder) / SUMMARY).is_file()
+
+
+def draw_locate(
+    layout: bpy.types.UILayout, context: bpy.types.Context, study: bpy.types.PropertyGroup
+) -> None:
+    """Say that the results folder is gone, and ask where it is."""
+    where = study.results_folder or "the results folder beside this file"
+    draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
+    layout.operator("w2w.locate_results", icon="FILE_FOLDER")
+
+
+def open_steps(folder: Path) -> Steps:
+    """Read a results folder in a thread, then build its body, patches and actions in the scene."""
+    run, body, signals = yield from in_thread(lambda _told: _read(folder), "reading the results", 0.0, 0.2)
+    yield Step(0.2, "building the body")
+    before, shown = existing_data(), bpy.context.scene.w2w.body
+    finished = False
+    try:
+        mesh = add_study(bpy.context, body, body.name)
+        mesh.w2w.results_folder = str(folder.resolve())
+        check_fits(mesh, run)
+        yield Step(0.25, "placing patches")
+        _place(mesh, run.patches)
+        actions = yield from _act(mesh.parent, run, 0.3, 0.9)
+        yield Step(0.9, "painting heatmaps")
+        fill(mesh, run, clips_of(run, signals, actions))
+        finished = True
+    finally:
+        if not finished:
+            bpy.data.batch_remove(new_data(before))
+            bpy.context.scene.w2w.body = shown
+    return opened_text(mesh)
+
+
+def _read(folder: Path) -> tuple[StudyResults, Body, dict[str, str]]:
+    """A run, its body, and the keys of its signals."""
+    run = StudyResults.load(folder)
+    pack(run.patches)  # here it stops no window
+    pack(run.utility)
+    return run, run.body(), keys_of(run)
+
+
+def _place(mesh: bpy.types.Object, patches: PatchSet) -> None:
+    study, home = mesh.w2w, mesh.users_collection[0]
+    study.show_patches = False  # hundreds of axes need not follow while motions come in
+    study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
+    hide_patches(study)
+
+
+def _act(
+    armature: bpy.types.Object, run: StudyResults, low: float, high: float
+) -> Generator[Step, None, dict[str, bpy.types.Action]]:
+    """Write the run's motions as actions, and play the first; a motion that is gone has none."""
+    actions = {}
+    for number, clip in enumerate(run.clips):
+        begin, end = (low + (high - low) * done / len(run.clips) for done in (number, number + 1))
+        try:
+            motion = yield from in_thread(lambda _, name=clip.name: run.motion(name), clip.name, begin, end)
+        except EXPECTED:
+            continue
+        actions[clip.name] = write_action(armature, motion, clip.name)
+    for action in [*actions.values()][:1]:
+        show_action(armature, action)
+    return actions
+
+
+@bpy.app.handlers.persistent
+def loaded(*_: object) -> None:
+    """A file was opened: make studies of the runs in it, and find the signals of its studies."""
+    jobs.dismiss()  # it was of the file before
+    for mesh in [item for item in bpy.data.objects if item.type == "MESH" and item.library is None]:
+        if mesh.w2w.is_body:
+            take_over(mesh.w2w)
+            own_placements.take_over(mesh.w2w)
+            find_folder(mesh.w2w)
+            list_labels(mesh.w2w)
+        elif has_record(mesh):
+            _restore(mesh)
+
+
+@bpy.app.handlers.persistent
+def saving(path: str, *_: object) -> None:
+    """A file is being saved: note where, seen from it, the results folders of its studies are."""
+    for scene in bpy.data.scenes if path else ():
+        for body in bodies(scene):
+            if body.library is None and body.w2w.results_folder:
+                try:
+                    near = os.path.relpath(body.w2w.results_folder, Path(path).parent)
+                except ValueError:  # on another drive of Windows
+                    near = ""
+                body.w2w.results_near = near
+
+
+def _restore(mesh: bpy.types.Object) -> None:
+    context = bpy.context
+    try:
+        text = restore(mesh)
+    except ValueError as error:
+        jobs.message = jobs.Message(f"The run in this file cannot be opened: {error}", True)
+        return
+    jobs.message = jobs.Message(text, False)
+    if current_body(context) is None and context.scene.objects.get(mesh.name) is mesh:
+        make_study(context, mesh)
+
+
+def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.operator("w2w.open_results", text=f"Results of W2W ({SUMMARY})")
+
+
+def register() -> None:
+    """Add the menu; look at every file opened or saved, and soon at the open one."""
+    bpy.types.TOPBAR_MT_file_import.append(_import_menu)
+    bpy.app.handlers.load_post.append(loaded)
+    bpy.app.handlers.save_pre.append(saving)
+    if not bpy.app.background:
+        bpy.app.timers.register(loaded, first_interval=0.0)  # while extensions start, no data can be seen
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    if bpy.app.timers.is_registered(loaded):
+        bpy.app.timers.unregister(loaded)
+    bpy.app.handlers.save_pre.remove(saving)
+    bpy.app.handlers.load_post.remove(loaded)
+    bpy.types.TOPBAR_MT_file_import.remove(_import_menu)

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Save Results: the panel's study as a results folder, which the command line and Python read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+
+from ...core.clip_files import signals_key
+from ...core.findings.finished_study import ClipResult, Study
+from ...core.findings.new_folder import check_new, write_folder
+from ...core.motion.library import Clip, Library, unique_names
+from ...scene.base.actions import read_action
+from ...scene.base.body import armature_of
+from ..jobs.jobs import Step, Steps, in_thread, part, start
+from ..jobs.on_body import on_body
+from ..steps.choosing import advised_steps, counted_clips
+from ..study import counting
+from ..study.garments import covers_steps
+from ..study.operators import AsksForFile, OnRanking
+from ..study.state import (
+    advice_settings,
+    config_of,
+    current_body,
+    patches_of,
+    rank_settings,
+    sampled_patches,
+    utility_of,
+)
+
+TITLE = "Save Results"
+
+
+class W2W_OT_save_results(AsksForFile, OnRanking, bpy.types.Operator):
+    """Save the study as a results folder, as w2w run leaves one, in a new or empty folder"""
+
+    bl_idname = "w2w.save_results"
+    bl_label = TITLE
+    bl_options = {"REGISTER"}
+
+    directory: StringProperty(
+        name="Folder", description="A new or empty folder", subtype="DIR_PATH", options={"SKIP_SAVE"}
+    )
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        folder = Path(bpy.path.abspath(self.directory))
+        return start(self, context, TITLE, save_steps(current_body(context), folder, stay=True))
+
+
+@on_body
+def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Steps:
+    """Read the study from the scene, clip by clip, then write a folder; `stay`: the study goes on in it."""
+    study = mesh.w2w
+    if study.ranked_as != rank_settings(study):
+        raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
+    check_new(folder)
+    left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, utility_of(study))
+    config = replace(config_of(study), patches=sampled_patches(study, len(patches_of(mesh))))
+    found, advice = yield from part(advised_steps(mesh, config), 0.0, 0.6)
+    clips, armature = counted_clips(study), armature_of(mesh)
+    names = unique_names([f"{clip.name}.npz" for clip in clips])
+    motions = []
+    for number, (clip, name) in enumerate(zip(clips, names, strict=True)):
+        yield Step(0.6 + 0.2 * number / len(clips), clip.name)
+        try:
+            motions.append(read_action(armature, clip.action).labelled(clip.activity, clip.subject, name))
+        except ValueError:  # its action moves the body in ways that no motion file tells
+            motions.append(None)
+    covers = yield from covers_steps(mesh, found.patches, 0.8)
+    saved = tuple(map(_saved, clips, names))
+    library = _library(study, saved, left_out)
+    finished = Study(library, config, found.body(), saved, found.renamed(names), advice)
+
+    def write(told: Callable[[float], None]) -> list[str]:
+        write_folder(folder, finished, motions, covers, told)
+        return [signals_key(folder, name) for name in names]
+
+    keys = yield from in_thread(write, f"writing {folder.name}", 0.8, 1.0)
+    if stay and len(clips) == sum(bool(clip.signals) for clip in study.clips):
+        _move_in(study, folder, zip(clips, keys, names, strict=True))
+    text = f"Saved {len(clips)} clips and their ranking in {folder}"
+    if left_out:
+        return f"{text}, ranked anew without {', '.join(sorted(left_out))}"
+    return f"{text}, ranked anew by the new weights" if reweighed else text
+
+
+def _move_in(
+    study: bpy.types.PropertyGroup,
+    folder: Path,
+    clips: Iterable[tuple[bpy.types.PropertyGroup, str, str]],
+) -> None:
+    """Let a study work in the folder that it was saved in; ranking and choice are as fresh as before."""
+    advised = study.advised_as == advice_settings(study)
+    study.results_folder = str(folder.resolve())
+    for clip, key, name in clips:
+        clip.signals, clip.stored_as = key, name
+    study.ranked_as = rank_settings(study)
+    if advised:
+        study.advised_as = advice_settings(study)
+
+
+def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
+    """A clip as it is in the scene, under a name for its files."""
+    file = clip.file if clip.file and not Path(clip.file).is_absolute() else name
+    return ClipResult(
+        Clip(Path(file), file, name, clip.activity, clip.subject, clip.motion_key),
+        "",
+        {
+            "take": "",
+            "skeleton": clip.skeleton,
+            "frames": clip.n_frames,
+            "frame_rate": clip.rate,
+            "duration_s": round(clip.n_frames / clip.rate, 4),
+            "scale": clip.scale,
+        },
+        clip.source_sha256,
+    )
+
+
+def _library(study: bpy.types.PropertyGroup, saved: Iterable[ClipResult], left_out: set[str]) -> Library:
+    skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
+    skipped += [
+        (clip.name, f"{clip.activity} is left out") for clip in study.clips if clip.activity in left_out
+    ]
+    return Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
+
+
+def _export_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.operator("w2w.save_results", text="Results of W2W (folder)")
+
+
+def register() -> None:
+    """Add the operator to File > Export."""
+    bpy.types.TOPBAR_MT_file_export.append(_export_menu)
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    bpy.types.TOPBAR_MT_file_export.remove(_export_menu)

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Long work in small steps: the window stays alive, a progress bar shows, Esc cancels.
+
+A job is a generator that yields its `Step`s. It changes Blender's data only between yields, cleans up in
+`finally`, and puts everything back when it is closed early (GeneratorExit) or fails. In a window a modal
+operator (`job_windows`) runs it a few milliseconds at a time; without one it runs through at once.
+"""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeVar
+
+import bpy
+
+from ...core.motion.source import UnusableMotion
+from ...scene.base.steps import each_as
+
+POLL = 0.02
+"""Seconds to wait for a thread before the window gets its turn."""
+
+KNOWN_FROM, KNOWN_AFTER = 0.03, 3.0
+"""Fraction done, and seconds gone, from which the time that is left can be told."""
+
+EXPECTED = (ValueError, UnusableMotion, OSError, ImportError)
+"""Errors that core and scene raise with a sentence for people."""
+
+T = TypeVar("T")
+
+
+class Step(NamedTuple):
+    """Progress of a job."""
+
+    fraction: float
+    text: str
+
+
+Steps = Generator[Step, None, str]
+"""Yields steps and returns what was done, as a sentence."""
+
+
+@dataclass
+class Job:
+    """A job and how far it is."""
+
+    title: str
+    steps: Steps
+    kept: Callable[[], str] = str
+    """Says what was done so far, where that is kept when the job is ended early; empty where nothing is."""
+    fraction: float = 0.0
+    text: str = ""
+    begun: float = field(default_factory=time.monotonic)
+    windows: dict[int, bpy.types.Timer] = field(default_factory=dict)
+    """The timers of the windows that it holds input back from, by these windows' addresses."""
+
+    def how_far(self) -> str:
+        """Percent done and, as soon as it is known, about how long the rest will take."""
+        left = time_left(self.fraction, time.monotonic() - self.begun)
+        return f"{self.fraction:.0%}, {left}" if left else f"{self.fraction:.0%}"
+
+    def stop(self) -> str:
+        """End it early; says what it leaves."""
+        self.steps.close()
+        kept = self.kept()
+        return f"{self.title} stopped: {kept}" if kept else f"{self.title} cancelled: nothing was changed"
+
+    def why_failed(self, error: Exception) -> str:
+        """An error as a sentence; how one came about that nobody foresaw goes to the console."""
+        if isinstance(error, EXPECTED) and str(error).strip():
+            return str(error)
+        traceback.print_exception(error)
+        if isinstance(error, MemoryError):
+            return f"{self.title} needs more memory than is free: close other programs, or take fewer patches"
+        what = f"{type(error).__name__}: {error}".rstrip(": ")
+        return f"{self.title} failed, please report this and what the system console says: {what}"
+
+
+class Message(NamedTuple):
+    """The outcome that the panel shows."""
+
+    text: str
+    is_error: bool
+    job: str = ""
+    """Title of the job that it is of: it is shown beside the button that started that."""
+
+
+running: Job | None = None
+message: Message | None = None
+_pool = ThreadPoolExecutor(2, thread_name_prefix="w2w")
+
+
+class Cancelled(Exception):  # noqa: N818 - no error
+    """Raised inside a thread's work to end it early."""
+
+
+def can_start(cls: type, context: bpy.types.Context) -> bool:
+    """Whether an operator may work: bones can be made only from object mode, and one job runs at a time."""
+    if running is not None:
+        cls.poll_message_set("Wait until the running job has finished, or cancel it with Esc")
+        return False
+    cls.poll_message_set("Go back to object mode first")
+    return context.mode == "OBJECT"
+
+
+def start(
+    operator: bpy.types.Operator, context: bpy.types.Context, title: str, steps: Steps,
+    kept: Callable[[], str] = str,
+) -> set[str]:  # fmt: skip
+    """Run a job modally, or at once where there is no window or the operator was executed by a script."""
+    global running, message
+    running, message = Job(title, steps, kept), None
+    if bpy.app.background or context.window is None:
+        return _run_through(operator)
+    bpy.ops.w2w.run_job("INVOKE_DEFAULT")
+    return {"FINISHED"}
+
+
+def run_now(operator: bpy.types.Operator, title: str, steps: Steps) -> set[str]:
+    """Run a job from its beginning to its end."""
+    global running, message
+    running, message = Job(title, steps), None
+    return _run_through(operator)
+
+
+def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: float, high: float) -> Generator:
+    """Do numerical work in a thread while the window stays alive; bpy must not be touched there.
+
+    `work` gets a function to tell the fraction done, which also ends the work when the job is cancelled;
+    `low` and `high` are the job's fraction before and after. Returns the work's own result.
+    """
+    state = {"fraction": 0.0, "stop": False}
+
+    def told(fraction: float) -> None:
+        state["fraction"] = fraction
+        if state["stop"]:
+            raise Cancelled
+
+    future: Future = _pool.submit(work, told)
+    try:
+        while not wait([future], POLL).done:
+            yield Step(low + (high - low) * state["fraction"], text)
+    except GeneratorExit:
+        state["stop"] = True
+        future.cancel()
+        raise
+    return future.result()
+
+
+def part(steps: Steps, low: float, high: float) -> Steps:
+    """The steps of one job as a part of another, from one fraction of that to the next."""
+    return each_as(steps, lambda step: Step(low + (high - low) * step.fraction, step.text))
+
+
+def as_steps(
+    shares: Generator[float, None, T], text: str, low: float, high: float
+) -> Generator[Step, None, T]:
+    """Work that yields its share done as steps of a job that show a text."""
+    return each_as(shares, lambda share: Step(low + (high - low) * share, text))
+
+
+def time_left(fraction: float, seconds: float) -> str:
+    """Estimate of the time left for work that has come this far; empty while it would be a guess."""
+    if seconds < KNOWN_AFTER or not KNOWN_FROM <= fraction < 1:
+        return ""
+    left = seconds * (1 - fraction) / fraction
+    return f"about {max(round(left), 1)} s left" if left < 90 else f"about {round(left / 60)} min left"
+
+
+def show_error(operator: bpy.types.Operator, text: str) -> set[str]:
+    """Say what went wrong in the status bar and in the panel."""
+    global message
+    message = Message(text, True, running.title if running is not None else "")
+    operator.report({"ERROR"}, text)
+    return {"CANCELLED"}
+
+
+def show_done(operator: bpy.types.Operator, text: str) -> set[str]:
+    """Say what was done in the status bar and in the panel."""
+    global message
+    message = Message(text, False)
+    operator.report({"INFO"}, text)
+    return {"FINISHED"}
+
+
+def dismiss() -> None:
+    """Take the panel's message away."""
+    global message
+    message = None
+
+
+def dismiss_error() -> None:
+    """Take the panel's message away where it tells an error: that is over."""
+    if message is not None and message.is_error:
+        dismiss()
+
+
+def advance(job: Job, budget: float) -> str | None:
+    """Work for a while; the job's outcome where that finished it."""
+    deadline = time.perf_counter() + budget
+    while True:
+        try:
+            job.fraction, job.text = next(job.steps)
+        except StopIteration as stop:
+            return str(stop.value)
+        if time.perf_counter() >= deadline:
+            return None
+
+
+def _run_through(operator: bpy.types.Operator) -> set[str]:
+    global running, message
+    job = running
+    try:
+        text = advance(job, float("inf"))
+    except Exception as error:
+        return show_error(operator, job.why_failed(error))
+    finally:
+        running = None
+    message = Message(text, False, job.title)
+    operator.report({"INFO"}, text)
+    return {"FINISHED"}
+
+
+class W2W_OT_dismiss_message(bpy.types.Operator):
+    """Close this message"""
+
+    bl_idname = "w2w.dismiss_message"
+    bl_label = "Dismiss Message"
+    bl_options = {"INTERNAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        dismiss()
+        return {"FINISHED"}
+
+
+def redraw(context: bpy.types.Context) -> None:
+    """Redraw every 3D view."""
+    for area in views(context):
+        area.tag_redraw()
+
+
+def views(context: bpy.types.Context) -> list[bpy.types.Area]:
+    """Every 3D view."""
+    screens = [window.screen for window in context.window_manager.windows]
+    return [area for screen in screens for area in screen.areas if area.type == "VIEW_3D"]

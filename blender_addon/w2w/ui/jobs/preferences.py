@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension's preferences: where signals are kept, how many cores may work, where PyTorch is."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import tempfile
+from importlib import metadata, util
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, IntProperty, StringProperty
+
+from ...core.clip_files import WORK
+from .text import wrapped
+
+EXTENSION = __package__.removesuffix(".w2w.ui.jobs").removesuffix(".blender_addon")
+"""Name under which Blender knows the extension; the package's own where it runs as a plain module."""
+
+SIGNALS_SUFFIX = ".w2w"
+"""Suffix of cached signals: the chosen folder may hold other files, even a run's."""
+
+THREADS_VARIABLE = "OMP_NUM_THREADS"
+GPU_VARIABLE = "CUDA_VISIBLE_DEVICES"
+"""PyTorch sees no GPU where this is empty, if it was so when it first looked for one."""
+
+_torch_folders: list[str] = []
+"""Folders put on the path for PyTorch."""
+
+
+def cache_folder() -> Path:
+    """Folder for baked signals, made where it is missing: the chosen one, or the extension's own."""
+    addon = bpy.context.preferences.addons.get(EXTENSION)
+    chosen = addon.preferences.cache_folder if addon is not None else ""
+    folder = Path(bpy.path.abspath(chosen)) if chosen else _own_folder()
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _own_folder() -> Path:
+    try:
+        return Path(bpy.utils.extension_path_user(EXTENSION, path="signals", create=True))
+    except ValueError:  # not installed as an extension, as in tests
+        return Path(tempfile.gettempdir()) / "w2w-signals"
+
+
+def _limit_threads(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:
+    """core.threads and the matrix libraries read the number of threads from the environment."""
+    if preferences.threads:
+        os.environ[THREADS_VARIABLE] = str(preferences.threads)
+    else:
+        os.environ.pop(THREADS_VARIABLE, None)
+
+
+def _choose_gpu(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:
+    if not preferences.use_gpu:
+        os.environ[GPU_VARIABLE] = ""
+    elif os.environ.get(GPU_VARIABLE) == "":
+        del os.environ[GPU_VARIABLE]
+
+
+def _find_torch(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:
+    """Look in the chosen folder too, after Blender's own packages."""
+    leave_torch_folders()
+    if preferences.torch_folder:
+        folder = str(Path(bpy.path.abspath(preferences.torch_folder)).resolve())
+        sys.path.append(folder)
+        _torch_folders.append(folder)
+    importlib.invalidate_caches()
+
+
+def leave_torch_folders() -> None:
+    """Take the folders chosen for PyTorch off the path."""
+    while _torch_folders:
+        folder = _torch_folders.pop()
+        if folder in sys.path:
+            sys.path.remove(folder)
+
+
+def torch_status() -> tuple[bool, str]:
+    """Whether PyTorch is there, and a sentence about it; it is not imported for that."""
+    spec = util.find_spec("torch")
+    if spec is None or spec.origin is None:
+        return False, (
+            "PyTorch was not found. Only the classifier Multi3Net needs it. To have it, run in a terminal: "
+            f"{sys.executable} -m pip install --target FOLDER torch   and choose that folder above"
+        )
+    try:
+        version = metadata.version("torch")
+    except metadata.PackageNotFoundError:
+        version = "of an unknown version"
+    return True, f"PyTorch {version} in {Path(spec.origin).parent}"
+
+
+class W2W_AddonPreferences(bpy.types.AddonPreferences):
+    """Preferences of the W2W extension."""
+
+    bl_idname = EXTENSION
+
+    cache_folder: StringProperty(
+        name="Signal Cache",
+        description="Folder that baked signals are kept in, so that saved files open with them. "
+        "Empty: the extension's own folder",
+        subtype="DIR_PATH",
+    )
+    threads: IntProperty(
+        name="Threads",
+        description="How many processor cores may work on signals and rankings at the same time; 0 takes all",
+        min=0,
+        soft_max=32,
+        update=_limit_threads,
+    )
+
+    torch_folder: StringProperty(
+        name="PyTorch Folder",
+        description="Folder that PyTorch was installed to, for the classifier Multi3Net. "
+        "Empty: it is looked for among Blender's own packages",
+        subtype="DIR_PATH",
+        update=_find_torch,
+    )
+    use_gpu: BoolProperty(
+        name="Train on the GPU",
+        description="Let PyTorch use the GPU where it can; "
+        "a change counts for rankings after the next start of Blender if PyTorch is at work already",
+        default=True,
+        update=_choose_gpu,
+    )
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "cache_folder")
+        if not self.cache_folder:
+            layout.label(text=f"Now {cache_folder()}", icon="BLANK1")
+        layout.operator("w2w.clear_cache", icon="TRASH")
+        layout.prop(self, "threads")
+        layout.prop(self, "torch_folder")
+        found, text = torch_status()
+        column = layout.column(align=True)
+        scale = context.preferences.system.ui_scale
+        for number, line in enumerate(wrapped(text, context.region.width - 60 * scale)):
+            icon = "BLANK1" if number else ("CHECKMARK" if found else "INFO")
+            column.label(text=line, icon=icon, translate=False)
+        row = layout.row()
+        row.active = found
+        row.prop(self, "use_gpu")
+
+
+class W2W_OT_clear_cache(bpy.types.Operator):
+    """Delete all baked signals from the cache folder; baking again brings back those in use"""
+
+    bl_idname = "w2w.clear_cache"
+    bl_label = "Clear Signal Cache"
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        return context.window_manager.invoke_confirm(self, event)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        folders = (cache_folder() / "signals", cache_folder() / WORK / "features")
+        files = [file for folder in folders for file in folder.glob(f"*{SIGNALS_SUFFIX}.npz")]
+        size = sum(file.stat().st_size for file in files)
+        for file in files:
+            file.unlink(missing_ok=True)
+        self.report({"INFO"}, f"Deleted {len(files)} files, {size / 1e6:.0f} MB")
+        return {"FINISHED"}
+
+
+def register() -> None:
+    """Let what was saved apply."""
+    addon = bpy.context.preferences.addons.get(EXTENSION)
+    preferences = addon.preferences if addon is not None else None
+    if preferences is None:
+        return
+    if preferences.threads:
+        _limit_threads(preferences, bpy.context)
+    if preferences.torch_folder:
+        _find_torch(preferences, bpy.context)
+    if not preferences.use_gpu:
+        _choose_gpu(preferences, bpy.context)
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    leave_torch_folders()

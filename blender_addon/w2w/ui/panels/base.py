@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Base classes of panels: those of the five steps say what they wait for and what their buttons did."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..jobs import jobs
+from ..jobs.text import draw_outcome, draw_text
+from ..study.operators import is_ranked
+from ..study.state import current_body
+
+Context = bpy.types.Context
+Layout = bpy.types.UILayout
+
+
+class W2WPanel:
+    """A panel in the tab W2W."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "W2W"
+    titles: tuple[str, ...] = ()
+    """Jobs that the panel's buttons start: their outcome is shown beside these."""
+
+
+class ResultPanel(W2WPanel):
+    """A part of the results."""
+
+    bl_parent_id = "W2W_PT_utility"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        body = current_body(context)
+        return body is not None and is_ranked(body)
+
+
+class StepPanel(W2WPanel):
+    """A step: its header tells whether it is done, its body what it needs."""
+
+    bl_parent_id = "W2W_PT_main"
+
+    def draw_header_preset(self, context: Context) -> None:
+        if self.is_done(context):
+            self.layout.label(text="", icon="CHECKMARK")
+
+    def draw(self, context: Context) -> None:
+        missing = self.missing(context)
+        content = self.layout.column()
+        content.use_property_split = True
+        content.use_property_decorate = False
+        content.enabled = jobs.running is None
+        if missing:
+            draw_text(content, context, missing, icon="INFO")
+        else:
+            self.draw_step(context, content)
+        draw_outcome(self.layout, context, self.titles)
+
+    def missing(self, context: Context) -> str:
+        """Say what this step still needs; empty where nothing."""
+        return ""
+
+    def is_done(self, context: Context) -> bool:
+        """Whether the step is done."""
+        return False
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        """Draw the step itself."""
+
+
+def beside_their_buttons() -> set[str]:
+    """Titles of the jobs whose outcome is shown in a panel of their own; that of others stands at the top."""
+    panels = (*StepPanel.__subclasses__(), *ResultPanel.__subclasses__())
+    return {title for panel in panels for title in panel.titles}

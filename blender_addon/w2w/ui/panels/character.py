@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The user's own character: a rigged figure of the scene that shows the map and the sensors."""
+
+from __future__ import annotations
+
+import bpy
+
+from ...core.body.body import Body
+from ...core.body.shapes import shaped
+from ...core.motion.source import UnusableMotion
+from ...core.patches.correspondence import Character, likeness
+from ...scene.base.body import armature_of, body_of
+from ...scene.body.adopt import moving_armature
+from ...scene.body.character import character_meshes, read_character, tie, untie
+from ..jobs import jobs
+from ..jobs.on_body import is_there
+from ..jobs.text import draw_text
+from ..results import results
+from ..steps.body import add_study
+from ..steps.import_dialog import source_armatures
+from ..study.state import body_of_object, current_body, without_updates
+from ..viewport import on_character
+from .base import W2WPanel
+
+BESIDE = 1.3
+"""Distance of our body to the side of the character, in heights of the body."""
+
+
+def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
+    """The armature of a character that an object is, or is moved by; None where it is W2W's own."""
+    if item is None or body_of_object(item) is not None:
+        return None
+    if item.type == "ARMATURE":
+        return item
+    if item.type != "MESH":
+        return None
+    parent = item.parent if item.parent is not None and item.parent.type == "ARMATURE" else None
+    return moving_armature(item) or parent
+
+
+class W2W_OT_use_character(bpy.types.Operator):
+    """Show map and sensors on the active character too: any rig of a human, its meshes in any topology"""
+
+    bl_idname = "w2w.use_character"
+    bl_label = "Use Character"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        cls.poll_message_set("Select the armature or a mesh of a rigged character")
+        if context.mode != "OBJECT" or jobs.running is not None:
+            return False
+        return armature_meant(context.object) in source_armatures(context.scene)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        armature = armature_meant(context.object)
+        meshes = character_meshes(armature, context.scene)
+        if not meshes:
+            return jobs.show_error(self, f"No mesh of the scene is moved by '{armature.name}'")
+        if any(mesh.data.library is not None for mesh in meshes):
+            return jobs.show_error(
+                self, f"'{armature.name}' is linked from another file: make it local first"
+            )
+        try:
+            figure = read_character(armature, meshes)
+            body = current_body(context) or _own_likeness(context, figure)
+            gap = tie(figure, meshes, body_of(body))
+        except (UnusableMotion, ValueError) as error:
+            return jobs.show_error(self, f"{armature.name}: {error}")
+        for row in body.w2w.character_meshes:
+            if row.mesh is not None and row.mesh not in meshes:
+                untie(row.mesh)
+        forget(body)
+        study = body.w2w
+        study.character = armature
+        with without_updates():
+            for mesh in meshes:
+                study.character_meshes.add().mesh = mesh
+        study.fit = (
+            f"{len(meshes)} mesh{'es' * (len(meshes) != 1)}, {100 * gap:.1f} cm from the body once laid on it"
+        )
+        results.carry(body)
+        jobs.dismiss()
+        return {"FINISHED"}
+
+
+class W2W_OT_forget_character(bpy.types.Operator):
+    """Take map and sensors off the character; the character itself stays"""
+
+    bl_idname = "w2w.forget_character"
+    bl_label = "Forget Character"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        body = current_body(context)
+        return body is not None and body.w2w.character is not None and context.mode == "OBJECT"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        body = current_body(context)
+        for row in body.w2w.character_meshes:
+            if row.mesh is not None:
+                untie(row.mesh)
+        forget(body)
+        return {"FINISHED"}
+
+
+def forget(body: bpy.types.Object) -> None:
+    """Let a study know of no character any more."""
+    on_character.remove_marks(body)
+    body.w2w.character_meshes.clear()
+    body.w2w.character, body.w2w.fit = None, ""
+
+
+def _own_likeness(context: bpy.types.Context, figure: Character) -> bpy.types.Object:
+    """Add our body in a character's proportions, beside it."""
+    plain = Body.bundled()
+    shape = likeness(figure, plain)
+    body = add_study(context, shaped(plain, **shape), "Body")
+    body.w2w.has_shape = True
+    with without_updates():
+        for name, value in shape.items():
+            setattr(body.w2w.shape, name, value)
+        body.w2w.shape.set_height = "height" in shape
+    low, high = figure.vertices.min(axis=0), figure.vertices.max(axis=0)
+    stand = armature_of(body)
+    stand.location = (
+        high[0] + BESIDE / 2 * shape.get("height", plain.height),
+        (low[1] + high[1]) / 2,
+        low[2],
+    )
+    return body
+
+
+class W2W_PT_character(W2WPanel, bpy.types.Panel):
+    """The character that shows the map."""
+
+    bl_label = "Own Character"
+    bl_idname = "W2W_PT_character"
+    bl_parent_id = "W2W_PT_body"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.enabled = jobs.running is None
+        body = current_body(context)
+        figure = body.w2w.character if body is not None else None
+        if figure is None or not is_there(figure):
+            layout.operator("w2w.use_character", icon="OUTLINER_OB_ARMATURE")
+            return
+        row = layout.row(align=True)
+        row.label(text=figure.name, icon="OUTLINER_OB_ARMATURE", translate=False)
+        row.operator("w2w.forget_character", text="", icon="X")
+        column = layout.column(align=True)
+        for item in body.w2w.character_meshes:
+            if item.mesh is not None:
+                column.prop(item, "use", text=item.mesh.name, translate=False)
+        about = layout.column()
+        about.active = False
+        draw_text(about, context, body.w2w.fit)

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Menus: ticking clips, Add > Mesh, File > Import, dropped files, presets, the keymap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bl_operators.presets import AddPresetBase
+
+from ...core.motion.library import MOTION_SUFFIXES
+
+PRESETS = Path(__file__).parent / "presets"
+PRESET_FOLDER = "w2w/study"
+
+REGISTERS_PRESETS = hasattr(bpy.utils, "register_preset_path")
+"""Blender 4.2 looks for presets in its own folders alone."""
+
+KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
+
+STEPS = (
+    ("add_body", "load_body", "use_mesh", "open_results", "locate_results", "select_body", "reset_shape"),
+    ("use_character", "forget_character"),
+    ("import_motions", "import_folder", "use_scene_animation", "add_armature_motion"),
+    ("relabel_clips", "remove_clips"),
+    ("preview_clip", "show_source"),
+    ("place_patches", "remove_patches"),
+    ("add_placement", "load_placements", "remove_placement"),
+    ("add_garment", "wear_garment", "take_off"),
+    ("start_sensor", "load_sensor", "save_sensor"),
+    ("run_all", "bake_signals", "rank_patches", "fit_range", "side_by_side", "clear_pick"),
+    ("wish_picked", "choose_sensors"),
+    ("export_map", "export_table", "export_report", "export_signals", "save_results"),
+)
+"""Operators by the steps of the panel."""
+
+_keymap_items: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
+
+
+class W2W_MT_tick_clips(bpy.types.Menu):
+    """Choices of clips to tick."""
+
+    bl_label = "Tick Clips"
+    bl_idname = "W2W_MT_tick_clips"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.operator_enum("w2w.tick_clips", "which")
+
+
+class W2W_MT_study(bpy.types.Menu):
+    """All that can be done with a body, so that Blender's search (F3) finds it too."""
+
+    bl_label = "Where to Wear"
+    bl_idname = "W2W_MT_study"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.operator_context = "INVOKE_DEFAULT"  # else files would not be asked for
+        for step in STEPS:
+            for name in step:
+                layout.operator(f"w2w.{name}")
+            layout.separator()
+
+
+class W2W_MT_study_presets(bpy.types.Menu):
+    """Presets of sensor and window."""
+
+    bl_label = "Study Presets"
+    bl_idname = "W2W_MT_study_presets"
+    preset_subdir = PRESET_FOLDER
+    preset_operator = "script.execute_preset"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        if REGISTERS_PRESETS:
+            self.draw_preset(context)
+        else:
+            folders = [str(PRESETS / PRESET_FOLDER), *bpy.utils.preset_paths(PRESET_FOLDER)]
+            self.path_menu(folders, self.preset_operator, filter_ext=lambda ext: ext == ".py")
+        self.layout.separator()
+        self.layout.operator("w2w.add_study_preset", text="New Preset", icon="ADD")
+        remove = self.layout.operator("w2w.add_study_preset", text="Remove Last Used", icon="REMOVE")
+        remove.remove_active = True
+
+    draw_preset = bpy.types.Menu.draw_preset
+
+
+class W2W_OT_add_study_preset(AddPresetBase, bpy.types.Operator):
+    """Save sensor, rate, window and folds as a preset, or remove one"""
+
+    bl_idname = "w2w.add_study_preset"
+    bl_label = "Add Study Preset"
+    preset_menu = "W2W_MT_study_presets"
+    preset_subdir = PRESET_FOLDER
+    preset_defines = ["study = bpy.context.scene.w2w.body.w2w"]
+    preset_values = [
+        "study.own_sensor_text",
+        "study.sensor",
+        "study.rate",
+        "study.band",
+        "study.root_band",
+        "study.convention",
+        "study.record",
+        "study.recognise_by",
+        "study.magnetic_dip",
+        "study.window_s",
+        "study.classifier",
+        "study.folds",
+        "study.by_subject",
+    ]
+
+
+class W2W_FH_motions(bpy.types.FileHandler):
+    """Motion files dropped on the 3D view go onto the body."""
+
+    bl_idname = "W2W_FH_motions"
+    bl_label = "Motions for W2W"
+    bl_import_operator = "w2w.import_motions"
+    bl_file_extensions = ";".join(MOTION_SUFFIXES)
+
+    @classmethod
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
+        """Only 3D views take them."""
+        return context.area is not None and context.area.type == "VIEW_3D"
+
+
+def _add_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    self.layout.operator("w2w.add_body", text="W2W Body", icon="OUTLINER_OB_ARMATURE")
+
+
+def _object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    self.layout.menu(W2W_MT_study.bl_idname)
+
+
+def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.operator("w2w.import_motions", text=f"Motions for W2W ({'/'.join(MOTION_SUFFIXES)})")
+
+
+def register() -> None:
+    """Hang the menus into Blender's own."""
+    bpy.types.VIEW3D_MT_mesh_add.append(_add_menu)
+    bpy.types.VIEW3D_MT_object.append(_object_menu)
+    bpy.types.TOPBAR_MT_file_import.append(_import_menu)
+    if REGISTERS_PRESETS:
+        bpy.utils.register_preset_path(str(PRESETS.parent))
+    configuration = bpy.context.window_manager.keyconfigs.addon
+    if configuration is not None:  # there is none without a window
+        keymap = configuration.keymaps.new(name="3D View", space_type="VIEW_3D")
+        item = keymap.keymap_items.new("wm.tool_set_by_id", **KEY)
+        item.properties.name = "w2w.pick_tool"
+        _keymap_items.append((keymap, item))
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    for keymap, item in _keymap_items:
+        keymap.keymap_items.remove(item)
+    _keymap_items.clear()
+    if REGISTERS_PRESETS:
+        bpy.utils.unregister_preset_path(str(PRESETS.parent))
+    bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
+    bpy.types.VIEW3D_MT_object.remove(_object_menu)
+    bpy.types.VIEW3D_MT_mesh_add.remove(_add_menu)

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Your Placements, below step 3: spots that you name by a click or a table, and how each does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import IntProperty, StringProperty
+
+from ...core.ranking.utility import UtilityMap
+from ...core.selection.headline import mean_caution
+from ...core.wording import capital, free_name
+from ..jobs import jobs
+from ..jobs.text import draw_text
+from ..results import own_placements
+from ..results.own_placements import is_pending, patch_of_own, scores_of_own
+from ..study.operators import AsksForFile, OnBody, OnPatches
+from ..study.state import current_body, patches_of, utility_of, without_updates
+from ..viewport.overlay import NO_PICK, picks
+from .base import W2WPanel
+
+Context = bpy.types.Context
+
+
+class W2W_OT_add_placement(OnPatches, bpy.types.Operator):
+    """Name the spot that you clicked with Pick Patch: a sensor there is simulated and ranked like a patch"""
+
+    bl_idname = "w2w.add_placement"
+    bl_label = "Add Placement Here"
+
+    name: StringProperty(name="Name", description="What you call it: 'strap pod', 'ring'")
+    vertex: IntProperty(
+        name="Vertex",
+        description="Vertex of the body that it is at; -1 is the spot that you clicked",
+        default=-1,
+        min=-1,
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        body = current_body(context)
+        region = patches_of(body).regions[picks(context, body)[-1]]
+        self.name = free_name(f"my {region}", {name.lower() for name in own_placements.listed(body.w2w)})
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        vertex = self.vertex if self.vertex >= 0 else spot(context, body)
+        if vertex >= len(body.data.vertices):
+            return jobs.show_error(self, f"'{body.name}' has no vertex {vertex}")
+        try:
+            own_placements.add(body, self.name, vertex)
+        except ValueError as error:
+            return jobs.show_error(self, capital(error))
+        jobs.dismiss_error()
+        return {"FINISHED"}
+
+
+class W2W_OT_load_placements(AsksForFile, OnBody, bpy.types.Operator):
+    """Read placements from a table (csv): name, and vertex or x, y, z in metres on the body at rest"""
+
+    bl_idname = "w2w.load_placements"
+    bl_label = "Load Placements"
+
+    filepath: StringProperty(name="Table", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
+
+    def execute(self, context: Context) -> set[str]:
+        path = self.path()
+        try:
+            count = own_placements.load(current_body(context), path)
+        except (ValueError, OSError) as error:
+            return jobs.show_error(self, capital(error))
+        text = f"Read {count} placement{'s' * (count != 1)} from {path.name}"
+        return jobs.show_done(self, f"{text}. 'Run All' or 'Place Again' puts them among the patches")
+
+
+class W2W_OT_remove_placement(OnBody, bpy.types.Operator):
+    """Take the active placement off the list"""
+
+    bl_idname = "w2w.remove_placement"
+    bl_label = "Remove Placement"
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        listed = 0 <= body.w2w.own_index < len(body.w2w.own)
+        return "" if listed else "There is no placement of yours"
+
+    def execute(self, context: Context) -> set[str]:
+        study = current_body(context).w2w
+        study.own.remove(study.own_index)
+        with without_updates():
+            study.own_index = max(min(study.own_index, len(study.own) - 1), 0)
+        return {"FINISHED"}
+
+
+def spot(context: Context, body: bpy.types.Object) -> int:
+    """The vertex that was clicked, where its patch is looked at; else the middle of the patch that is."""
+    patches, patch, clicked = patches_of(body), picks(context, body)[-1], body.w2w.picked_vertex
+    if 0 <= clicked < len(patches.labels) and patches.labels[clicked] == patch:
+        return clicked
+    return int(patches.vertices[patch])
+
+
+class W2W_UL_placements(bpy.types.UIList):
+    """Placements of one's own: the name, to be edited in place, expected F1 and rank."""
+
+    def draw_item(
+        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
+    ) -> None:  # fmt: skip
+        row = layout.row(align=True)
+        row.prop(item, "title", text="", emboss=False, icon="PINNED")
+        value = row.row()
+        value.alignment = "RIGHT"
+        scores = scores_of_own(data.id_data, item)
+        value.active = scores is not None
+        value.label(text=in_short(scores, patch_of_own(data.id_data, item)))
+
+
+class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
+    """Spots that were named, beside the sampled patches."""
+
+    bl_label = "Your Placements"
+    bl_idname = "W2W_PT_own_placements"
+    bl_parent_id = "W2W_PT_patches"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        body = current_body(context)
+        return body is not None and (patches_of(body) is not None or len(body.w2w.own) > 0)
+
+    def draw(self, context: Context) -> None:
+        body, layout = current_body(context), self.layout.column()
+        study = body.w2w
+        layout.enabled = jobs.running is None
+        row = layout.row()
+        row.template_list("W2W_UL_placements", "", study, "own", study, "own_index", rows=3, maxrows=8)
+        column = row.column(align=True)
+        column.operator("w2w.add_placement", text="", icon="ADD")
+        column.operator("w2w.remove_placement", text="", icon="REMOVE")
+        column.operator("w2w.load_placements", text="", icon="FILE_FOLDER")
+        if not len(study.own):
+            draw_text(
+                layout, context, "Click a spot with Pick Patch (Ctrl Alt W), then + names it", icon="INFO"
+            )
+        elif 0 <= study.own_index < len(study.own):
+            scores = scores_of_own(body, study.own[study.own_index])
+            if scores is not None:
+                draw_text(layout, context, in_words(scores, utility_of(study)))
+        if is_pending(study):
+            draw_text(layout, context, "Press Place Again or Run All to apply this list", icon="INFO")
+
+
+def in_short(scores: dict[str, Any] | None, patch: int) -> str:
+    """A placement in a row of the list."""
+    if scores is None:
+        return "new" if patch < 0 else "not ranked"
+    return f"{scores['expected_f1']:.2f}   {scores['rank']} of {scores['of']}"
+
+
+def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
+    """Scores of a placement in a sentence, as the console gives them after a run."""
+    low, high = scores["expected_f1_interval"]
+    interval = mean_caution(utility) or f"{low:.2f} to {high:.2f}"
+    loss = "as good as the best" if scores["as_good"] else f"{scores['loss']:.3f} less than the best"
+    rank = f"rank {scores['rank']} of {scores['of']} beside the sampled patches"
+    score = f"expected F1 {scores['expected_f1']:.3f} ({interval})"
+    return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensor Placement: wishes, the best spot they leave, and the set to wear together with its promise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, IntProperty, StringProperty
+
+from ...core.wording import capital
+from ..jobs import jobs
+from ..jobs.text import draw_outcome, draw_text
+from ..properties.rows import KINDS
+from ..results import results
+from ..results.own_placements import spot_name
+from ..steps.choosing import TITLE, missing_for_choice
+from ..study.advice import advice_of
+from ..study.counting import left_out
+from ..study.lists import add_wish, is_understood
+from ..study.operators import OnPatches
+from ..study.state import COST, FORBID, current_body, patches_of
+from ..viewport.overlay import NO_PICK, picks
+from .base import ResultPanel
+from .results import can_change_now, draw_rows
+
+Context = bpy.types.Context
+Layout = bpy.types.UILayout
+
+NAMED = 3
+"""Alternatives named in a line."""
+
+
+class W2W_OT_add_wish(OnPatches, bpy.types.Operator):
+    """Add a wish for where sensors go; type or choose where in its row"""
+
+    bl_idname = "w2w.add_wish"
+    bl_label = "Add Wish"
+
+    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
+    place: StringProperty(
+        name="Place", description="Where: 'left wrist', 'head', 'waist'", options={"SKIP_SAVE"}
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        add_wish(body.w2w, self.kind, self.place)
+        results.choose(body)
+        return {"FINISHED"}
+
+
+class W2W_OT_wish_picked(OnPatches, bpy.types.Operator):
+    """Add a wish for the region, or your placement, that you look at; for both where you compare two"""
+
+    bl_idname = "w2w.wish_picked"
+    bl_label = "Add Wish for Picked Patch"
+
+    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        study = body.w2w
+        there = {(wish.kind, wish.place) for wish in study.wishes}
+        for where in dict.fromkeys(spot_name(body, patch) for patch in picks(context, body)):
+            if (self.kind, where) not in there or self.kind == COST:
+                add_wish(study, self.kind, where)
+        results.choose(body)
+        return {"FINISHED"}
+
+
+class W2W_OT_remove_wish(OnPatches, bpy.types.Operator):
+    """Take this wish away"""
+
+    bl_idname = "w2w.remove_wish"
+    bl_label = "Remove Wish"
+
+    index: IntProperty(name="Wish", description="Its place in the list", min=0)
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        if self.index >= len(body.w2w.wishes):
+            return {"CANCELLED"}
+        body.w2w.wishes.remove(self.index)
+        results.choose(body)
+        return {"FINISHED"}
+
+
+class W2W_PT_placement(ResultPanel, bpy.types.Panel):
+    """Wishes, and the sensors to wear together."""
+
+    bl_label = "Sensor Placement"
+    bl_idname = "W2W_PT_placement"
+    bl_order = 3
+    titles = (TITLE,)
+
+    def draw(self, context: Context) -> None:
+        body = current_body(context)
+        study, content = body.w2w, self.layout.column()
+        content.enabled = can_change_now(context)
+        content.use_property_split = True
+        content.use_property_decorate = False
+        content.prop(study, "target", slider=True)
+        content.prop(study, "every_activity", slider=True)
+        draw_limit(content, study)
+        draw_wishes(content, context, body)
+        row = content.row()
+        row.scale_y = 1.2
+        row.operator("w2w.choose_sensors", icon="VIEWZOOM")
+        draw_outcome(self.layout, context, self.titles)
+        if jobs.running is None or jobs.running.title != TITLE:
+            worn = self.layout.column()
+            worn.enabled = can_change_now(context)
+            draw_worn(worn, context, body)
+
+
+def draw_limit(layout: Layout, study: bpy.types.PropertyGroup) -> None:
+    """Draw the most sensors, and whether there is such a limit."""
+    row = layout.row(heading="At Most")
+    row.prop(study, "limit_places", text="")
+    value = row.row()
+    if study.limit_places:
+        value.prop(study, "max_places", text="sensors")
+    else:
+        value.label(text="no limit")
+
+
+def draw_wishes(layout: Layout, context: Context, body: bpy.types.Object) -> None:
+    """Draw a row a wish, and the ways to add one."""
+    study, patches = body.w2w, patches_of(body)
+    column = layout.column(align=True)
+    column.use_property_split = False
+    for number, wish in enumerate(study.wishes):
+        row = column.row(align=True)
+        kind = row.row(align=True)
+        kind.ui_units_x = 4
+        kind.prop(wish, "kind", text="")
+        where = row.row(align=True)
+        where.alert = not is_understood(patches, wish.place)
+        where.prop(wish, "place", text="", placeholder="where")
+        if wish.kind == COST:
+            cost = row.row(align=True)
+            cost.ui_units_x = 3
+            cost.prop(wish, "cost", text="")
+        row.operator("w2w.remove_wish", text="", icon="X").index = number
+    row = column.row(align=True)
+    row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", icon="ADD")
+    looked_at = [spot_name(body, patch) for patch in picks(context, body) if patch < len(patches)]
+    where = row.row(align=True)
+    where.active = bool(looked_at)
+    text = " and ".join(dict.fromkeys(looked_at)) or "Picked Patch"
+    where.operator_menu_enum("w2w.wish_picked", "kind", text=text, icon="EYEDROPPER")
+
+
+def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
+    """Draw the set to wear together, or what it waits for."""
+    study, content = body.w2w, advice_of(body.w2w)
+    missing = missing_for_choice(body)
+    if content is None:
+        if len(study.wishes) and study.verdict:
+            draw_text(layout, context, f"One sensor: {_sentence(study.verdict)}")
+        if missing:
+            draw_text(layout, context, missing, icon="INFO")
+        elif study.advice_text:
+            draw_text(layout, context, "The wishes or the ranking have changed: choose again", icon="INFO")
+        return
+    worn = content["worn_together"]
+    if worn is None:
+        draw_text(
+            layout, context, "Sets to wear together are chosen by the classifier Ridge only", icon="INFO"
+        )
+        return
+    draw_rows(layout, study, study.worn, numbered=True)
+    draw_text(layout, context, _sentence(worn["sentence"]))
+    following = worn["next_sensor"]
+    for text in ([following["sentence"]] if following else []) + _alternatives(worn):
+        draw_text(layout, context, _sentence(text))
+    if left_out(study):
+        draw_text(
+            layout, context, "Chosen from a ranking without the activities that are left out.", icon="INFO"
+        )
+
+
+def _alternatives(worn: dict[str, Any]) -> list[str]:
+    """For each sensor of a set, what is as good alone."""
+    return [
+        f"as good alone as {number} ({sensor['name']}): {_some(names)}"
+        for number, (sensor, names) in enumerate(
+            zip(worn["places"], worn["alternatives"], strict=True), start=1
+        )
+        if names
+    ]
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - NAMED
+    text = ", ".join(names[:NAMED])
+    return f"{text} and {more} more" if more > 0 else text
+
+
+def _sentence(text: str) -> str:
+    return capital(text) if text.endswith(".") else f"{capital(text)}."

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The results below step 5: the findings, the heatmap, a second one beside it, activities and regions."""
+
+from __future__ import annotations
+
+import bpy
+
+from ...core.selection.headline import short
+from ...scene.motion.source_beside import remove_source
+from ...scene.second_body import add_beside
+from ..jobs import jobs
+from ..jobs.text import draw_text
+from ..results import results
+from ..results.results import findings
+from ..study.counting import COUNTED
+from ..study.operators import OnRanking
+from ..study.scores import MEAN_VIEW, NOTHING, activity_scores, beside_of, minus_index, view_index
+from ..study.state import bodies, current_body, patches_of, utility_of, without_updates
+from ..viewport import legend
+from .base import ResultPanel, W2WPanel
+
+Context = bpy.types.Context
+Layout = bpy.types.UILayout
+
+WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
+"""Of a weight and a score, in heights of a row."""
+
+ACTIVITY_ROWS = (4, 10)
+"""Fewest and most rows of the list of activities."""
+
+
+def can_change_now(context: Context) -> bool:
+    """Whether colours and choice may be changed: Edit Mode keeps attributes to itself."""
+    return jobs.running is None and context.mode != "EDIT_MESH"
+
+
+class W2W_PT_findings(ResultPanel, bpy.types.Panel):
+    """The best place for one sensor, and how reliable that is."""
+
+    bl_label = "Where to Wear One"
+    bl_idname = "W2W_PT_findings"
+    bl_order = 1
+
+    def draw(self, context: Context) -> None:
+        body = current_body(context)
+        caution, sentences = findings(body.w2w, utility_of(body.w2w), patches_of(body))
+        for warning in filter(None, (caution, body.w2w.source_caution)):
+            box = self.layout.box()
+            box.alert = True
+            draw_text(box, context, warning, icon="ERROR", indent=20)
+        for sentence in sentences:
+            draw_text(self.layout, context, sentence)
+
+
+class W2W_UL_activities(bpy.types.UIList):
+    """Activities: what part they take, name, weight, F1 of the best patch."""
+
+    def draw_item(
+        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
+    ) -> None:  # fmt: skip
+        row = layout.row(align=True)
+        row.prop(item, "part", text="", emboss=False, icon_only=True)
+        name = row.row()
+        name.active = item.part == COUNTED
+        name.label(text=item.name, translate=False)
+        if item.part == COUNTED:
+            weight = row.row()
+            weight.ui_units_x = WEIGHT_WIDTH
+            weight.prop(item, "weight", text="")
+        utility = utility_of(data)
+        if utility is not None and index < utility.f1.shape[1]:
+            best = row.row()
+            best.alignment = "RIGHT"
+            best.ui_units_x = SCORE_WIDTH
+            best.label(text=f"{activity_scores(data, utility)[:, index].max():.2f}")
+
+
+def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) -> None:
+    """Draw the list of activities under a line that says what stands in it; `right` of its right side."""
+    row = layout.row()
+    row.active = False
+    row.label(text="Activity")
+    heading = row.row()
+    heading.alignment = "RIGHT"
+    heading.label(text=right)
+    rows, most = ACTIVITY_ROWS
+    layout.template_list(
+        "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=rows, maxrows=most
+    )
+
+
+class W2W_PT_activities(W2WPanel, bpy.types.Panel):
+    """Weights of activities; after the ranking the list stands under Heatmap."""
+
+    bl_label = "Activities"
+    bl_idname = "W2W_PT_activities"
+    bl_parent_id = "W2W_PT_utility"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        body = current_body(context)
+        return body is not None and len(body.w2w.activities) > 0 and utility_of(body.w2w) is None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.enabled = jobs.running is None
+        draw_activities(self.layout, current_body(context).w2w, "Weight")
+
+
+class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
+    """Choice of the heatmap and its colours."""
+
+    bl_label = "Heatmap"
+    bl_idname = "W2W_PT_heatmap"
+    bl_order = 2
+
+    def draw(self, context: Context) -> None:
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = can_change_now(context)
+        layout.use_property_decorate = False
+        layout.prop(study, "view", text="")
+        draw_activities(layout, study, "Weight, Best F1")
+        layout.use_property_split = True
+        draw_side_by_side(layout, current_body(context))
+        if beside_of(study) is None:
+            layout.prop(study, "minus")
+        layout.prop(study, "scores")
+        if minus_index(study) >= 0:  # a difference has colours of its own
+            return
+        layout.prop(study, "colour_map")
+        layout.prop(study, "fix_range")
+        if study.fix_range:
+            row = layout.row(align=True)
+            row.use_property_split = False
+            row.prop(study, "range_low")
+            row.prop(study, "range_high")
+            row.operator("w2w.fit_range", text="", icon="FULLSCREEN_EXIT")
+
+
+class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
+    """Show a second map on a copy of the body beside it, both on one scale; press again to take it away"""
+
+    bl_idname = "w2w.side_by_side"
+    bl_label = "Side by Side"
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        if beside_of(body.w2w) is None:
+            show_beside(body)
+        else:
+            legend.remove(body)
+        results.paint(body)
+        jobs.redraw(context)
+        return {"FINISHED"}
+
+
+def show_beside(body: bpy.types.Object) -> None:
+    """Put a copy beside a body; at first it shows another map than the body does."""
+    study = body.w2w
+    remove_source()  # it would stand where the copy does
+    with without_updates():
+        study.minus = NOTHING  # a difference has a scale of its own
+        study.beside = add_beside(body, body)
+        if not study.is_property_set("beside_view"):
+            study.beside_view = MEAN_VIEW if view_index(study) else "A1"
+
+
+def draw_side_by_side(layout: Layout, body: bpy.types.Object) -> None:
+    """Draw the button and, while it is on, what stands beside."""
+    study = body.w2w
+    is_on = beside_of(study) is not None
+    layout.operator("w2w.side_by_side", icon="MOD_MIRROR", depress=is_on)
+    if is_on:
+        column = layout.column(align=True)
+        column.prop(study, "beside_view")
+        if len(bodies(bpy.context.scene)) > 1:
+            column.prop(study, "beside_body")
+
+
+class W2W_PT_regions(ResultPanel, bpy.types.Panel):
+    """The best regions."""
+
+    bl_label = "Top Regions"
+    bl_idname = "W2W_PT_regions"
+    bl_order = 5
+
+    def draw(self, context: Context) -> None:
+        layout, study = self.layout, current_body(context).w2w
+        layout.enabled = can_change_now(context)
+        draw_rows(layout, study, study.regions, numbered=False)
+
+
+def draw_rows(
+    layout: Layout, study: bpy.types.PropertyGroup, rows: bpy.types.bpy_prop_collection, numbered: bool
+) -> None:
+    """Draw a table of patches; a click on one looks at it."""
+    column = layout.column(align=True)
+    for number, entry in enumerate(rows, start=1):
+        row = column.row(align=True)
+        split = row.split(factor=0.6 if entry.high > 0 else 0.7, align=True)
+        text = f"{number}  {entry.label}" if numbered else entry.label
+        look = split.operator(
+            "w2w.select_patch",
+            text=text,
+            translate=False,
+            depress=entry.patch in (study.picked, study.compared),
+        )
+        look.patch = entry.patch
+        value = split.row(align=True)
+        value.alignment = "RIGHT"
+        interval = f" ({short(entry.low)}–{short(entry.high)})" if entry.high > 0 else ""
+        value.label(text=f"{short(entry.f1)}{interval}" if interval else f"{entry.f1:.3f}")

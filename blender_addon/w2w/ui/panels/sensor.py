@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensor and Bands, below step 4: the figures of an own part, its file, the bands and the convention."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy_extras.io_utils import ExportHelper
+
+from ...core.imu.presets import PRESETS, preset
+from ...core.imu.recording import FURTHER
+from ...core.imu.sensor_file import read_sensor, write_sensor
+from ...core.ranking.utility import inputs_of
+from ..jobs import jobs
+from ..jobs.text import draw_text
+from ..study.garments import worn_by
+from ..study.operators import AsksForFile, OnBody
+from ..study.sensors import ITEMS, OWN, TICKS, keep_own_sensor, own_sensor
+from ..study.state import current_body
+from .base import W2WPanel
+
+Context = bpy.types.Context
+
+
+class W2W_OT_start_sensor(OnBody, bpy.types.Operator):
+    """Take the figures of a preset for a part of your own, to alter them"""
+
+    bl_idname = "w2w.start_sensor"
+    bl_label = "Start from Preset"
+
+    like: EnumProperty(
+        name="Preset", description="Whose figures to take", items=[(name, name, "") for name in PRESETS]
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        study = current_body(context).w2w
+        keep_own_sensor(study, preset(self.like))
+        study.sensor = OWN
+        return {"FINISHED"}
+
+
+class W2W_OT_load_sensor(AsksForFile, OnBody, bpy.types.Operator):
+    """Read a part of your own from a file (json), as w2w run --sensor takes it"""
+
+    bl_idname = "w2w.load_sensor"
+    bl_label = "Load Sensor"
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def execute(self, context: Context) -> set[str]:
+        path = self.path()
+        try:
+            model = read_sensor(path)
+        except OSError as error:
+            return jobs.show_error(self, f"{path.name} cannot be read: {error.strerror or error}")
+        except ValueError as error:
+            return jobs.show_error(self, str(error))
+        study = current_body(context).w2w
+        keep_own_sensor(study, model)
+        study.sensor = OWN
+        return jobs.show_done(self, f"Read the sensor {own_sensor(study).name} from {path.name}")
+
+
+class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
+    """Save your part as a file (json) that w2w run --sensor reads"""
+
+    bl_idname = "w2w.save_sensor"
+    bl_label = "Save Sensor"
+    bl_options = {"REGISTER"}
+    filename_ext = ".json"
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def execute(self, context: Context) -> set[str]:
+        path = Path(bpy.path.abspath(self.filepath))
+        try:
+            write_sensor(path, own_sensor(current_body(context).w2w))
+        except OSError as error:
+            return jobs.show_error(self, f"{path.name} cannot be written: {error.strerror or error}")
+        return jobs.show_done(self, f"Saved {path.name}")
+
+
+class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
+    """Bands, convention, further sensors and the figures of a part."""
+
+    bl_label = "Sensor and Bands"
+    bl_idname = "W2W_PT_sensor"
+    bl_parent_id = "W2W_PT_signals"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return current_body(context) is not None
+
+    def draw(self, context: Context) -> None:
+        study, layout = current_body(context).w2w, self.layout.column()
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.enabled = jobs.running is None
+        for name in ("band", "root_band", "convention"):
+            layout.prop(study, name)
+        draw_further(study, context, layout)
+        if study.sensor == OWN:
+            _draw_part(study, layout)
+        else:
+            draw_text(layout, context, "For a part of your own, start from a preset or load a file")
+        column = layout.column(align=True)
+        column.operator_menu_enum("w2w.start_sensor", "like", text="Start from Preset")
+        row = column.row(align=True)
+        row.operator("w2w.load_sensor", text="Load", icon="FILE_FOLDER")
+        row.operator("w2w.save_sensor", text="Save", icon="EXPORT")
+
+
+def draw_further(study: bpy.types.PropertyGroup, context: Context, layout: bpy.types.UILayout) -> None:
+    """Draw the choice, and where it comes to nothing."""
+    _draw_ticks(study, layout, "record", set(FURTHER))
+    if not study.record:
+        return
+    if worn_by(study):
+        draw_text(layout, context, "Sensors on garments record accelerometer and gyroscope alone")
+        return
+    if "magnetometer" in study.record:
+        layout.prop(study, "magnetic_dip")
+    if inputs_of(study.classifier) != "features":
+        draw_text(layout, context, f"{study.classifier} learns from accelerometer and gyroscope alone")
+        return
+    _draw_ticks(study, layout, "recognise_by", study.record)
+
+
+def _draw_ticks(
+    study: bpy.types.PropertyGroup, layout: bpy.types.UILayout, name: str, offered: set[str]
+) -> None:
+    """Draw a tick for each of the sensors that are offered."""
+    ticks = TICKS[name]
+    column = layout.column(heading=study.bl_rna.properties[ticks].name)
+    for index, (sensor, text, *_) in enumerate(ITEMS):
+        if sensor in offered:
+            column.prop(study, ticks, index=index, text=text)
+
+
+def _draw_part(study: bpy.types.PropertyGroup, layout: bpy.types.UILayout) -> None:
+    layout.prop(study, "own_sensor_name")
+    for title, kind in (("Accelerometer", "acc"), ("Gyroscope", "gyr")):
+        column = layout.column(align=True)
+        column.use_property_split = False  # names with their units are too long for a split row
+        column.label(text=title)
+        for field in ("range", "noise", "bias", "drift"):
+            column.prop(study, f"{kind}_{field}")
+    layout.prop(study, "misalignment")

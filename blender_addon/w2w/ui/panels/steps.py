@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The W2W tab of the 3D view's sidebar: five steps, each saying what it still needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...core.wording import capital
+from ...scene.motion.source_beside import source_collections
+from ..files.open_results import draw_locate, misses_folder
+from ..jobs import jobs
+from ..jobs.text import draw_message, draw_progress, draw_text
+from ..steps.baking import UNBAKED
+from ..steps.run_all import TITLE as RUN_ALL
+from ..steps.run_all import draw_run_all
+from ..steps.shape import draw_sliders
+from ..steps.source_view import has_source
+from ..study.counting import is_reweighed
+from ..study.state import (
+    BAKED,
+    FAILED,
+    STALE,
+    bake_settings,
+    bodies,
+    body_of_object,
+    current_body,
+    missing_for_any_rank,
+    missing_for_bake,
+    missing_for_patches,
+    missing_for_rank,
+    patches_of,
+    playing_clip,
+    rank_settings,
+    selected,
+    state_of,
+    unreadable_ranking,
+    usable,
+    utility_of,
+)
+from .base import StepPanel, W2WPanel, beside_their_buttons
+
+Context = bpy.types.Context
+Layout = bpy.types.UILayout
+
+ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
+"""Of the states of a clip."""
+
+
+class W2W_PT_main(W2WPanel, bpy.types.Panel):
+    """The top: which body, what is going on."""
+
+    bl_label = "Where to Wear"
+    bl_idname = "W2W_PT_main"
+
+    def draw_header_preset(self, context: Context) -> None:
+        self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        if len(bodies(context.scene)) > 1:
+            layout.prop(context.scene.w2w, "body", text="")
+        body = current_body(context)
+        if body is not None and usable(body.w2w):
+            draw_run_all(layout, context, body)
+        if jobs.running is not None:
+            if jobs.running.title != RUN_ALL:  # its button stands just above
+                layout.label(text=jobs.running.title)
+            draw_progress(layout, jobs.running)
+        elif jobs.message is not None and jobs.message.job not in beside_their_buttons():
+            draw_message(layout, context, jobs.message)
+
+
+class W2W_PT_body(StepPanel, bpy.types.Panel):
+    """Step 1."""
+
+    bl_label = "1  Body"
+    bl_idname = "W2W_PT_body"
+    titles = ("Load SMPL Body", "Open Results")
+
+    def is_done(self, context: Context) -> bool:
+        return current_body(context) is not None
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        body = current_body(context)
+        if body is None:
+            column = layout.column()
+            column.scale_y = 1.4
+            column.operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
+            layout.operator("w2w.load_body", icon="FILE_FOLDER")
+            layout.operator("w2w.use_mesh", icon="MESH_DATA")
+            layout.operator("w2w.open_results", icon="IMPORT")
+            return
+        row = layout.row(align=True)
+        row.prop(body, "name", text="", icon="OUTLINER_OB_MESH")
+        row.operator("w2w.select_body", text="", icon="RESTRICT_SELECT_OFF")
+        row.operator("w2w.add_body", text="", icon="ADD")
+        row.operator("w2w.open_results", text="", icon="IMPORT")
+        layout.prop(body.w2w, "show_armature")
+        other = body_of_object(context.object)
+        if context.object is not None and context.object.type == "MESH" and other is not body:
+            layout.operator("w2w.use_mesh", icon="MESH_DATA")
+
+
+class W2W_PT_shape(W2WPanel, bpy.types.Panel):
+    """The shape of W2W's own body."""
+
+    bl_label = "Shape"
+    bl_idname = "W2W_PT_shape"
+    bl_parent_id = "W2W_PT_body"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        body = current_body(context)
+        return body is not None and body.w2w.has_shape
+
+    def draw_header_preset(self, context: Context) -> None:
+        self.layout.operator("w2w.reset_shape", text="", icon="LOOP_BACK", emboss=False)
+
+    def draw(self, context: Context) -> None:
+        self.layout.enabled = jobs.running is None and context.mode == "OBJECT"
+        draw_sliders(self.layout, current_body(context).w2w.shape)
+
+
+class W2W_UL_clips(bpy.types.UIList):
+    """Clips, two lines each: tick, name and state; activity, to be edited in place, and frames."""
+
+    def draw_item(
+        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
+    ) -> None:  # fmt: skip
+        state = state_of(item, bake_settings(data))
+        column = layout.column(align=True)
+        row = column.row(align=True)
+        row.alert = state == FAILED
+        tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"
+        row.prop(item, "selected", text="", emboss=False, icon=tick)
+        row.label(text=Path(item.file).stem or item.name, translate=False)
+        playing = playing_clip(data.id_data) == item
+        mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(state, "BLANK1")
+        row.label(text="", icon="PLAY" if playing else mark)
+        if state == FAILED:
+            return
+        row = column.row(align=True)
+        row.scale_y = 0.8
+        row.label(text="", icon="BLANK1")
+        row.prop(item, "activity", text="", emboss=False, placeholder="activity")
+        count = row.row()
+        count.alignment = "RIGHT"
+        count.active = False
+        count.label(text=f"{item.n_frames} frames")
+
+
+class W2W_PT_motions(StepPanel, bpy.types.Panel):
+    """Step 2."""
+
+    bl_label = "2  Motions"
+    bl_idname = "W2W_PT_motions"
+    titles = ("Import Motions",)
+
+    def missing(self, context: Context) -> str:
+        return "" if current_body(context) else "Add a body first (step 1)"
+
+    def is_done(self, context: Context) -> bool:
+        body = current_body(context)
+        return body is not None and bool(usable(body.w2w))
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        body = current_body(context)
+        study = body.w2w
+        row = layout.row(align=True)
+        row.operator("w2w.import_motions", text="Files", icon="FILE")
+        row.operator("w2w.import_folder", text="Folder", icon="FILE_FOLDER")
+        row.operator("w2w.use_scene_animation", text="Scene", icon="OUTLINER_OB_ARMATURE")
+        if not len(study.clips):
+            layout.label(text="FBX, BVH, AMASS npz or smpl files", icon="INFO")
+            return
+        layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=5, maxrows=5)
+        row = layout.row(align=True)
+        row.menu("W2W_MT_tick_clips", text="Tick", icon="CHECKBOX_HLT")
+        row.operator("w2w.relabel_clips", text="Relabel", icon="GREASEPENCIL")
+        row.operator("w2w.remove_clips", text="", icon="TRASH")
+        self.draw_active(context, layout, study)
+
+    def draw_active(self, context: Context, layout: Layout, study: bpy.types.PropertyGroup) -> None:
+        """Draw what there is to know about the active clip."""
+        activities = [clip.activity.strip() for clip in usable(study)]
+        failed = sum(bool(clip.problem) for clip in study.clips)
+        count, kinds = len(activities), len(set(activities) - {""})
+        text = f"{count} clip{'s' * (count != 1)}, {kinds} {'activity' if kinds == 1 else 'activities'}"
+        if "" in activities:
+            text = f"{text}, {activities.count('')} without one"
+        layout.label(text=f"{text}, {failed} unusable" if failed else text)
+        if not 0 <= study.clip_index < len(study.clips):
+            return
+        clip = study.clips[study.clip_index]
+        if clip.problem:
+            draw_text(layout, context, capital(clip.problem), icon="ERROR")
+            return
+        column = layout.column(align=True)
+        column.prop(clip, "subject")
+        about = layout.column()
+        about.active = False
+        draw_text(
+            about, context, f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton"
+        )
+        row = layout.row(align=True)
+        row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
+        if has_source(clip):
+            shown = bool(source_collections(clip.name))
+            row.operator("w2w.show_source", text="Source Beside", icon="ARMATURE_DATA", depress=shown)
+
+
+class W2W_PT_patches(StepPanel, bpy.types.Panel):
+    """Step 3."""
+
+    bl_label = "3  Patches"
+    bl_idname = "W2W_PT_patches"
+    titles = ("Place Patches",)
+
+    def missing(self, context: Context) -> str:
+        return missing_for_patches(current_body(context))
+
+    def is_done(self, context: Context) -> bool:
+        body = current_body(context)
+        return body is not None and patches_of(body) is not None
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        body = current_body(context)
+        study = body.w2w
+        placed = patches_of(body)
+        layout.prop(study, "patch_count")
+        layout.prop(study, "patch_seed")
+        row = layout.row(align=True)
+        row.scale_y = 1.2
+        row.operator(
+            "w2w.place_patches", text="Place Again" if placed else "Place Patches", icon="STICKY_UVS_DISABLE"
+        )
+        if placed is not None:
+            row.operator("w2w.remove_patches", text="", icon="TRASH")
+            column = layout.column()
+            column.prop(study, "patch_size")
+            column.prop(study, "show_patches")
+
+
+class W2W_PT_signals(StepPanel, bpy.types.Panel):
+    """Step 4."""
+
+    bl_label = "4  Signals"
+    bl_idname = "W2W_PT_signals"
+    titles = ("Bake Signals",)
+
+    def missing(self, context: Context) -> str:
+        return missing_for_bake(current_body(context))
+
+    def is_done(self, context: Context) -> bool:
+        body = current_body(context)
+        if body is None or self.missing(context) or misses_folder(body.w2w):
+            return False
+        settings = bake_settings(body.w2w)
+        return all(state_of(clip, settings) == BAKED for clip in usable(body.w2w))
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        study = current_body(context).w2w
+        row = layout.row(align=True)
+        row.prop(study, "sensor")
+        row.menu("W2W_MT_study_presets", text="", icon="PRESET")
+        layout.prop(study, "rate")
+        layout.prop(study, "seed")
+        settings = bake_settings(study)
+        clips = usable(study)
+        done = sum(state_of(clip, settings) == BAKED for clip in clips)
+        row = layout.row(align=True)
+        row.scale_y = 1.2
+        row.operator("w2w.bake_signals", text="Bake All", icon="REC").which = "ALL"
+        row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(selected(study))})").which = "TICKED"
+        if misses_folder(study):
+            draw_locate(layout, context, study)
+        else:
+            layout.label(text=f"{done} of {len(clips)} clips are up to date")
+        if 0 <= study.clip_index < len(study.clips):
+            clip = study.clips[study.clip_index]
+            if clip.bake_path.startswith(("general", UNBAKED)):
+                draw_text(layout, context, f"{clip.name}: {clip.bake_path}", icon="INFO")
+
+
+class W2W_PT_utility(StepPanel, bpy.types.Panel):
+    """Step 5."""
+
+    bl_label = "5  Utility"
+    bl_idname = "W2W_PT_utility"
+    titles = ("Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results")
+
+    def missing(self, context: Context) -> str:
+        body = current_body(context)
+        if body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None:
+            return ""
+        return missing_for_any_rank(body)
+
+    def is_done(self, context: Context) -> bool:
+        body = current_body(context)
+        return (
+            body is not None
+            and utility_of(body.w2w) is not None
+            and body.w2w.ranked_as == rank_settings(body.w2w)
+            and not is_reweighed(body.w2w, utility_of(body.w2w))
+        )
+
+    def draw_step(self, context: Context, layout: Layout) -> None:
+        study = current_body(context).w2w
+        layout.prop(study, "window_s")
+        layout.prop(study, "classifier")
+        layout.prop(study, "by_subject")
+        if not study.by_subject:
+            layout.prop(study, "folds")
+        row = layout.row(align=True)
+        row.scale_y = 1.2
+        ranked = utility_of(study) is not None
+        row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
+        if ranked:
+            row.menu("W2W_MT_export", text="", icon="EXPORT")
+        missing = missing_for_rank(current_body(context)) or unreadable_ranking(study)
+        if missing:
+            draw_text(layout, context, missing, icon="INFO")
+        elif ranked and study.ranked_as != rank_settings(study):
+            layout.label(text="Settings or clips have changed: rank again", icon="INFO")
+        elif ranked and is_reweighed(study, utility_of(study)):
+            draw_text(layout, context, "Activity weights have changed: rank again", icon="INFO")

@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A study as properties of its body's mesh, saved with the file."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ...core.imu.presets import PRESETS
+from ...core.ranking.utility import CLASSIFIERS
+from ...scene.base.patches import EMPTY_SIZE
+from ..jobs.on_body import is_there
+from ..steps import shape
+from ..study.declared import declared
+from ..study.garments import Wardrobe
+from ..study.operators import is_ranked
+from ..study.scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
+from ..study.sensors import OWN, SensorProperties
+from ..viewport.on_character import OwnCharacter
+from . import rows, updates
+
+COLOUR_MAPS = (
+    ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
+    ("cividis", "Cividis", "Blue to yellow; looks alike to colour-blind and other eyes"),
+    ("magma", "Magma", "Black to pale yellow, even in lightness"),
+    ("batlow", "Batlow", "Dark blue to pink, even in lightness; safe for colour-blind eyes"),
+)
+
+SCORES = (
+    (EXPECTED, "Expected F1", "What other clips would show, as far as these tell; the table goes by it"),
+    (ON_THESE, "F1 on These Clips", "What came out on these very clips, their noise included"),
+)
+
+SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "Smartwatch"}
+
+CLASSIFIER_NAMES = {
+    "ridge": ("Ridge", "Linear, trained on all patches at once: seconds"),
+    "trees": ("Extra Trees", "A forest a patch, for reference: minutes to hours"),
+    "multi3net": (
+        "Multi3Net",
+        "A small neural network a patch, all trained together: an hour; needs PyTorch",
+    ),
+}
+
+FIRST_LIMIT = 3
+"""Most sensors, when a limit is switched on."""
+
+
+_view_items: list[tuple[str, str, str, int]] = []
+_minus_items: list[tuple[str, str, str, int]] = []
+_beside_items: list[tuple[str, str, str, int]] = []
+"""Blender keeps no reference to the strings of a dynamic enum: these do."""
+
+
+def sensor_items() -> list[tuple[str, str, str]]:
+    """Sensor presets for a menu, then a part of one's own."""
+    spelled = {name: name.upper() if len(name) < 10 else name.title() for name in PRESETS} | SENSOR_NAMES
+    presets = [(name, spelled[name], f"Signals as of {name}") for name in PRESETS]
+    return [*presets, (OWN, "Own Part", "A part of your own: its figures stand under Sensor and Bands")]
+
+
+def classifier_items() -> list[tuple[str, str, str]]:
+    """Classifiers for a menu."""
+    return [(name, *CLASSIFIER_NAMES.get(name, (name.title(), name))) for name in CLASSIFIERS]
+
+
+def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    _view_items[:] = view_items(self)
+    return _view_items
+
+
+def _minuses(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    views = [
+        (key, name, f"Show how far F1 is above that for '{name}'", number + 1)
+        for key, name, _, number in _views(self, _context)
+    ]
+    _minus_items[:] = [(NOTHING, "Nothing", "Show the heatmap itself", 0), *views]
+    return _minus_items
+
+
+def _views_beside(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    _beside_items[:] = view_items(beside_of(self) or self)
+    return _beside_items
+
+
+def _is_limited(study: W2W_PG_study) -> bool:
+    return study.max_places > 0
+
+
+def _limit(study: W2W_PG_study, limited: bool) -> None:
+    study.max_places = FIRST_LIMIT if limited else 0
+
+
+def _is_body(_self: bpy.types.PropertyGroup, item: bpy.types.Object) -> bool:
+    return item.type == "MESH" and item.w2w.is_body
+
+
+def _is_other(self: W2W_PG_study, item: bpy.types.Object) -> bool:
+    return _is_body(self, item) and item != self.id_data and is_there(item) and is_ranked(item)
+
+
+class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyGroup):
+    """A study: everything W2W knows about one body."""
+
+    is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
+    has_shape: BoolProperty(
+        name="Has a Shape", description="This is W2W's own body, whose shape can be changed"
+    )
+    shape: PointerProperty(type=shape.W2W_PG_shape, name="Shape")
+    show_armature: BoolProperty(
+        name="Show Armature", description="Show the body's bones", default=False, update=updates.show_armature
+    )
+
+    results_folder: StringProperty(
+        name="Results Folder",
+        description="Results folder that this study was opened from or saved in: its signals are there",
+    )
+    results_near: StringProperty(options={"HIDDEN"})
+    parameters: StringProperty(options={"HIDDEN"})
+
+    clips: CollectionProperty(type=rows.W2W_PG_clip)
+    clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
+
+    patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
+    chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
+    patch_count: IntProperty(**declared("patches"))
+    patch_seed: IntProperty(name="Seed", description="Chooses the patch that spreading starts from", min=0)
+    patch_size: FloatProperty(
+        name="Size",
+        description="Length of the patches' axes",
+        default=EMPTY_SIZE,
+        min=0.001,
+        max=0.1,
+        unit="LENGTH",
+        update=updates.resize_patches,
+    )
+    show_patches: BoolProperty(
+        name="Show Patches", description="Show all patches", default=True, update=updates.show_patches
+    )
+    patches_text: StringProperty(options={"HIDDEN"})
+    patches_key: StringProperty(options={"HIDDEN"})
+
+    sensor: EnumProperty(
+        **declared("sensor", description="The part whose noise, bias and range the signals get"),
+        items=sensor_items(),
+    )
+    rate: FloatProperty(**declared("rate"), precision=0, step=1000)
+    seed: IntProperty(**declared("seed"))
+
+    window_s: FloatProperty(**declared("window", unit="TIME_ABSOLUTE"), precision=1)
+    folds: IntProperty(**declared("folds"))
+    classifier: EnumProperty(**declared("classifier"), items=classifier_items())
+    by_subject: BoolProperty(**declared("by_subject"))
+    utility_text: StringProperty(options={"HIDDEN"})
+    utility_key: StringProperty(options={"HIDDEN"})
+    source_caution: StringProperty(
+        name="Sources", description="Whether the ranking may tell the clips' sources apart, not activities"
+    )
+    ranked_as: StringProperty(options={"HIDDEN"})
+    activities: CollectionProperty(type=rows.W2W_PG_activity)
+    activity_index: IntProperty(
+        name="Active Activity",
+        description="The activity whose heatmap is shown",
+        default=-1,
+        update=updates.view_activity,
+    )
+    view: EnumProperty(
+        name="Heatmap",
+        description="What the colours of the body show",
+        items=_views,
+        update=updates.show_view,
+    )
+    minus: EnumProperty(
+        name="Minus",
+        description="Show the difference to another heatmap: where this one's F1 is higher, and where lower",
+        items=_minuses,
+        update=updates.repaint,
+    )
+    scores: EnumProperty(
+        name="Scores", description="Which scores the heatmaps show", items=SCORES, update=updates.repaint
+    )
+    colour_map: EnumProperty(
+        name="Colours", description="Colour map of the heatmaps", items=COLOUR_MAPS, update=updates.repaint
+    )
+    beside: PointerProperty(
+        type=bpy.types.Object, name="Second Body", description="The copy that shows the second map"
+    )
+    beside_view: EnumProperty(
+        name="Beside", description="The map beside", items=_views_beside, update=updates.repaint
+    )
+    beside_body: PointerProperty(
+        type=bpy.types.Object,
+        name="Of Body",
+        description="Body whose map stands beside, such as that of another run; this one where none is given",
+        poll=_is_other,
+        update=updates.repaint,
+    )
+    fix_range: BoolProperty(
+        name="Same Range for All",
+        description="Give all heatmaps the same colours for the same F1, so that activities can be compared",
+        update=updates.fix_range,
+    )
+    range_low: FloatProperty(
+        name="Low",
+        description="F1 at the low end of the colours",
+        default=0.0,
+        min=0,
+        max=1,
+        update=updates.repaint,
+    )
+    range_high: FloatProperty(
+        name="High",
+        description="F1 at the high end of the colours",
+        default=1.0,
+        min=0,
+        max=1,
+        update=updates.repaint,
+    )
+
+    target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=updates.choose_patches)
+    every_activity: FloatProperty(
+        **declared("every_activity"), precision=2, subtype="FACTOR", update=updates.choose_patches
+    )
+    max_places: IntProperty(**declared("max_places"), soft_max=12, update=updates.choose_patches)
+    limit_places: BoolProperty(
+        name="Limit", description="Limit the number of sensors", get=_is_limited, set=_limit
+    )
+    own: CollectionProperty(type=rows.W2W_PG_own)
+    own_index: IntProperty(
+        name="Active Placement",
+        description="The placement of yours that is looked at",
+        update=updates.look_at_own,
+    )
+    own_placed: StringProperty(options={"HIDDEN"})
+    wishes: CollectionProperty(type=rows.W2W_PG_wish)
+    verdict: StringProperty(
+        name="Verdict", description="The best spot that wishes leave, or why there is none"
+    )
+    chosen: CollectionProperty(type=rows.W2W_PG_place)
+    worn: CollectionProperty(type=rows.W2W_PG_place)
+    advice_text: StringProperty(options={"HIDDEN"})
+    advised_as: StringProperty(options={"HIDDEN"})
+    regions: CollectionProperty(type=rows.W2W_PG_place)
+
+    picked: IntProperty(name="Picked Patch", description="Patch looked at; -1 is none", default=-1)
+    compared: IntProperty(name="Compared Patch", description="Patch compared with it; -1 is none", default=-1)
+    picked_vertex: IntProperty(options={"HIDDEN"}, default=-1)
+
+
+class W2W_PG_scene(bpy.types.PropertyGroup):
+    """Settings of the panel in a scene."""
+
+    body: PointerProperty(
+        type=bpy.types.Object,
+        name="Body",
+        description="The body that the panel works on",
+        poll=_is_body,
+        update=updates.redraw,
+    )
+    show_overlay: BoolProperty(
+        name="Show Overlay",
+        description="Draw the picked patch and the colour bar in the 3D viewport",
+        default=True,
+        update=updates.redraw,
+    )
+
+
+def register() -> None:
+    """Hang the groups on objects and scenes."""
+    bpy.types.Object.w2w = PointerProperty(type=W2W_PG_study)
+    bpy.types.Scene.w2w = PointerProperty(type=W2W_PG_scene)
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    del bpy.types.Scene.w2w
+    del bpy.types.Object.w2w

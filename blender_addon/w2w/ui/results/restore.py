@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A finished run as a study of the panel's: from the record in a .blend file, or from a results folder."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...core.body.body import Body
+from ...core.clip_files import STORED
+from ...core.file_names import shown
+from ...core.results_folder import StudyResults
+from ...core.study import StudyConfig
+from ...scene.base.body import body_of
+from ...scene.base.patches import empties_by_patch
+from ...scene.files.packing import pack
+from ...scene.files.study_record import read_record, remove_record
+from ..study import advice, signal_cache
+from ..study.declared import show_config
+from ..study.lists import take_over
+from ..study.sensors import OWN, keep_further, keep_own_sensor
+from ..study.state import bake_settings, patches_of, rank_settings, without_updates
+from . import own_placements, results
+
+SUMMARY = "summary.json"
+"""File that a results folder is known by."""
+
+GONE = "its motion is no longer where the run left it"
+
+
+def restore(mesh: bpy.types.Object) -> str:
+    """Make a study of the record that lies beside a mesh; says what was found.
+
+    ValueError if the record is damaged or not of this mesh; nothing has been changed then.
+    """
+    run, names = read_record(mesh)
+    placed, chosen = (bpy.data.collections.get(name) for name in names.collections)
+    found = empties_by_patch(placed) if placed is not None else {}
+    empties = list(found.values())
+    if not empties or max(found) >= len(run.patches) or any(item.parent is not mesh for item in empties):
+        raise ValueError(f"the patches of '{mesh.name}' are no longer in the file as the run left them")
+    check_fits(mesh, run)
+    actions = {clip: bpy.data.actions.get(action) for clip, action in names.actions.items()}
+    clips = clips_of(run, names.signals, actions)
+    study = mesh.w2w
+    study.patch_size = empties[0].empty_display_size
+    study.patch_collection, study.chosen_collection = placed, chosen
+    for empty in empties:  # without W2W their names are the only marks; the panel has its own
+        empty.show_name = empty.show_in_front = False
+        empty.select_set(False)
+    study.results_near = os.curdir
+    fill(mesh, run, clips)
+    remove_record(mesh)
+    return opened_text(mesh)
+
+
+def check_fits(mesh: bpy.types.Object, run: StudyResults) -> None:
+    """Refuse, by a ValueError, a run whose parts do not belong together."""
+    patches, utility = run.patches, run.utility
+    if len(patches.labels) != len(mesh.data.vertices) or patches.triangles.max() >= len(patches.labels):
+        raise ValueError(f"the patches are of another body than '{mesh.name}'")
+    if utility.f1.shape != (len(patches), len(utility.activities)):
+        raise ValueError(f"the ranking is of other patches than those of '{mesh.name}'")
+    try:
+        StudyConfig.from_dict(run.parameters)
+    except ValueError as error:
+        raise ValueError(f"the parameters of the run cannot be understood: {error}") from error
+
+
+def clips_of(
+    run: StudyResults, signals: Mapping[str, str], actions: Mapping[str, bpy.types.Action | None]
+) -> list[dict[str, Any]]:
+    """The clips of a run by the panel's properties, those that could not be used last.
+
+    ValueError if the run's summary does not say what is needed of a clip.
+    """
+    try:
+        used = [
+            {
+                "action": actions.get(clip.name),  # before its activity, which is noted on it
+                "name": clip.name,
+                "file": entry["file"],
+                "activity": clip.activity,
+                "subject": clip.subject,
+                "n_frames": int(entry["frames"]),
+                "rate": float(entry["frame_rate"]),
+                "skeleton": str(entry.get("skeleton", "")),
+                "scale": float(entry.get("scale", 1.0)),
+                "motion_key": clip.motion_key,
+                "signals": signals.get(clip.name, ""),
+                "stored_as": clip.name,
+                "problem": "" if actions.get(clip.name) is not None else GONE,
+                "source_sha256": run.source_hashes.get(entry["file"], ""),
+            }
+            for entry, clip in zip(run.summary["used"], run.clips, strict=True)
+        ]
+    except KeyError as error:
+        raise ValueError(
+            f"{run.out}: summary.json does not say {error} of a clip: run the study again"
+        ) from error
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{run.out}: what summary.json says of clips is damaged: {error}") from error
+    skipped = run.summary.get("skipped", [])
+    return used + [
+        {"name": shown(Path(entry["file"]).name), "file": entry["file"], "problem": entry["reason"]}
+        for entry in skipped
+    ]
+
+
+def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:
+    """Give a body that has its patches everything else that a run found; `clips` as `clips_of` gives them."""
+    study, config = mesh.w2w, run.config()
+    body, own = body_of(mesh), Body.bundled()  # its sliders fit W2W's own body in its average shape
+    study.is_body = True
+    study.has_shape = body.vertices.shape == own.vertices.shape and np.allclose(
+        body.vertices, own.vertices, atol=1e-6
+    )
+    study.parameters = json.dumps(run.parameters)
+    take_over(study)
+    study.patches_text, study.patches_key = pack(run.patches)
+    own_placements.take_over(study)
+    _set_parameters(study, config)
+    study.clips.clear()
+    settings = bake_settings(study)
+    with without_updates():
+        for values in clips:
+            clip = study.clips.add()
+            for name, value in values.items():
+                setattr(clip, name, value)
+            clip.baked_as = settings if clip.signals else ""
+    results.store(mesh, run.utility, rank_settings(study))
+    _advise(mesh, {"worn_together": run.summary.get("worn_together")})
+    results.show_colours(bpy.context)
+    find_folder(study)
+
+
+def find_folder(study: bpy.types.PropertyGroup) -> None:
+    """Look for the results folder that has a study's signals: near the .blend file, else where it was."""
+    folders = []
+    if study.results_near and bpy.data.filepath:
+        folders.append((Path(bpy.data.filepath).parent / study.results_near).resolve())
+    if study.results_folder:
+        folders.append(Path(study.results_folder))
+    found = [folder for folder in folders if (folder / SUMMARY).is_file()]
+    if found:
+        study.results_folder = str(found[0])
+
+
+def opened_text(mesh: bpy.types.Object) -> str:
+    """What was opened, and which signals are not there, in sentences."""
+    study = mesh.w2w
+    stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
+    text = f"Opened a finished run: {len(stored)} clips on {len(patches_of(mesh))} patches"
+    lost = [clip for clip in stored if not signal_cache.has(clip)]
+    if not lost:
+        return text
+    where = f"in {study.results_folder}" if study.results_folder else "beside this file"
+    return (
+        f"{text}. The signals of {len(lost)} clips are not {where}: locate the results folder, or bake them "
+        "again (step 4)"
+    )
+
+
+def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
+    with without_updates():
+        show_config(study, config)
+        study.patch_seed, study.window_s = config.seed, config.windows.length_s
+        if config.own_sensor is not None and config.own_sensor.name == config.sensor:
+            keep_own_sensor(study, config.own_sensor)
+            study.sensor = OWN
+        else:
+            study.sensor = config.sensor
+        keep_further(study, config.further)
+
+
+def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
+    """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
+    try:
+        advice.keep(mesh.w2w, content)
+        known = range(len(patches_of(mesh)))
+        whole = all(row.patch in known for row in mesh.w2w.worn)
+    except (KeyError, TypeError, ValueError):
+        whole = False
+    if not whole:
+        advice.forget(mesh.w2w)
+    results.mark_chosen(mesh)

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A ranking on the body: heatmaps, the chosen sensors and the table of regions."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...core.colours import score_range
+from ...core.findings.sources import Shown, source_caution, system_of
+from ...core.patches.patches import PatchSet
+from ...core.ranking.utility import UtilityMap
+from ...core.selection.advice import best_single
+from ...core.selection.headline import (
+    CANNOT_RANK,
+    as_good_as,
+    best_spot_sentence,
+    confidence_sentence,
+    mean_caution,
+    mean_sentence,
+)
+from ...core.selection.terms import Terms
+from ...core.wording import capital
+from ...scene import heatmap
+from ...scene.base.patches import empties_by_patch
+from ...scene.files.packing import pack
+from ..study import advice
+from ..study.counting import is_as_ranked, list_activities
+from ..study.lists import list_labels
+from ..study.scores import (
+    EXPECTED,
+    MEAN_VIEW,
+    NOTHING,
+    activity_scores,
+    beside_of,
+    colour_range,
+    expected_mean,
+    mean_scores,
+    minus_index,
+    shown_scores,
+    view_index,
+)
+from ..study.state import config_of, patches_of, run_of, usable, utility_of, without_updates
+from ..viewport import legend, on_character
+
+TABLE_ROWS = 8
+CHOSEN_SCALE = 1.4
+"""Radius of a chosen sensor's sphere, in lengths of a patch's axes."""
+
+_waiting: set[str] = set()
+"""Bodies to paint when they leave Edit Mode."""
+
+
+def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
+    """Keep a ranking in the file and show it on the body."""
+    study = body.w2w
+    first = not study.utility_key
+    if first:
+        study.show_patches = False  # hundreds of axes would hide the colours
+    same = not first and [activity.name for activity in study.activities] == list(utility.activities)
+    study.utility_text, study.utility_key = pack(utility)
+    study.ranked_as = ranked_as
+    ranked = [clip for clip in usable(study) if clip.activity in utility.activities]
+    caution = source_caution(
+        [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in ranked]
+    )
+    study.source_caution = f"{capital(caution)}." if caution else ""
+    with without_updates():
+        list_activities(study, utility.activities, run_of(study))
+        if not same:
+            study.view, study.minus, study.activity_index = MEAN_VIEW, NOTHING, -1
+    if not body.data.materials:
+        body.data.materials.append(heatmap.heatmap_material())
+    paint(body)
+    list_regions(body)
+    choose(body)
+
+
+def clear(body: bpy.types.Object) -> None:
+    """Take a ranking away: it was of other patches."""
+    study = body.w2w
+    study.utility_text = study.utility_key = study.ranked_as = study.verdict = study.source_caution = ""
+    list_labels(study)
+    study.chosen.clear()
+    study.regions.clear()
+    advice.forget(study)
+    study.picked = study.compared = -1
+    on_character.clear(body)
+    legend.remove(body)
+    heatmap.remove_heatmaps(body)
+    if study.chosen_collection is not None:
+        bpy.data.collections.remove(study.chosen_collection)
+
+
+def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
+    """A caution where the clips cannot rank, else empty; and the headline, sentence by sentence."""
+    caution = "" if utility.can_rank else f"{CANNOT_RANK}."
+    if not is_as_ranked(study, utility):
+        mean = expected_mean(study, utility)
+        best = int(mean.argmax())
+        score = f"expected F1 {mean[best]:.2f} over the activities that count"
+        return caution, [
+            f"{patches.names[best].capitalize()}, {score}. Intervals are of all activities alone."
+        ]
+    best = best_single(utility)
+    sentences = [f"{best_spot_sentence(best, utility, patches)}."]
+    if len(as_good_as(best, utility)) > 1:
+        sentences.append(f"The highest of them: {patches.names[best]}.")
+    sentences += [f"{text}." for text in (mean_sentence(utility), confidence_sentence(utility)) if text]
+    return caution, sentences
+
+
+def fit_range(body: bpy.types.Object) -> None:
+    """Let one fixed colour range span the scores of all activities."""
+    study, utility = body.w2w, utility_of(body.w2w)
+    with without_updates():
+        study.fix_range = True
+        scores = activity_scores(study, utility)
+        study.range_low, study.range_high = score_range(scores, utility.colour_span)
+    paint(body)
+
+
+def paint(body: bpy.types.Object, follow: bool = True) -> None:
+    """Colour the body's heatmaps, and show the one chosen; bodies beside which it is shown may follow."""
+    study, patches = body.w2w, patches_of(body)
+    utility = utility_of(study)
+    if utility is None or patches is None:
+        return
+    if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
+        _waiting.add(body.name)
+        return
+    one_scale = study.fix_range or beside_of(study) is not None
+    low, high = colour_range(study, shown_scores(study, utility), utility) if one_scale else (None, None)
+    heatmap.add_heatmaps(
+        body,
+        patches,
+        activity_scores(study, utility),
+        utility.activities,
+        mean_scores(study, utility),
+        low,
+        high,
+        study.colour_map,
+        heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
+        utility.colour_span,
+    )
+    if minus_index(study) >= 0:
+        heatmap.add_difference(body, patches, shown_scores(study, utility))
+    on_character.paint(body)
+    legend.paint(body)
+    show(body)
+    for other in legend.bodies_beside(body) if follow else ():
+        paint(other, follow=False)
+
+
+def paint_waiting() -> None:
+    """Paint the bodies whose colours were changed while they were in Edit Mode, and are no longer."""
+    for body in [bpy.data.objects.get(name) for name in _waiting]:
+        if body is not None and not body.data.is_editmode:
+            _waiting.discard(body.name)
+            paint(body)
+
+
+def show(body: bpy.types.Object) -> None:
+    """Show the heatmap that the study's view names."""
+    names = heatmap.heatmap_names(body)
+    if not names:
+        return
+    less = minus_index(body.w2w) >= 0 and heatmap.DIFFERENCE in names
+    name = heatmap.DIFFERENCE if less else names[min(view_index(body.w2w), len(names) - 1)]
+    heatmap.show_heatmap(body, name)
+    on_character.show(body)
+
+
+def list_regions(body: bpy.types.Object) -> None:
+    """Fill the table of regions, each by its best patch."""
+    study, patches = body.w2w, patches_of(body)
+    utility = utility_of(study)
+    study.regions.clear()
+    if utility is None or patches is None:
+        return
+    mean = expected_mean(study, utility)
+    whole = is_as_ranked(study, utility) and not mean_caution(utility)
+    for patch in patches.best_of_regions(mean)[:TABLE_ROWS]:
+        row = study.regions.add()
+        row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
+        low, high = utility.expected_low[patch], utility.expected_high[patch]
+        row.low, row.high = (low, high) if whole else (0.0, 0.0)
+
+
+def choose(body: bpy.types.Object) -> None:
+    """Choose the best spot that the wishes leave, and mark it on the body."""
+    study, patches = body.w2w, patches_of(body)
+    utility = utility_of(study)
+    if utility is None or patches is None:
+        return
+    study.chosen.clear()
+    config = config_of(study)
+    try:
+        terms = Terms.checked(len(patches), config.max_places, **config.constraints.terms(patches))
+    except ValueError as error:
+        study.verdict = capital(error)
+        mark_chosen(body)
+        return
+    mean = expected_mean(study, utility)
+    if is_as_ranked(study, utility):
+        best = best_single(utility, terms.allowed)
+        study.verdict = best_spot_sentence(best, utility, patches, terms.allowed)
+    else:
+        best = int(np.where(terms.allowed, mean, -1).argmax())
+        study.verdict = f"{capital(patches.names[best])}, expected F1 {mean[best]:.2f}"
+    row = study.chosen.add()
+    row.patch, row.label, row.f1 = best, patches.names[best], mean[best]
+    mark_chosen(body)
+
+
+def mark_chosen(body: bpy.types.Object) -> None:
+    """Draw the leading set as spheres, in a collection of their own, and the others as axes."""
+    study = body.w2w
+    if study.patch_collection is None:
+        return
+    empties = empties_by_patch(study.patch_collection)
+    wanted = [empties[row.patch] for row in advice.leading(study) if row.patch in empties]
+    if study.chosen_collection is None:
+        study.chosen_collection = bpy.data.collections.new(f"Sensor Places: {body.name}")
+        study.chosen_collection.color_tag = "COLOR_01"
+        home = body.users_collection[0] if body.users_collection else bpy.context.scene.collection
+        home.children.link(study.chosen_collection)
+    collection = study.chosen_collection
+    for empty in list(collection.objects):
+        if empty not in wanted:
+            collection.objects.unlink(empty)
+            empty.empty_display_type = "ARROWS"
+            empty.empty_display_size = study.patch_size
+    for empty in wanted:
+        if empty.name not in collection.objects:
+            collection.objects.link(empty)
+        empty.empty_display_type = "SPHERE"
+        empty.empty_display_size = CHOSEN_SCALE * study.patch_size
+    _mark_character(body)
+
+
+def carry(body: bpy.types.Object) -> None:
+    """Show on the character what the body shows: it has one since now."""
+    if patches_of(body) is None or utility_of(body.w2w) is None:
+        return
+    on_character.paint(body)
+    show(body)
+    _mark_character(body)
+    show_colours(bpy.context)
+
+
+def _mark_character(body: bpy.types.Object) -> None:
+    patches, rows = patches_of(body), list(advice.leading(body.w2w))
+    if patches is not None and body.w2w.character is not None:
+        vertices = [int(patches.vertices[row.patch]) for row in rows]
+        on_character.mark(body, vertices, [row.label for row in rows])
+
+
+def hide_patches(study: bpy.types.PropertyGroup) -> None:
+    """Show or hide all patches, as the study says: by their collection, or they would still be evaluated."""
+    if study.patch_collection is not None:
+        study.patch_collection.hide_viewport = not study.show_patches
+
+
+def show_colours(context: bpy.types.Context) -> None:
+    """Let solid 3D views show colour attributes, or nobody would see the heatmap."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
+                area.spaces.active.shading.color_type = "VERTEX"

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What follows by itself when people undo, leave Edit Mode or delete a body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+
+from ...scene.base.patches import PATCH
+from ...scene.body.character import MARK
+from ...scene.second_body import BESIDE, remove_beside
+from ..jobs import jobs
+from . import results
+
+BUSY = 0.5
+"""Seconds until it is looked again whether a job has ended."""
+
+_counts: dict[str, int] = {}
+"""Objects of each scene when it was looked at last."""
+
+
+@bpy.app.handlers.persistent
+def undone(*_: object) -> None:
+    """Something was undone or redone: the message tells of what is no longer so."""
+    if jobs.running is None:
+        jobs.dismiss()
+
+
+@bpy.app.handlers.persistent
+def updated(scene: bpy.types.Scene, *_: object) -> None:
+    """The scene has changed: paint what waited for it, and look after the patches of deleted bodies."""
+    results.paint_waiting()
+    count = len(scene.objects)
+    if count < _counts.get(scene.name, 0) and not bpy.app.timers.is_registered(take_along):
+        bpy.app.timers.register(take_along, first_interval=0.0)  # nothing may be removed in a handler
+    _counts[scene.name] = count
+
+
+def take_along() -> float | None:
+    """Remove what deleted bodies leave: patches, sensors on characters, second bodies."""
+    if jobs.running is not None:
+        return BUSY
+    kept = _kept()
+    lost, beside = {*_lost_empties(kept), *_lost_marks(kept)}, _lost_beside(kept)
+    homes = {collection for item in lost for collection in item.users_collection}
+    emptied = [home for home in homes if not home.children and lost.issuperset(home.objects)]
+    bpy.data.batch_remove([*lost, *emptied])
+    remove_beside(beside)
+    for scene in bpy.data.scenes:
+        if scene.library is None and scene.w2w.body is not None and scene.w2w.body not in kept:
+            scene.w2w.body = None
+    return None
+
+
+def _kept() -> set[bpy.types.Object]:
+    """Objects that were not deleted: a collection has them, be it unlinked, for it can be linked again."""
+    homes = (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes))
+    return {item for home in homes for item in home.objects}
+
+
+def _lost_empties(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
+    """Empties whose body is deleted; where it is no object any more, they were a collection's own."""
+    lost: dict[object, bool] = {}
+    for item in bpy.data.objects:
+        if PATCH not in item or item.library is not None:
+            continue
+        if item.parent is not None:
+            key, check = item.parent, lambda item=item: item.parent not in kept
+        else:  # one that people set free is parented as an OBJECT is
+            key, check = item.users_collection[:1], lambda item=item: item.parent_type != "OBJECT"
+        if key not in lost:
+            lost[key] = check()
+        if lost[key]:
+            yield item
+
+
+def _lost_marks(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
+    """Sensors on characters whose body is deleted; people may keep them among other things."""
+    shown = {item.w2w.marks for item in kept if item.type == "MESH" and item.w2w.marks is not None}
+    for home in bpy.data.collections:
+        ours = home.library is None and home not in shown and all(MARK in item for item in home.objects)
+        if ours:
+            yield from home.objects
+
+
+def _lost_beside(kept: set[bpy.types.Object]) -> list[bpy.types.Object]:
+    """Second bodies whose body is deleted."""
+    copies = [item for item in bpy.data.objects if BESIDE in item and item.library is None]
+    shown = {item.w2w.beside for item in kept if item.type == "MESH"}
+    return [item for item in copies if item not in shown]
+
+
+HANDLERS = (
+    (bpy.app.handlers.undo_post, undone),
+    (bpy.app.handlers.redo_post, undone),
+    (bpy.app.handlers.depsgraph_update_post, updated),
+)
+
+
+def register() -> None:
+    """Follow from now on."""
+    for handlers, follow in HANDLERS:
+        handlers.append(follow)
+
+
+def unregister() -> None:
+    """Follow no more."""
+    if bpy.app.timers.is_registered(take_along):
+        bpy.app.timers.unregister(take_along)
+    for handlers, follow in HANDLERS:
+        handlers.remove(follow)
+    _counts.clear()

@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Signals of a study's clips and the ranking made of them, as jobs."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+from bpy.props import EnumProperty
+
+from ...core.body.body import Body
+from ...core.clip_files import WORK, ClipWindows, ranking_inputs
+from ...core.clip_ranking import LabelledClip, copies_among, rank_clips
+from ...core.findings.label_notes import copies_sentence
+from ...core.garments.caught import HAS_CAUGHT
+from ...core.imu.recording import ImuRecording
+from ...core.motion.duplicates import motion_signature
+from ...core.motion.source import reason_of
+from ...core.ranking.pooling import Pooling
+from ...core.ranking.utility import UtilityMap
+from ...core.study import describe, record_baked
+from ...core.wording import capital
+from ...scene.bake import PatchBaker
+from ...scene.base.body import body_of
+from ...scene.garments.bake import GarmentBaker
+from ..jobs.jobs import Step, Steps, as_steps, in_thread
+from ..jobs.on_body import is_there, on_body
+from ..jobs.preferences import cache_folder
+from ..results import results
+from ..study import signal_cache
+from ..study.garments import baker_steps
+from ..study.operators import IsJob
+from ..study.state import (
+    BAKED,
+    FAILED,
+    bake_settings,
+    config_of,
+    missing_for_bake,
+    missing_for_rank,
+    patches_of,
+    rank_settings,
+    selected,
+    state_of,
+)
+
+SHOWN_REASONS = 2
+
+UNBAKED = "cannot be baked"
+"""How the bake path of a clip begins that could not be."""
+
+AS_SHOWN = 1e-5
+"""How far single precision may be from a position, metres, or a weight."""
+
+
+class W2W_OT_bake_signals(IsJob, bpy.types.Operator):
+    """Simulate accelerometers and gyroscopes on all patches; Esc cancels"""
+
+    bl_idname = "w2w.bake_signals"
+    bl_label = "Bake Signals"
+
+    which: EnumProperty(
+        name="Which",
+        items=(
+            ("ALL", "All", "Bake every clip whose signals are missing or out of date"),
+            ("TICKED", "Ticked", "Bake the ticked clips, or the active one, even if they are up to date"),
+        ),
+    )
+
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return missing_for_bake(body)
+
+    def steps(self, body: bpy.types.Object) -> Steps:
+        study = body.w2w
+        if self.which == "ALL":
+            return bake_steps(body, to_bake(study))
+        ticked = {clip.name for clip in selected(study)}
+        chosen = [index for index, clip in enumerate(study.clips) if clip.name in ticked and clip.action]
+        return bake_steps(body, chosen)
+
+
+class W2W_OT_rank_patches(IsJob, bpy.types.Operator):
+    """Train and test a classifier at every patch, and show where activities are told apart best"""
+
+    bl_idname = "w2w.rank_patches"
+    bl_label = "Rank Patches"
+
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return missing_for_rank(body)
+
+    def steps(self, body: bpy.types.Object) -> Steps:
+        return rank_steps(body)
+
+
+@on_body
+def bake_steps(
+    mesh: bpy.types.Object,
+    indices: Sequence[int],
+    low: float = 0.0,
+    high: float = 1.0,
+    keep: bool = False,
+) -> Steps:
+    """Bake clips of a body: the surface through Blender, the signals in a thread.
+
+    A clip that cannot be baked is left without signals and says why. With `keep`, baked clips stay so where
+    the job is ended before the last.
+    """
+    if not indices:
+        return "All signals are up to date"
+    study, patches = mesh.w2w, patches_of(mesh)
+    before = {
+        index: (clip.signals, clip.baked_as, clip.bake_path)
+        for index, clip in ((index, study.clips[index]) for index in indices)
+    }
+    baker, failed = (yield from baker_steps(mesh, patches, low)), []
+    finished = False
+    try:
+        for number, index in enumerate(indices):
+            share = (high - low) / len(indices)
+            fraction = low + number * share
+            name = study.clips[index].name
+            yield Step(fraction, name)
+            try:
+                yield from _bake_clip(mesh, baker, index, fraction, fraction + share)
+            except Exception as error:  # even a fault of ours costs this clip alone
+                reason = reason_of(error)
+                failed.append(f"{name} ({reason})")
+                _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {reason}")
+        if len(failed) == len(indices) and not keep:
+            raise ValueError(f"No clip could be baked: {_some(failed)}")
+        finished = True
+    finally:
+        if not (finished or keep) and is_there(mesh):
+            for index, values in before.items():
+                _set_signals(mesh.w2w.clips[index], *values)
+    return _baked_text([study.clips[index] for index in indices], len(patches), failed)
+
+
+def _bake_clip(
+    mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, index: int, low: float, high: float
+) -> Steps:
+    """Bake one clip: its signals and features into the cache."""
+    study, folder = mesh.w2w, cache_folder()
+    settings, config = bake_settings(study), config_of(study)
+    clip, between = study.clips[index], low + 0.8 * (high - low)
+    name, labels = clip.name, (clip.activity, clip.subject, clip.name)
+    bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", low, between)
+
+    def work(told: Callable[[float], None]) -> str:
+        recording = record_baked(
+            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.on_cloth
+        )
+        told(0.5)
+        windows = describe(recording, config)
+        key = _key(recording, windows[0], settings)
+        # an action that no motion tells has no signature: it is like no other
+        signature = np.empty(0) if bake.motion is None else motion_signature(bake.motion)
+        signal_cache.save(key, recording, windows, signature, folder)
+        return key
+
+    key = yield from in_thread(work, name, between, high)
+    _set_signals(mesh.w2w.clips[index], key, settings, f"{bake.path} path: {bake.reason}")
+    return name
+
+
+def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: list[str]) -> str:
+    """What was baked, how, and what could not be."""
+    done = len(clips) - len(failed)
+    text = f"Baked {done} clip{'s' * (done != 1)} on {patches} patches"
+    general = sum(clip.bake_path.startswith("general") for clip in clips)
+    if general:
+        text += f", {general} by Blender's evaluated mesh"
+    if caught := [clip.name for clip in clips if HAS_CAUGHT in clip.bake_path]:
+        text += f". {capital(HAS_CAUGHT)} in {_some(caught)}: do not trust its signals there"
+    return f"{text}. Not baked: {_some(failed)}" if failed else text
+
+
+@on_body
+def rank_steps(mesh: bpy.types.Object) -> Steps:
+    """Rank every patch, after baking again what the cache has lost."""
+    study = mesh.w2w
+    names = {clip.name for clip in ranked_clips(study)}
+    lost = [
+        index for index, clip in enumerate(study.clips) if clip.name in names and not signal_cache.has(clip)
+    ]
+    if lost:
+        yield from bake_steps(mesh, lost, 0.0, 0.4)
+    ranked_as, config = rank_settings(study), config_of(study)
+    used = [as_labelled(clip) for clip in ranked_clips(study)]
+    places = signal_cache.places_of(ranked_clips(study))
+    body, patches = body_as_run(mesh), patches_of(mesh)
+
+    def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+        windows = [ClipWindows.read(*place) for place in places]
+        inputs = ranking_inputs(places, windows, config.classifier, config.windows)
+        return rank_clips(used, windows, inputs, config, told, pooling=Pooling.on(body, patches))
+
+    low = 0.4 if lost else 0.0
+    utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)
+    yield Step(0.95, "painting heatmaps")
+    results.store(mesh, utility, ranked_as)
+    results.show_colours(bpy.context)
+    parts = [f"Ranked {len(utility.mean)} patches, {utility.protocol}"]
+    if utility.left_out:
+        parts.append(f"Left out: {_some(list(utility.left_out.values()))}")
+    return ". ".join(filter(None, [*parts, copies_sentence(copies_among(used, ranked))]))
+
+
+def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """The clips that a ranking is made of: baked, and with an activity."""
+    settings = bake_settings(study)
+    return [clip for clip in study.clips if state_of(clip, settings) == BAKED and clip.activity.strip()]
+
+
+def as_labelled(clip: bpy.types.PropertyGroup) -> LabelledClip:
+    """A clip by its labels, as core takes it."""
+    return LabelledClip(clip.name, clip.activity, clip.subject, clip.motion_key)
+
+
+def body_as_run(mesh: bpy.types.Object) -> Body:
+    """A study's body as the run that it was opened from had it: a mesh keeps single precision only."""
+    shown = body_of(mesh)
+    if not mesh.w2w.results_folder:
+        return shown
+    try:
+        run = Body.load(Path(mesh.w2w.results_folder) / WORK / "body.npz")
+    except (OSError, ValueError):
+        return shown
+    pairs = [(getattr(run, name), getattr(shown, name)) for name in ("vertices", "joints", "weights")]
+    same = all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=AS_SHOWN) for a, b in pairs)
+    return run if same else shown
+
+
+def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
+    """Numbers of the clips whose signals are missing or out of date."""
+    settings = bake_settings(study)
+    states = [state_of(clip, settings) for clip in study.clips]
+    return [
+        index
+        for index, (clip, state) in enumerate(zip(study.clips, states, strict=True))
+        if state != FAILED and not (state == BAKED and signal_cache.has(clip))
+    ]
+
+
+def _some(reasons: list[str]) -> str:
+    """The first reasons, and how many more there are: a panel is no report."""
+    more = len(reasons) - SHOWN_REASONS
+    text = "; ".join(reasons[:SHOWN_REASONS])
+    return f"{text}; and {more} more likewise" if more > 0 else text
+
+
+def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
+    """Key of what was baked: equal content, equal key, whichever study it is of."""
+    digest = hashlib.sha256(settings.encode())
+    for array in (recording.acc, recording.gyr, *recording.further.values(), features):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()[:32]
+
+
+def _set_signals(clip: bpy.types.PropertyGroup, key: str, settings: str, path: str) -> None:
+    clip.signals, clip.baked_as, clip.bake_path = key, settings, path

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Choose Sensors: what `w2w place` finds in a finished ranking, as a job of the panel's."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.body.body import Body
+from ...core.clip_files import ClipWindows
+from ...core.clip_ranking import rank_windows, same_motions
+from ...core.findings.advice_content import advice_content
+from ...core.ranking.pooling import Pooling
+from ...core.results_folder import StudyResults, advised
+from ...core.selection.advice import Advice
+from ...core.study import StudyConfig
+from ...core.wording import capital
+from ..jobs.jobs import Step, Steps, in_thread
+from ..jobs.on_body import on_body
+from ..results import results
+from ..study import counting, signal_cache
+from ..study.advice import keep
+from ..study.operators import IsJob, is_ranked
+from ..study.state import config_of, patches_of, rank_settings, utility_of
+from .baking import as_labelled, body_as_run, ranked_clips
+
+TITLE = "Choose Sensors"
+
+_poolings: dict[str, Pooling] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class SceneResults(StudyResults):
+    """A finished study that is in the scene; the files of its clips may lie in several folders."""
+
+    stored: tuple[tuple[Path, str], ...]
+    shown: Body
+
+    @property
+    def places(self) -> tuple[tuple[Path, str], ...]:
+        """Folder of each clip's files, and their name in it."""
+        return self.stored
+
+    def body(self) -> Body:
+        """The body of the study."""
+        return self.shown
+
+    def renamed(self, names: Sequence[str]) -> SceneResults:
+        """The same with other names of the clips."""
+        name_of = dict(zip((clip.name for clip in self.clips), names, strict=True))
+        pairs = zip(self.clips, names, strict=True)
+        clips = (replace(clip, name=name, motion_key=name_of[clip.motion_key]) for clip, name in pairs)
+        return replace(self, clips=tuple(clips))
+
+
+class W2W_OT_choose_sensors(IsJob, bpy.types.Operator):
+    """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
+
+    bl_idname = "w2w.choose_sensors"
+    bl_label = TITLE
+
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return missing_for_choice(body)
+
+    def steps(self, body: bpy.types.Object) -> Steps:
+        return choose_steps(body)
+
+
+def missing_for_choice(body: bpy.types.Object) -> str:
+    """What stands in the way of choosing sensors; empty where nothing does."""
+    if not is_ranked(body):
+        return "Rank the patches first (step 5)"
+    if body.w2w.ranked_as != rank_settings(body.w2w):
+        return "Clips or settings have changed since the ranking: rank again first (step 5)"
+    return ""
+
+
+@on_body
+def choose_steps(mesh: bpy.types.Object) -> Steps:
+    """Choose in a thread, then keep and mark what was chosen.
+
+    Where activities count otherwise than in the ranking, it is made anew, as by `w2w place`.
+    """
+    missing = missing_for_choice(mesh)
+    if missing:
+        raise ValueError(missing)
+    study, left_out = mesh.w2w, counting.left_out(mesh.w2w)
+    reweighed = counting.is_reweighed(study, utility_of(study))
+    found, advice = yield from advised_steps(mesh, config_of(study))
+    if reweighed and not left_out:
+        results.store(mesh, found.utility, study.ranked_as)
+    content = advice_content(advice, found.utility, found.patches)
+    keep(study, content)
+    results.mark_chosen(mesh)
+    sentence = (content["worn_together"] or content["best_single_patch"])["sentence"]
+    text = capital(sentence)
+    return f"{text}. Without {', '.join(left_out)}" if left_out else text
+
+
+def counted_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """The ranked clips of activities that are not left out."""
+    left_out = counting.left_out(study)
+    return [clip for clip in ranked_clips(study) if clip.activity not in left_out]
+
+
+def advised_steps(
+    mesh: bpy.types.Object, config: StudyConfig
+) -> Generator[Step, None, tuple[SceneResults, Advice]]:
+    """The ranked study in the scene as a results folder holds one, and the sensors chosen in it.
+
+    Clips of activities that are left out are not looked at. The others are ranked anew without them, and
+    where activities count otherwise than in the ranking.
+    """
+    study, utility, patches, body = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
+    left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
+    clips = counted_clips(study)
+    places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
+
+    def gather(_told: object) -> SceneResults:
+        ranked = same_motions(labelled, [ClipWindows.read(*place) for place in places])
+        return SceneResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
+
+    found = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
+    pooling = yield from in_thread(lambda _told: _pooling(found), "measuring the skin", 0.05, 0.2)
+    if left_out or reweighed:
+        text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
+        inputs, labels = found.inputs(config.classifier), found.labels()
+        anew = yield from in_thread(
+            lambda told: rank_windows(inputs, labels, config, told, pooling=pooling), text, 0.2, 0.3
+        )
+        found = replace(found, utility=anew)
+    advice = yield from in_thread(
+        lambda _told: advised(found, config, pooling), "choosing what to wear", 0.3, 1.0
+    )
+    return found, advice
+
+
+def _pooling(finished: SceneResults) -> Pooling:
+    """Pooling over the study's skin, kept: wishes change more often than bodies."""
+    body, patches = finished.body(), finished.patches
+    digest = hashlib.sha256(body.vertices.tobytes() + np.asarray(patches.vertices).tobytes()).hexdigest()
+    if digest not in _poolings:
+        _poolings.clear()
+        _poolings[digest] = Pooling.on(body, patches)
+    return _poolings[digest]

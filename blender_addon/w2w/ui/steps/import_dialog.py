@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The dialogs before an import, of files or of takes in the scene: which clips would get which label."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
+
+from ...core.findings.label_notes import label_notes
+from ...core.motion.import_plan import (
+    AUTOMATIC,
+    BY_CSV,
+    BY_FILE,
+    BY_FOLDER,
+    ImportPlan,
+    activity_of_action,
+    plan_files,
+    plan_folder,
+    without_known,
+)
+from ...core.motion.library import LibraryError
+from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
+from ..jobs import jobs
+from ..study.operators import OnBody
+from ..study.state import bodies, current_body
+from .motion_import import Wanted, import_steps, listed_files, wanted
+
+ROWS, NAMED = 12, 3
+"""Activities, and files left out, that a dialog has room for; names of each that are shown."""
+
+LONGEST = 64
+"""Characters of a row, or it would widen the dialog beyond the window."""
+
+WIDTH = 460
+"""Pixels of a dialog at a scale of 1."""
+
+
+FILES_LABELLED_BY = (
+    (AUTOMATIC, "Automatic", "By labels.csv in the folder, else the folders in it, else file names"),
+    (BY_FOLDER, "Folder", "By the folder that each file lies in"),
+    (
+        BY_FILE,
+        "File Name",
+        "By the name of each file, without what stands before an @ and a number in brackets",
+    ),
+    (BY_CSV, "CSV", "By a csv file with the columns file and activity"),
+)
+
+
+ALL = "*"
+"""Stands for every armature."""
+
+BY_ACTION, ONE = "ACTION", "ONE"
+
+TAKES_LABELLED_BY = (
+    (BY_ACTION, "Action Name", "By the name of each action or strip, where that says anything"),
+    (ONE, "One for All", "The same activity for all of them"),
+)
+
+_items: list[tuple[str, str, str]] = []
+"""Blender keeps no reference to the strings of a dynamic enum: this does."""
+
+
+class W2W_OT_import_labelled(OnBody, bpy.types.Operator):
+    """Import motion files with labels by folder, file name or csv, after a look at what they would be"""
+
+    bl_idname = "w2w.import_labelled"
+    bl_label = "Import Motions"
+    bl_options = {"REGISTER"}
+
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    labelled_by: EnumProperty(name="Label By", description="What labels the clips", items=FILES_LABELLED_BY)
+    csv: StringProperty(
+        name="CSV File",
+        description="File with the columns file and activity, and if wanted subject; labels.csv in the "
+        "folder by default",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
+    again: BoolProperty(
+        name="Take Files Again",
+        description="Import files, too, that are in the list already. One motion twice flatters a ranking: "
+        "it is tested on what it was trained on",
+        options={"SKIP_SAVE"},
+    )
+    planned: tuple[object, ImportPlan | LibraryError] | None = None
+    """The plan made last, and for which settings; another opening of the dialog reads the folder anew."""
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        return context.window_manager.invoke_props_dialog(self, width=WIDTH)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.row().prop(self, "labelled_by", expand=True)
+        if self.labelled_by == BY_CSV:
+            layout.prop(self, "csv")
+        try:
+            plan = self.plan(context)
+        except LibraryError as error:
+            layout.label(text=str(error), icon="ERROR", translate=False)
+            return
+        if plan.known or self.again:
+            layout.prop(self, "again")
+        known = [(name, "it is in the list already") for name in plan.known]
+        draw_preview(layout, plan.activities, [*known, *plan.left_out], label_notes(plan.check))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            plan = self.plan(context)
+        except LibraryError as error:
+            return jobs.show_error(self, str(error))
+        if not plan.clips and plan.known:
+            return jobs.show_error(self, "All of these files are in the list already")
+        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
+        return jobs.start(self, context, "Import Motions", steps)
+
+    def plan(self, context: bpy.types.Context) -> ImportPlan:
+        """Plan of the import as it is set; made anew only when that changes, for it is drawn often."""
+        names = tuple(file.name for file in self.files if file.name)
+        listed = tuple(listed_files(current_body(context)))
+        settings = (self.directory, names, self.labelled_by, self.csv, self.again, listed)
+        if self.planned is None or self.planned[0] != settings:
+            self.planned = settings, _plan(*settings)
+        if isinstance(self.planned[1], LibraryError):
+            raise self.planned[1]
+        return self.planned[1]
+
+
+def _plan(
+    directory: str, names: tuple[str, ...], by: str, csv: str, again: bool, listed: tuple[Path, ...]
+) -> ImportPlan | LibraryError:
+    folder, table = Path(directory), Path(bpy.path.abspath(csv)) if csv else None
+    try:
+        plan = (
+            plan_files([folder / name for name in names], by, table)
+            if names
+            else plan_folder(folder, by, table)
+        )
+    except LibraryError as error:
+        return error
+    return plan if again else without_known(plan, listed)
+
+
+def source_armatures(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The armatures of a scene that are the user's own."""
+    ours = {body.find_armature() for body in bodies(scene)}
+    armatures = [item for item in scene.objects if item.type == "ARMATURE" and item not in ours]
+    return [item for item in armatures if not stands_beside(item)]
+
+
+def _armatures(_self: W2W_OT_use_scene_animation, context: bpy.types.Context) -> list[tuple[str, str, str]]:
+    found = source_armatures((context or bpy.context).scene)
+    _items[:] = [(item.name, item.name, f"The actions of '{item.name}'") for item in found]
+    _items.append((ALL, "All Armatures", "The actions of every armature that is not a body's of W2W"))
+    return _items
+
+
+class W2W_OT_use_scene_animation(OnBody, bpy.types.Operator):
+    """Take all actions and NLA strips of an armature in the scene as clips; the armature is only read"""
+
+    bl_idname = "w2w.use_scene_animation"
+    bl_label = "Use Scene Animation"
+    bl_options = {"REGISTER"}
+
+    armature: EnumProperty(
+        name="Armature", description="Whose actions and NLA strips become clips", items=_armatures
+    )
+    labelled_by: EnumProperty(name="Label By", description="What labels the clips", items=TAKES_LABELLED_BY)
+    activity: StringProperty(name="Activity", description="What all of them show")
+    again: BoolProperty(
+        name="Take Again",
+        description="Take actions, too, that are in the list already. One motion twice flatters a ranking: "
+        "it is tested on what it was trained on",
+        options={"SKIP_SAVE"},
+    )
+
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        found = source_armatures(context.scene)
+        return "" if found else "There is no armature in the scene but W2W's own"
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        found = [item for item in source_armatures(context.scene) if self.takes(item)[0]]
+        if not found:
+            return jobs.show_error(self, "No armature of the scene has an action or strip that moves bones")
+        self.armature = (context.object if context.object in found else found[0]).name
+        return context.window_manager.invoke_props_dialog(self, width=WIDTH)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.prop(self, "armature")
+        layout.row().prop(self, "labelled_by", expand=True)
+        if self.labelled_by == ONE:
+            layout.prop(self, "activity")
+        wanted, known, left_out = self.found(context)
+        if known or self.again:
+            layout.prop(self, "again")
+        activities: dict[str, list[str]] = {}
+        for item in sorted(wanted, key=lambda item: item.activity):
+            activities.setdefault(item.activity, []).append(item.name)
+        draw_preview(layout, activities, [*known, *left_out])
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        wanted, known, left_out = self.found(context)
+        if not wanted:
+            text = "All of these are in the list already" if known else "There is no action that moves bones"
+            return jobs.show_error(self, text)
+        steps = import_steps(current_body(context), wanted, left_out)
+        return jobs.start(self, context, "Import Motions", steps)
+
+    def found(self, context: bpy.types.Context) -> tuple[list[Wanted], list[LeftOut], list[LeftOut]]:
+        """Takes to import, takes in the list already, and takes left out."""
+        listed = {clip.taken_from for clip in current_body(context).w2w.clips}
+        wanted, known, left_out = [], [], []
+        for armature in source_armatures(context.scene):
+            if self.armature not in (ALL, armature.name):
+                continue
+            takes, others = self.takes(armature)
+            left_out += others if self.armature != ALL else []  # they are another one's, which is there
+            for take in takes:
+                item = Wanted(Path(), take.name, self.label(take.name, armature.name), take=take)
+                if item.taken_from in listed and not self.again:
+                    known.append(LeftOut(take.name, "it is in the list already"))
+                else:
+                    wanted.append(item)
+        return wanted, known, left_out
+
+    def takes(self, armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftOut]]:
+        """The takes of an armature; looked for once, for the dialog is drawn often."""
+        if not hasattr(self, "_takes"):
+            self._takes = {}
+        if armature.name not in self._takes:
+            self._takes[armature.name] = scene_takes(armature)
+        return self._takes[armature.name]
+
+    def label(self, take: str, armature: str) -> str:
+        """The activity of a take."""
+        if self.labelled_by == ONE:
+            return self.activity.strip()
+        return activity_of_action(take, armature)
+
+
+def draw_preview(
+    layout: bpy.types.UILayout,
+    activities: Mapping[str, Sequence[str]],
+    left_out: Sequence[tuple[str, str]],
+    notes: Sequence[str] = (),
+) -> None:
+    """Draw the names of clips by the activity they would get, then what is left out and why.
+
+    Clips without an activity are shown last: no ranking counts them.
+    """
+    count = sum(map(len, activities.values()))
+    labels = [activity for activity in activities if activity]
+    layout.label(
+        text=f"{count} clip{'s' * (count != 1)}, {len(labels)} activit{'y' if len(labels) == 1 else 'ies'}"
+    )
+    box = layout.box().column(align=True)
+    for activity in labels[:ROWS]:
+        _row(box, activity, activities[activity], "NONE")
+    if len(labels) > ROWS:
+        box.label(text=f"and {len(labels) - ROWS} more activities")
+    if activities.get(""):
+        _row(box, "No activity, not ranked", activities[""], "ERROR")
+    for note in notes:
+        layout.label(text=_cut(note), icon="INFO", translate=False)
+    if left_out:
+        layout.label(text=f"{len(left_out)} left out")
+        box = layout.box().column(align=True)
+        for name, reason in left_out[:ROWS]:
+            box.label(text=_cut(f"{name}: {reason}"), icon="X", translate=False)
+        if len(left_out) > ROWS:
+            box.label(text=f"and {len(left_out) - ROWS} more: the list says why")
+
+
+def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: str) -> None:
+    split = layout.split(factor=0.35)
+    split.label(text=_cut(f"{activity}  ({len(names)})"), icon=icon, translate=False)
+    about = split.row()
+    about.active = False
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    about.label(text=_cut(", ".join(names[:NAMED]), LONGEST - len(more)) + more, translate=False)
+
+
+def _cut(text: str, longest: int = LONGEST) -> str:
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"

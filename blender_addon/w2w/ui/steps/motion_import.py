@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motions into a study's list: files or takes of the scene, retargeted to the body as actions."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import bpy
+
+from ...core.file_names import shown
+from ...core.files import file_sha256
+from ...core.motion.import_plan import ImportPlan, same_files
+from ...core.motion.source import reason_of
+from ...core.wording import free_name
+from ...scene.base.actions import write_action
+from ...scene.base.body import armature_of, body_of
+from ...scene.motion.load import Carried, Source, carry, read_motion
+from ...scene.motion.scene_takes import SceneTake, read_scene_take
+from ..jobs.jobs import Step, Steps, as_steps
+from ..jobs.on_body import on_body
+from ..study.lists import list_labels
+from ..study.state import without_updates
+
+
+class Wanted(NamedTuple):
+    """A file or a take of the scene to import, and its labels."""
+
+    path: Path
+    name: str
+    activity: str
+    subject: str = ""
+    motion_key: str = ""
+    take: SceneTake | None = None
+
+    @property
+    def shown(self) -> str:
+        """Its name for people."""
+        return self.name if self.take is not None else shown(self.path.name)
+
+    @property
+    def taken_from(self) -> str:
+        """Armature and take that it is from; empty of a file."""
+        return "" if self.take is None else f"{self.take.take.armature.name}|{self.take.name}"
+
+
+def wanted(plan: ImportPlan) -> list[Wanted]:
+    """Files that a plan would import, with their labels."""
+    return [Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key) for clip in plan.clips]
+
+
+def listed_files(mesh: bpy.types.Object) -> list[Path]:
+    """Files that clips of the list were read from, where they still are."""
+    files = [Path(clip.file) for clip in mesh.w2w.clips if clip.file and not clip.problem]
+    return [file for file in files if file.is_absolute() and file.is_file()]
+
+
+@on_body
+def import_steps(
+    mesh: bpy.types.Object, wanted: Sequence[Wanted], left_out: Sequence[tuple[str, str]] = ()
+) -> Steps:
+    """Import motions one by one; what cannot be used stays in the list and says why, as what is left out.
+
+    The names of the latter come with their reasons.
+    """
+    body, armature = body_of(mesh), armature_of(mesh)
+    before = len(mesh.w2w.clips)
+    twice = _listed_already(mesh, wanted)
+    failed = unlabelled = 0
+    finished = False
+    try:
+        for number, item in enumerate(wanted):
+            yield Step(number / len(wanted), item.shown)
+            try:
+                source = yield from _read(item, number, len(wanted))
+                add_clip(mesh, armature, carry(source, body), item)
+                unlabelled += not item.activity
+            except Exception as error:  # even a fault of ours costs this clip alone
+                failed += 1
+                _add_failed(mesh, item.path, item.shown, reason_of(error))
+        for name, reason in left_out:
+            _add_failed(mesh, Path(), name, reason)
+        finished = True
+    finally:
+        if not finished:
+            remove_clips(mesh, range(before, len(mesh.w2w.clips)))
+    mesh.w2w.clip_index = before
+    list_labels(mesh.w2w)
+    return _outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice)
+
+
+def _read(item: Wanted, number: int, count: int) -> Generator[Step, None, Source]:
+    """Read a motion; one that Blender must play to be read gives the window its turn after each frame."""
+    if item.take is None:
+        return read_motion(item.path)
+    frames = read_scene_take(item.take)
+    return (yield from as_steps(frames, item.shown, number / count, (number + 1) / count))
+
+
+def _listed_already(mesh: bpy.types.Object, wanted: Sequence[Wanted]) -> list[str]:
+    """Names of motions that the list has already, from the same file or a copy of it, or the same take."""
+    listed = listed_files(mesh)
+    takes = {clip.taken_from for clip in mesh.w2w.clips} - {""}
+    copies = same_files([*listed, *(item.path for item in wanted if item.take is None)])
+    return [
+        item.shown
+        for item in wanted
+        if item.taken_from in takes or item.path in listed or copies.get(item.path) in listed
+    ]
+
+
+def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list[str]) -> str:
+    """Result of an import, and what the user should look at, in a sentence."""
+    parts = [f"Imported {used} motion{'s' * (used != 1)}"]
+    if failed:
+        parts.append(f"{failed} file{'s' * (failed != 1)} cannot be used: the list says why")
+    if left_out:
+        parts.append(f"{left_out} left out: the list says why")
+    if unlabelled:
+        parts.append(f"{unlabelled} without an activity, which no ranking counts: type it in the list")
+    if twice:
+        more = f" and {len(twice) - 1} more" if len(twice) > 1 else ""
+        parts.append(f"'{twice[0]}'{more} was in the list already: one motion twice flatters a ranking")
+    return "; ".join(parts)
+
+
+def add_clip(
+    mesh: bpy.types.Object, armature: bpy.types.Object, carried: Carried, item: Wanted
+) -> bpy.types.PropertyGroup:
+    """Write a motion as an action of the body and list it."""
+    name = _free_name(mesh, item.name)
+    source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
+    motion = carried.motion.labelled(item.activity, item.subject, name)
+    action = write_action(armature, motion, name)
+    clip = mesh.w2w.clips.add()
+    clip.name, clip.subject = name, item.subject
+    clip.file, clip.source_sha256 = source
+    with without_updates():  # activities are listed when all clips are in
+        clip.action, clip.activity = action, item.activity
+    clip.n_frames, clip.rate = motion.n_frames, motion.rate
+    clip.skeleton, clip.scale = carried.skeleton, carried.scale
+    clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
+    return clip
+
+
+def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
+    """Take clips off the list, with their actions."""
+    study = mesh.w2w
+    indices = sorted(indices, reverse=True)
+    actions = [study.clips[index].action for index in indices]
+    for index in indices:
+        study.clips.remove(index)
+    bpy.data.batch_remove([action for action in actions if action is not None])
+    list_labels(study)
+    study.clip_index = min(max(study.clip_index, 0), max(len(study.clips) - 1, 0))
+
+
+def _add_failed(mesh: bpy.types.Object, file: Path, name: str, reason: str) -> None:
+    name = _free_name(mesh, name)
+    clip = mesh.w2w.clips.add()
+    clip.name, clip.file, clip.problem = name, str(file) if file.name else "", reason
+
+
+def _free_name(mesh: bpy.types.Object, name: str) -> str:
+    """A name that no clip of the list has: clips of one name would count as one motion."""
+    return free_name(name, set(mesh.w2w.clips.keys()), "{} {:03d}", 1)

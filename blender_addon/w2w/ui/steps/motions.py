@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Step 2: fill the list of motions, label them, play them on the body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
+
+from ...core.motion.import_plan import ImportPlan, plan_files, plan_folder
+from ...core.motion.library import MOTION_SUFFIXES, LibraryError
+from ...core.motion.source import UnusableMotion
+from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
+from ...scene.base.body import armature_of, body_of
+from ...scene.base.playback import active_action
+from ...scene.motion.load import carry
+from ...scene.motion.source_beside import keep_pace_beside, remove_source
+from ...scene.motion.takes import best_take
+from ..jobs import jobs
+from ..study.lists import list_labels
+from ..study.operators import AsksForFile, OnBody, OnClips
+from ..study.state import current_body, selected, without_updates
+from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted
+
+Context = bpy.types.Context
+
+
+class _Import(AsksForFile, OnBody):
+    """Import motions at once; of those chosen in the browser, show first how they would be labelled."""
+
+    bl_options = {"REGISTER"}
+    asked = False
+    """Whether they were chosen in Blender's file browser."""
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        self.asked = True
+        return super().invoke(context, event)
+
+    def execute(self, context: Context) -> set[str]:
+        if self.asked:
+            files = [{"name": name} for name in self.names()]
+            bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory, files=files)
+            return {"FINISHED"}
+        try:
+            plan = self.plan(Path(self.directory))
+        except LibraryError as error:
+            return jobs.show_error(self, str(error))
+        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
+        return jobs.start(self, context, "Import Motions", steps)
+
+    def names(self) -> list[str]:
+        """Names of the files that were chosen; of none in a folder."""
+        return []
+
+
+class W2W_OT_import_motions(_Import, bpy.types.Operator):
+    """Import motion files (FBX, BVH, AMASS npz, smpl) onto the body; the files' own armatures are left out"""
+
+    bl_idname = "w2w.import_motions"
+    bl_label = "Import Motions onto Body"
+
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    filter_glob: StringProperty(
+        default=";".join(f"*{suffix}" for suffix in MOTION_SUFFIXES), options={"HIDDEN"}
+    )
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        dropped = self.names()
+        return self.execute(context) if dropped else super().invoke(context, event)
+
+    def names(self) -> list[str]:
+        return [file.name for file in self.files if file.name]
+
+    def plan(self, folder: Path) -> ImportPlan:
+        return plan_files(folder / name for name in self.names())
+
+
+class W2W_OT_import_folder(_Import, bpy.types.Operator):
+    """Import all motion files of a folder; a labels.csv, the folders in it or file names label them"""
+
+    bl_idname = "w2w.import_folder"
+    bl_label = "Import Folder"
+
+    directory: StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"})
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    plan = staticmethod(plan_folder)
+
+
+class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
+    """Take the motion of the active armature of the scene; the armature itself is left as it is"""
+
+    bl_idname = "w2w.add_armature_motion"
+    bl_label = "Add Motion of Active Armature"
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        item = context.object
+        if item is not None and item.type == "ARMATURE" and item != armature_of(body):
+            return ""
+        return "Select an animated armature that is not the body's own"
+
+    def execute(self, context: Context) -> set[str]:
+        mesh, source = current_body(context), context.object
+        playing = active_action(source)
+        try:
+            carried = carry(best_take([source], None if playing is None else [playing]), body_of(mesh))
+        except UnusableMotion as error:
+            return jobs.show_error(self, f"{source.name}: {error}")
+        add_clip(mesh, armature_of(mesh), carried, Wanted(Path(), source.name, ""))
+        mesh.w2w.clip_index = len(mesh.w2w.clips) - 1
+        jobs.dismiss()
+        return {"FINISHED"}
+
+
+class W2W_OT_preview_clip(bpy.types.Operator):
+    """Play this clip on the body"""
+
+    bl_idname = "w2w.preview_clip"
+    bl_label = "Preview Clip"
+    bl_options = {"REGISTER", "UNDO"}
+
+    index: IntProperty(name="Clip", description="Number of the clip in the list", default=-1)
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        cls.poll_message_set("Import motions first")
+        return current_body(context) is not None and len(current_body(context).w2w.clips) > 0
+
+    def execute(self, context: Context) -> set[str]:
+        """Let the armature play it at its speed over the preview range; the scene's own is left alone."""
+        mesh, scene = current_body(context), context.scene
+        if self.index >= 0:
+            mesh.w2w.clip_index = min(self.index, len(mesh.w2w.clips) - 1)
+        clip = mesh.w2w.clips[mesh.w2w.clip_index]
+        if clip.action is None:
+            return jobs.show_error(self, f"{clip.name}: {clip.problem}")
+        keep_pace(clip.action)
+        keep_pace_beside(clip.name)
+        show_action(armature_of(mesh), clip.action)
+        scene.use_preview_range = True
+        scene.frame_preview_start = int(FIRST_FRAME)
+        scene.frame_preview_end = last_frame(clip)
+        scene.frame_set(int(FIRST_FRAME))
+        return {"FINISHED"}
+
+
+class W2W_OT_relabel_clips(OnClips, bpy.types.Operator):
+    """Give all ticked clips the same activity"""
+
+    bl_idname = "w2w.relabel_clips"
+    bl_label = "Relabel Ticked"
+
+    activity: StringProperty(name="Activity", description="Label for all ticked clips")
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        clips = selected(current_body(context).w2w)
+        self.activity = clips[0].activity if clips else ""
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: Context) -> set[str]:
+        label = self.activity.strip()
+        if not label:
+            return jobs.show_error(self, "Type an activity: clips without one cannot be ranked")
+        clips = selected(current_body(context).w2w)
+        with without_updates():
+            for clip in clips:
+                clip.activity = label
+        list_labels(current_body(context).w2w)
+        self.report({"INFO"}, f"{len(clips)} clips are now '{label}'")
+        return {"FINISHED"}
+
+
+class W2W_OT_remove_clips(OnClips, bpy.types.Operator):
+    """Remove the ticked clips, or the active one where none is ticked, with their actions"""
+
+    bl_idname = "w2w.remove_clips"
+    bl_label = "Remove Clips"
+
+    def execute(self, context: Context) -> set[str]:
+        mesh = current_body(context)
+        clips = mesh.w2w.clips
+        ticked = [index for index, clip in enumerate(clips) if clip.selected] or [mesh.w2w.clip_index]
+        for index in ticked:
+            remove_source(clips[index].name)
+        remove_clips(mesh, ticked)
+        return {"FINISHED"}
+
+
+class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
+    """Tick clips for Relabel, Remove and Bake"""
+
+    bl_idname = "w2w.tick_clips"
+    bl_label = "Tick Clips"
+
+    which: EnumProperty(
+        name="Which",
+        items=(
+            ("ALL", "All", "Tick all clips"),
+            ("NONE", "None", "Tick no clip"),
+            ("INVERT", "Invert", "Tick the clips that are not ticked, and only those"),
+            ("ACTIVITY", "Same Activity", "Tick the clips of the active clip's activity"),
+            ("PROBLEM", "Unusable", "Tick the files that cannot be used"),
+        ),
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        study = current_body(context).w2w
+        active = study.clips[study.clip_index].activity
+        for clip in study.clips:
+            clip.selected = {
+                "ALL": True,
+                "NONE": False,
+                "INVERT": not clip.selected,
+                "ACTIVITY": clip.activity == active,
+                "PROBLEM": bool(clip.problem),
+            }[self.which]
+        return {"FINISHED"}
+
+
+def last_frame(clip: bpy.types.PropertyGroup) -> int:
+    """Last frame of a clip on the time line that its action is keyed on."""
+    return round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The part of each activity: counted by its weight, background (trained against, in no mean) or left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import bpy
+import numpy as np
+
+from ...core.motion.labels import same_label
+from ...core.ranking.utility import UtilityMap
+from ...core.ranking.weights import counting
+from ...core.study import StudyConfig
+from .declared import as_given
+
+COUNTED, BACKGROUND, LEFT_OUT = "COUNTED", "BACKGROUND", "LEFT_OUT"
+"""Parts that an activity takes."""
+
+Group = bpy.types.PropertyGroup
+
+
+def part_of(activity: Group) -> str:
+    """The part that an activity takes."""
+    if not activity.use:
+        return LEFT_OUT
+    return BACKGROUND if activity.background else COUNTED
+
+
+def set_part(activity: Group, part: str) -> None:
+    """Let an activity take a part."""
+    activity.use, activity.background = part != LEFT_OUT, part == BACKGROUND
+
+
+def ticked(study: Group) -> np.ndarray:
+    """Mask of the activities that are not left out, shape (A,); all True where every one would be."""
+    used = np.array([activity.use for activity in study.activities], dtype=bool)
+    return used if used.any() else np.ones(len(used), dtype=bool)
+
+
+def left_out(study: Group) -> list[str]:
+    """Names of the activities that are left out; none where every one would be."""
+    return [
+        activity.name for activity, taken in zip(study.activities, ticked(study), strict=True) if not taken
+    ]
+
+
+def shown_weights(study: Group) -> np.ndarray:
+    """Weights of the activities in the heatmap, shape (A,); 1 for each that is ticked where none counts."""
+    weights = np.where(ticked(study), _weights(study), 0.0)
+    return weights if weights.any() else ticked(study).astype(np.float64)
+
+
+def is_as_ranked(study: Group, utility: UtilityMap) -> bool:
+    """Whether activities count as they did in the ranking, none of them left out."""
+    return np.array_equal(shown_weights(study), utility.weights)
+
+
+def is_reweighed(study: Group, utility: UtilityMap) -> bool:
+    """Whether an activity that is ticked counts otherwise than in the ranking."""
+    taken = ticked(study)
+    return not np.array_equal(_weights(study)[taken], utility.weights[taken])
+
+
+def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[tuple[str, float], ...]]:
+    """Background and weights as core takes them; those of the run opened where they say the same.
+
+    What is left out is in neither. Of activities that the ranking lacks the run's are kept.
+    """
+    taken = [activity for activity, is_in in zip(study.activities, ticked(study), strict=True) if is_in]
+    weights = [(one.name, _weight(one)) for one in taken if not one.background and _weight(one) != 1]
+    background = [one.name for one in taken if one.background]
+    if run.background or run.weights:
+        listed = {same_label(activity.name) for activity in study.activities}
+        unranked = {same_label(name) for name in {clip.activity for clip in study.clips}} - listed
+        background += [name for name in run.background if same_label(name) in unranked]
+        weights += [(name, weight) for name, weight in run.weights if same_label(name) in unranked]
+        names = sorted(
+            {activity.name for activity in study.activities} | {clip.activity for clip in study.clips}
+        )
+        if counting(names, background, weights) == counting(names, run.background, run.weights):
+            return run.background, run.weights
+    return tuple(background), tuple(weights)
+
+
+def list_activities(study: Group, activities: Iterable[str], run: StudyConfig) -> None:
+    """List activities: as they counted before, new ones as in the run opened."""
+    before = {item.name: (item.use, item.background, item.weight, item.given) for item in study.activities}
+    activities = list(activities)
+    counts = counting(activities, run.background, run.weights)
+    study.activities.clear()
+    for name in activities:
+        activity = study.activities.add()
+        activity.name = name
+        if name in before:
+            activity.use, activity.background, activity.weight, activity.given = before[name]
+        elif counts.get(name, 1.0):
+            activity.weight, activity.given = counts.get(name, 1.0), repr(counts.get(name, 1.0))
+        else:
+            activity.background = True
+
+
+def _weight(activity: Group) -> float:
+    return as_given(activity.weight, float(activity.given or "nan"))
+
+
+def _weights(study: Group) -> np.ndarray:
+    """Weights, 0 for background, whether ticked or not."""
+    return np.array([0.0 if one.background else _weight(one) for one in study.activities])

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Properties made of the parameters that a study's records declare, and numbers as they were given to one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, get_args
+
+import bpy
+
+from ...core.parameters import Parameter, parameters_of
+from ...core.study import StudyConfig
+
+SINGLE, DIGITS = 1e-6, 7
+"""Relative error and significant digits of a property, which is in single precision."""
+
+SHOWN = ("patches", "rate", "convention", "band", "root_band", "classifier", "folds", "by_subject")
+SHOWN += ("target", "every_activity", "max_places", "seed")
+"""Parameters of which each is one property, with the same value but for 0, which stands for none."""
+
+PROPERTIES = {"patches": "patch_count"}
+"""Properties that are not called as their parameter."""
+
+
+def declared(name: str, **other: Any) -> dict[str, Any]:
+    """Arguments of the property of a parameter of `StudyConfig`, with these `other` ones; 0 stands for none.
+
+    Where Blender shows the `unit`, the label does not.
+    """
+    parameter = parameters_of(StudyConfig)[name]
+    label = (
+        parameter.title if "unit" in other or not parameter.unit else f"{parameter.title} ({parameter.unit})"
+    )
+    about = {
+        "name": label,
+        "description": parameter.help.removesuffix(".") + "; 0 for none" * (parameter.default is None),
+        "default": 0 if parameter.default is None else parameter.default,
+        "min": 0 if _is_optional(parameter) else parameter.least,
+        "max": parameter.most,
+        "soft_min": parameter.usual[0],
+        "soft_max": parameter.usual[1],
+    }
+    return {key: value for key, value in about.items() if value is not None} | other
+
+
+def config_values(study: bpy.types.PropertyGroup, run: StudyConfig) -> dict[str, Any]:
+    """Fields of a config by the properties that were set; numbers that were not touched are the run's own."""
+    fields: dict[str, Any] = {}
+    for name in SHOWN:
+        parameter, shown = parameters_of(StudyConfig)[name], PROPERTIES.get(name, name)
+        if not study.is_property_set(shown):
+            continue
+        value = getattr(study, shown)
+        if isinstance(value, float):
+            value = as_given(value, parameter.of(run) or 0.0)
+        if _is_optional(parameter):
+            value = value or None
+        *inside, field = parameter.path
+        (fields.setdefault(inside[0], {}) if inside else fields)[field] = value
+    return {
+        name: replace(getattr(run, name), **value) if isinstance(value, dict) else value
+        for name, value in fields.items()
+    }
+
+
+def show_config(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
+    """Let the panel's properties show a config."""
+    for name in SHOWN:
+        value = parameters_of(StudyConfig)[name].of(config)
+        setattr(study, PROPERTIES.get(name, name), 0 if value is None else value)
+
+
+def _is_optional(parameter: Parameter) -> bool:
+    return type(None) in get_args(parameter.kind)
+
+
+def as_given(shown: float, given: float) -> float:
+    """A property's value: the one given where it is that in single precision, else in few digits."""
+    return given if abs(shown - given) <= SINGLE * abs(given) else float(f"{shown:.{DIGITS}g}")

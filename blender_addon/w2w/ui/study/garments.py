@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The garments of a study's body, and bakers of patches that garments may cover."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Generator
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+import bpy
+from bpy.props import CollectionProperty, PointerProperty
+
+from ...core.garments.cover import FITTED, Cover, cover, load_covers
+from ...core.garments.cut import cut
+from ...core.patches.patches import PatchSet
+from ...scene.bake import PatchBaker
+from ...scene.base.body import body_of
+from ...scene.garments.bake import GarmentBaker, around_body, check_garment, refuse_bare
+from ...scene.garments.cloth import KIND, refit
+from ..jobs.jobs import Step, in_thread
+from ..jobs.on_body import is_there
+
+T = TypeVar("T")
+
+
+class W2W_PG_garment(bpy.types.PropertyGroup):
+    """A garment on the body."""
+
+    item: PointerProperty(type=bpy.types.Object, name="Garment")
+
+
+class Wardrobe:
+    """The properties of a study for its garments."""
+
+    garments: CollectionProperty(type=W2W_PG_garment)
+
+
+def worn_by(study: bpy.types.PropertyGroup) -> list[bpy.types.Object]:
+    """The garments on the body, the outer first."""
+    return [row.item for row in study.garments if row.item is not None and is_there(row.item)]
+
+
+def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
+    """A hash of what is quickly read of the garments that signals depend on; empty without garments."""
+    parts = []
+    for item in worn_by(study):
+        modifiers = " ".join(f"{modifier.type}:{modifier.show_viewport}" for modifier in item.modifiers)
+        parts.append(f"{item.name} {len(item.data.vertices)} {modifiers}")
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12] if parts else ""
+
+
+BakerSteps = Generator[Step, None, PatchBaker | GarmentBaker]
+
+
+def baker_steps(mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0) -> BakerSteps:
+    """A baker of a study's patches, on the skin or with the garments over it, which are fitted in a thread.
+
+    `fraction` is the job's meanwhile. Raises `ValueError` if the body cannot be baked or a garment cannot
+    be worn.
+    """
+    garments = worn_by(mesh.w2w)
+    if not garments:
+        return PatchBaker(mesh, patches)
+    body = body_of(mesh)
+    for item in garments:
+        check_garment(item, mesh)
+        if KIND in item:
+            refit(item, mesh, (yield from _while_alive(partial(cut, item[KIND], body), item, fraction)))
+    covers = []
+    for item in garments:
+        work = partial(cover, *around_body(item, mesh), body, patches)
+        covers.append((yield from _while_alive(work, item, fraction)))
+        refuse_bare(item, mesh, covers[-1])
+    return GarmentBaker(mesh, patches, garments, covers)
+
+
+def _while_alive(work: Callable[[], T], item: bpy.types.Object, fraction: float) -> Generator[Step, None, T]:
+    """Work on arrays of a garment while the window stays alive."""
+    return (yield from in_thread(lambda _: work(), f"fitting {item.name}", fraction, fraction))
+
+
+def covers_steps(
+    mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0
+) -> Generator[Step, None, dict[str, Cover]]:
+    """What each garment of a study covers, by its name; in a run that was opened, each garment of that run.
+
+    Raises `OSError` or `ValueError` if a garment cannot be worn any more, or the run's folder does not say
+    what its garments covered.
+    """
+    study = mesh.w2w
+    if worn_by(study):
+        baker = yield from baker_steps(mesh, patches, fraction)
+        return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
+    run = json.loads(study.parameters).get("garments") if study.parameters else None
+    return load_covers(Path(study.results_folder) / FITTED) if run else {}

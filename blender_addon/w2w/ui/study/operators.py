@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Base classes of operators: their needs, the file they ask for, the job they start."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ..jobs import jobs
+from .state import current_body, patches_of, utility_of
+
+Context = bpy.types.Context
+
+
+def can_change(cls: type, context: Context) -> bool:
+    """Whether there is a body that nothing is working on."""
+    if current_body(context) is None:
+        cls.poll_message_set("Add a body first (step 1)")
+        return False
+    return jobs.can_start(cls, context)
+
+
+class OnBody:
+    """An operator that works on a body which no job is changing."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not can_change(cls, context):
+            return False
+        missing = cls.missing(context, current_body(context))
+        cls.poll_message_set(missing)
+        return not missing
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        """Say what the operator needs beside the body; empty where nothing."""
+        return ""
+
+
+class OnClips(OnBody):
+    """An operator that works on the list of clips."""
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if len(body.w2w.clips) else "Import motions first (step 2)"
+
+
+class OnPatches(OnBody):
+    """An operator that needs patches."""
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if patches_of(body) is not None else "Place patches first (step 3)"
+
+
+class OnRanking(OnBody):
+    """An operator that needs a ranking."""
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if is_ranked(body) else "Rank the patches first (step 5)"
+
+
+class AsksForFile:
+    """An operator that asks for a file or a folder first."""
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def path(self) -> Path:
+        """The file that was chosen."""
+        return Path(bpy.path.abspath(self.filepath))
+
+
+class IsJob(OnBody):
+    """An operator that is a job named like it: in the background from a button, at once from a script."""
+
+    bl_options = {"REGISTER"}
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        return jobs.start(self, context, self.bl_label, self.steps(current_body(context)))
+
+    def execute(self, context: Context) -> set[str]:
+        return jobs.run_now(self, self.bl_label, self.steps(current_body(context)))
+
+
+def is_ranked(body: bpy.types.Object) -> bool:
+    """Whether a body has patches and a ranking of them."""
+    return utility_of(body.w2w) is not None and patches_of(body) is not None

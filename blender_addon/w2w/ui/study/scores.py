@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scores that a study shows: of which activities, expected or on these clips, and in which heatmap."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...core.colours import score_range, span_note
+from ...core.ranking.utility import UtilityMap
+from ...core.ranking.weights import mean_over
+from ...core.selection.headline import mean_caution
+from ..jobs.on_body import is_there
+from .counting import is_as_ranked, shown_weights
+from .state import utility_of
+
+EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
+"""Values of the study's `scores`."""
+
+MEAN_VIEW = "MEAN"
+"""Value of the study's `view` that shows the mean."""
+
+NOTHING = "NOTHING"
+"""Value of the study's `minus` where no difference is shown."""
+
+
+def view_items(study: bpy.types.PropertyGroup) -> list[tuple[str, str, str, int]]:
+    """The mean and each activity, for a menu of heatmaps."""
+    mean = (MEAN_VIEW, "Mean of Activities", "Mean over the activities that count", 0)
+    names = enumerate((activity.name for activity in study.activities), start=1)
+    return [mean, *((f"A{number}", name, f"F1 for telling '{name}' apart", number) for number, name in names)]
+
+
+def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Expected F1 over the activities that count, shape (N,)."""
+    if is_as_ranked(study, utility):
+        return utility.expected_mean
+    return mean_over(utility.expected_f1, shown_weights(study))
+
+
+def raw_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """F1 on these clips over the activities that count, shape (N,)."""
+    return utility.mean if is_as_ranked(study, utility) else mean_over(utility.f1, shown_weights(study))
+
+
+def activity_scores(study: bpy.types.PropertyGroup, utility: UtilityMap, kind: str = "") -> np.ndarray:
+    """Scores of the heatmaps of the activities, shape (N, A): expected, or on these clips."""
+    return utility.expected_f1 if (kind or study.scores) == EXPECTED else utility.f1
+
+
+def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap, kind: str = "") -> np.ndarray:
+    """Scores of the heatmap of the mean over the activities that count, shape (N,)."""
+    if (kind or study.scores) == EXPECTED:
+        return expected_mean(study, utility)
+    return raw_mean(study, utility)
+
+
+def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:
+    """A patch's scores in words: what other clips would show, then what these showed."""
+    expected, raw = expected_mean(study, utility), raw_mean(study, utility)
+    rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
+    if not is_as_ranked(study, utility):
+        score = f"expected F1 {expected[patch]:.2f} over the activities that count"
+        return score, f"{rank}; on these clips {raw[patch]:.2f}"
+    low, high = utility.expected_low[patch], utility.expected_high[patch]
+    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
+    equal = ", as good as the best" if utility.as_good[patch] else ""
+    if mean_caution(utility):
+        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval)"
+        return score, f"{rank}{equal}; on these clips {raw[patch]:.2f}"
+    return (
+        f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
+        f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",
+    )
+
+
+def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+    """Scores of the heatmap that is shown, less those of the other where two are compared, shape (N,)."""
+    scores, minus = _scores_of(study, utility, view_index(study)), minus_index(study)
+    return scores if minus < 0 else scores - _scores_of(study, utility, minus)
+
+
+def beside_of(study: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
+    """The study whose map stands beside the one shown; None where none does."""
+    if study.beside is None or not is_there(study.beside):
+        return None
+    other = study.beside_body
+    return other.w2w if other is not None and is_there(other) and utility_of(other.w2w) is not None else study
+
+
+def beside_scores(study: bpy.types.PropertyGroup) -> np.ndarray | None:
+    """Scores of the map beside, of the kind shown, one a patch of its body; None where there is none."""
+    other = beside_of(study)
+    if other is None or utility_of(other) is None:
+        return None
+    return _scores_of(other, utility_of(other), max(view_of(other, study.beside_view), 0), study.scores)
+
+
+def _scores_of(study: bpy.types.PropertyGroup, utility: UtilityMap, index: int, kind: str = "") -> np.ndarray:
+    """Scores of a heatmap by its number."""
+    if index == 0:
+        return mean_scores(study, utility, kind)
+    return activity_scores(study, utility, kind)[:, index - 1]
+
+
+def view_index(study: bpy.types.PropertyGroup) -> int:
+    """Number of the heatmap that is shown: 0 is the mean, then the activities."""
+    return max(view_of(study, study.view), 0)
+
+
+def minus_index(study: bpy.types.PropertyGroup) -> int:
+    """Number of the heatmap that is taken off the one shown; -1 is none."""
+    return view_of(study, study.minus)
+
+
+def view_of(study: bpy.types.PropertyGroup, view: str) -> int:
+    """Number of the heatmap that a view names; -1 where it names none."""
+    if view in ("", NOTHING):
+        return -1
+    index = 0 if view == MEAN_VIEW else int(view[1:])
+    return index if index <= len(study.activities) else -1
+
+
+def colour_range(
+    study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap
+) -> tuple[float, float]:
+    """F1 at the two ends of the colours, which a map beside shares."""
+    if study.fix_range:
+        return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
+    return score_range(_with_beside(study, scores), utility.colour_span)
+
+
+def range_note(study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap) -> str:
+    """What the colour bar says where its colours span more than the scores; else empty."""
+    if study.fix_range:
+        return ""
+    return span_note(_with_beside(study, scores), *colour_range(study, scores, utility))
+
+
+def _with_beside(study: bpy.types.PropertyGroup, scores: np.ndarray) -> np.ndarray:
+    beside = beside_scores(study)
+    return scores if beside is None else np.concatenate([scores.ravel(), beside])

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Properties of how signals are made: a part of one's own, the bands, the convention, and further sensors.
+
+The part is kept whole, as the text of a file that `w2w run --sensor` reads; its fields read and write that.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import bpy
+from bpy.props import BoolVectorProperty, EnumProperty, FloatProperty, StringProperty
+
+from ...core.imu.further import NOTHING, FurtherSensors
+from ...core.imu.presets import DEFAULT_SENSOR, PRESETS, preset
+from ...core.imu.recording import FURTHER
+from ...core.imu.sensor import SensorModel
+from ...core.imu.sensor_fields import FIGURES
+from ...core.imu.sensor_file import sensor_content, sensor_from
+from ...core.imu.synthesis import CONVENTIONS
+from ...core.ranking.utility import inputs_of
+from .declared import as_given, declared
+
+OWN = "OWN"
+"""Choice of the menu of sensors that is no preset."""
+
+FIRST_NAME = "own part"
+
+CONVENTION_TEXTS = {
+    "physical": ("Physical", "Specific force and angular velocity, both in the sensor's frame"),
+    "paper": ("Paper", "The equations as the paper prints them, for comparison only"),
+}
+CONVENTION_ITEMS = tuple((name, *CONVENTION_TEXTS[name]) for name in CONVENTIONS)
+
+TEXTS = {
+    "orientation": "Quaternions, as a part with sensor fusion gives them",
+    "magnetometer": "The earth's magnetic field, with the dip below",
+    "barometer": "The pressure of the air, which tells height",
+}
+ITEMS = [(name, name.capitalize(), TEXTS[name], 1 << bit) for bit, name in enumerate(FURTHER)]
+
+TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
+"""The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
+
+
+def own_sensor(study: bpy.types.PropertyGroup) -> SensorModel:
+    """The part of one's own; before anything is said of it, the default part's figures."""
+    return _read(study.own_sensor_text)
+
+
+def keep_own_sensor(study: bpy.types.PropertyGroup, model: SensorModel) -> None:
+    """Make a sensor the part of one's own."""
+    name = FIRST_NAME if model.name in PRESETS else model.name
+    study.own_sensor_text = json.dumps(sensor_content(replace(model, name=name)))
+
+
+@lru_cache(maxsize=16)
+def _read(text: str) -> SensorModel:
+    if not text:
+        return replace(preset(DEFAULT_SENSOR), name=FIRST_NAME)
+    return sensor_from(json.loads(text), FIRST_NAME)
+
+
+def _name(study: bpy.types.PropertyGroup) -> str:
+    return own_sensor(study).name
+
+
+def _rename(study: bpy.types.PropertyGroup, name: str) -> None:
+    plain = "".join(letter for letter in name.strip()[:60] if letter.isprintable())
+    keep_own_sensor(study, replace(own_sensor(study), name=plain or FIRST_NAME))
+
+
+def _figure(name: str) -> Any:
+    """A field that shows a figure of the own part, in a datasheet's unit."""
+    figure = FIGURES[name]
+
+    def get(study: bpy.types.PropertyGroup) -> float:
+        return figure.of(own_sensor(study))
+
+    def given(study: bpy.types.PropertyGroup, value: float) -> None:
+        value = min(max(value, 0.0), figure.most)
+        keep_own_sensor(study, figure.given(own_sensor(study), value))
+
+    return FloatProperty(
+        name=figure.label, description=figure.about, get=get, set=given, min=0, max=figure.most, precision=3
+    )
+
+
+def _ticked(name: str) -> Callable[[bpy.types.PropertyGroup], list[bool]]:
+    return lambda study: [sensor in getattr(study, name) for sensor in FURTHER]
+
+
+def _tick(name: str) -> Callable[[bpy.types.PropertyGroup, Sequence[bool]], None]:
+    def tick(study: bpy.types.PropertyGroup, ticks: Sequence[bool]) -> None:
+        setattr(study, name, {sensor for sensor, on in zip(FURTHER, ticks, strict=True) if on})
+
+    return tick
+
+
+class SensorProperties:
+    """The part of a study's properties that says how signals are made."""
+
+    own_sensor_text: StringProperty(options={"HIDDEN"})
+    own_sensor_name: StringProperty(
+        name="Name", description="What you call your part", get=_name, set=_rename
+    )
+    acc_range: _figure("acc_range")
+    acc_noise: _figure("acc_noise")
+    acc_bias: _figure("acc_bias")
+    acc_drift: _figure("acc_drift")
+    gyr_range: _figure("gyr_range")
+    gyr_noise: _figure("gyr_noise")
+    gyr_bias: _figure("gyr_bias")
+    gyr_drift: _figure("gyr_drift")
+    misalignment: _figure("misalignment")
+    band: FloatProperty(**declared("band"), precision=1)
+    root_band: FloatProperty(**declared("root_band"), precision=1)
+    convention: EnumProperty(**declared("convention"), items=CONVENTION_ITEMS)
+    record: EnumProperty(**declared("record", default=set()), items=ITEMS, options={"ENUM_FLAG"})
+    recognise_by: EnumProperty(**declared("recognise_by", default=set()), items=ITEMS, options={"ENUM_FLAG"})
+    recorded: BoolVectorProperty(
+        name="Record",
+        description="Recorded beside accelerometer and gyroscope: orientation as quaternions, as a part with "
+        "sensor fusion gives them; the earth's magnetic field; the air's pressure, which tells height",
+        size=len(FURTHER),
+        get=_ticked("record"),
+        set=_tick("record"),
+    )
+    recognised_by: BoolVectorProperty(
+        name="Recognise By",
+        description="Activities are recognised by this, too",
+        size=len(FURTHER),
+        get=_ticked("recognise_by"),
+        set=_tick("recognise_by"),
+    )
+    magnetic_dip: FloatProperty(**declared("magnetic_dip"), precision=1)
+
+
+def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:
+    """The sensors beside acc and gyr as core takes them; errors of the parts are those of the run opened.
+
+    `dressed` is whether garments carry the sensors: these record acc and gyr alone.
+    """
+    shown = {"record": set(run.record), "recognise_by": set(run.features), "magnetic_dip": run.dip_deg}
+    shown |= {name: getattr(study, name) for name in shown if study.is_property_set(name)}
+    record, by = shown["record"], shown["recognise_by"]
+    if dressed or not record:
+        return NOTHING
+    by = by & record if inputs_of(study.classifier) == "features" else set()
+    return replace(
+        run,
+        record=_in_order(record, run.record),
+        features=_in_order(by, run.features),
+        dip_deg=as_given(shown["magnetic_dip"], run.dip_deg),
+    )
+
+
+def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> None:
+    """Show in the panel what a run recorded."""
+    study.record, study.recognise_by = set(further.record), set(further.features)
+    study.magnetic_dip = further.dip_deg
+
+
+def further_text(study: bpy.types.PropertyGroup) -> str:
+    """Settings of the further sensors that signals and features depend on; empty where none is recorded."""
+    if not study.record:
+        return ""
+    record, by = (",".join(_in_order(chosen, ())) for chosen in (study.record, study.recognise_by))
+    return f" record={record} by={by} dip={study.magnetic_dip:g}"
+
+
+def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:
+    """In the run's own order where it is the same choice: features follow it."""
+    return run if chosen == set(run) else tuple(name for name in FURTHER if name in chosen)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the signals of a clip are: in a results folder, or in the cache under a key of their content.
+
+The cache folder is laid out as a results folder. Equal content has an equal key, whichever study it is of, so
+undo and files saved under another name find theirs.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from pathlib import Path, PurePath
+
+import bpy
+import numpy as np
+
+from ...core.clip_files import STORED, features_file, signals_file, signals_key, write_features
+from ...core.imu.recording import ImuRecording
+from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
+
+KEPT = 4
+"""Recordings kept in memory for the overlay."""
+
+_recordings: OrderedDict[str, ImuRecording] = OrderedDict()
+
+
+def place_of(clip: bpy.types.PropertyGroup) -> tuple[Path, str]:
+    """Folder of a clip's files and their name there; a name from a .blend file leads out of no folder."""
+    folder, name = clip.id_data.w2w.results_folder, clip.stored_as
+    if folder and clip.signals.startswith(STORED) and PurePath(name).name == name:
+        return Path(folder), name
+    return _cached(clip.signals, cache_folder())
+
+
+def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[tuple[Path, str]]:
+    """Where the files of baked clips are.
+
+    Raises
+    ------
+    ValueError
+        If some are not there any more.
+    """
+    lost = [clip.name for clip in clips if not has(clip)]
+    if lost:
+        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
+    return [place_of(clip) for clip in clips]
+
+
+def has(clip: bpy.types.PropertyGroup) -> bool:
+    """Whether a clip's signals are there; those of a run may have been made anew since."""
+    place = place_of(clip)
+    if clip.signals.startswith(STORED):
+        return signals_key(*place) == clip.signals
+    return bool(clip.signals) and all(file(*place).is_file() for file in (signals_file, features_file))
+
+
+def save(
+    key: str,
+    recording: ImuRecording,
+    windows: tuple[np.ndarray, np.ndarray],
+    signature: np.ndarray,
+    folder: Path,
+) -> None:
+    """Keep a baked clip with its windows, as features and whether each may be tested on; safe in a thread."""
+    place, (features, is_test) = _cached(key, folder), windows
+    for path in (signals_file(*place), features_file(*place)):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_features(features_file(*place), [features], is_test, signature)
+    recording.save(signals_file(*place))
+
+
+def recording(clip: bpy.types.PropertyGroup) -> ImuRecording | None:
+    """Recording of a clip, or None where it is not on disk (any more)."""
+    if clip.signals not in _recordings:
+        try:
+            (place,) = places_of([clip])
+            _recordings[clip.signals] = ImuRecording.load(signals_file(*place))
+        except (OSError, ValueError):  # damaged is as good as gone: baked again
+            return None
+        while len(_recordings) > KEPT:
+            _recordings.popitem(last=False)
+    _recordings.move_to_end(clip.signals)
+    return _recordings[clip.signals]
+
+
+def _cached(key: str, folder: Path) -> tuple[Path, str]:
+    return folder, key + SIGNALS_SUFFIX

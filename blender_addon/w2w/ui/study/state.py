@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The study of a body: its parts as core's types, and what is missing before a step makes sense."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+
+import bpy
+
+from ...core.body.shapes import RANGES
+from ...core.imu.sensor import SensorModel
+from ...core.patches.patches import PatchSet
+from ...core.ranking.utility import CLASSIFIERS, UtilityMap
+from ...core.ranking.windows import WindowSpec
+from ...core.selection.constraints import Constraints
+from ...core.study import StudyConfig
+from ...core.wording import capital
+from ...scene.base.patches import PATCH
+from ...scene.files.packing import unpack
+from .counting import counted_in
+from .declared import as_given, config_values
+from .garments import wardrobe_text, worn_by
+from .sensors import OWN, further_of, further_text, own_sensor
+
+_depth = 0
+
+_unreadable: set[str] = set()
+"""Keys of rankings that could not be read: panels ask again at every drawing."""
+
+
+@contextmanager
+def without_updates() -> Iterator[None]:
+    """Inside, `is_silent` holds and update functions do nothing."""
+    global _depth
+    _depth += 1
+    try:
+        yield
+    finally:
+        _depth -= 1
+
+
+def is_silent() -> bool:
+    """Whether updates shall do nothing."""
+    return _depth > 0
+
+
+BAKED, STALE, IMPORTED, FAILED = "baked", "stale", "imported", "failed"
+"""States of a clip."""
+
+ONLY, FORBID, MUST, COST = "ONLY", "FORBID", "MUST", "COST"
+"""Kinds of wishes."""
+
+
+def current_body(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The body that the panel works on, or None: it may have been deleted, or be of another scene."""
+    body = context.scene.w2w.body
+    if body is None or context.scene.objects.get(body.name) is not body:
+        return None
+    return body
+
+
+def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """All bodies of a scene."""
+    return [item for item in scene.objects if item.type == "MESH" and item.w2w.is_body]
+
+
+def body_of_object(item: bpy.types.Object | None) -> bpy.types.Object | None:
+    """The body that an object belongs to: itself, the parent of a patch, or the armature's mesh."""
+    if item is None:
+        return None
+    if item.type == "MESH" and item.w2w.is_body:
+        return item
+    if PATCH in item and item.parent is not None and item.parent.w2w.is_body:
+        return item.parent
+    if item.type == "ARMATURE":
+        return next((child for child in item.children if child.type == "MESH" and child.w2w.is_body), None)
+    return None
+
+
+def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
+    """The study's parameters as core takes them; what the panel does not show is as in the run opened."""
+    run = run_of(study)
+    length = as_given(study.window_s, run.windows.length_s)
+    background, weights = counted_in(study, run)
+    garments = tuple(item.name for item in worn_by(study)) or run.garments
+    return replace(
+        run,
+        **config_values(study, run),
+        **_sensor(study),
+        further=further_of(study, run.further, bool(garments)),
+        windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
+        background=background,
+        weights=weights,
+        placements=own_placed(study),
+        garments=garments,
+        constraints=constraints_of(study),
+    )
+
+
+def run_of(study: bpy.types.PropertyGroup) -> StudyConfig:
+    """The parameters of the run that a study was opened from; the usual ones where it was not."""
+    return StudyConfig.from_dict(json.loads(study.parameters)) if study.parameters else StudyConfig()
+
+
+def _sensor(study: bpy.types.PropertyGroup) -> dict[str, str | SensorModel]:
+    if study.sensor != OWN:
+        return {"sensor": study.sensor}
+    model = own_sensor(study)
+    return {"sensor": model.name, "own_sensor": model}
+
+
+def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
+    """The study's wishes as core takes them; one that says nowhere yet is none."""
+    found: dict[str, list] = {ONLY: [], FORBID: [], MUST: [], COST: []}
+    for wish in study.wishes:
+        for words in (part.strip() for part in wish.place.split(",")):
+            if words:
+                cost = as_given(wish.cost, float(wish.given or "nan"))
+                found[wish.kind].append((words, cost) if wish.kind == COST else words)
+    return Constraints(*(tuple(wishes) for wishes in found.values()))
+
+
+def own_placed(study: bpy.types.PropertyGroup) -> tuple[tuple[str, int], ...]:
+    """Name and vertex of the placements of one's own that are among the patches."""
+    held = json.loads(study.own_placed) if study.own_placed else {"placements": []}
+    return tuple((name, vertex) for name, vertex in held["placements"])
+
+
+def sampled_patches(study: bpy.types.PropertyGroup, total: int) -> int:
+    """How many of all patches were sampled; the others are placements of one's own."""
+    return json.loads(study.own_placed)["sampled"] if study.own_placed else total
+
+
+def keep_own_placed(
+    study: bpy.types.PropertyGroup, placements: Iterable[tuple[str, int]], sampled: int
+) -> None:
+    """Note which placements of one's own are among the patches, beside so many sampled ones."""
+    held = [[name, vertex] for name, vertex in placements]
+    study.own_placed = json.dumps({"sampled": sampled, "placements": held}) if held else ""
+
+
+def advice_settings(study: bpy.types.PropertyGroup) -> str:
+    """All that a choice of sensors depends on, as a hash."""
+    config = config_of(study)
+    ticks = [activity.name for activity in study.activities if not activity.use]
+    parts = [study.ranked_as, study.utility_key, config.target, config.every_activity, config.max_places]
+    if config.background or config.weights:
+        parts += [config.background, config.weights]
+    return hashlib.sha256(repr([*parts, config.constraints, ticks]).encode()).hexdigest()[:24]
+
+
+def patches_of(body: bpy.types.Object) -> PatchSet | None:
+    """The patches placed on a body; None where there are none, or those of a body it was copied from."""
+    study = body.w2w
+    collection = study.patch_collection
+    if not study.patches_key or collection is None:
+        return None
+    first = next(iter(collection.objects), None)
+    if first is None or first.parent is not body:
+        return None
+    return unpack(study.patches_key, lambda: study.patches_text, PatchSet.load)
+
+
+def utility_of(study: bpy.types.PropertyGroup) -> UtilityMap | None:
+    """The ranking, or None where there is none that can be read."""
+    key = study.utility_key
+    if not key or key in _unreadable:
+        return None
+    try:
+        return unpack(key, lambda: study.utility_text, UtilityMap.load)
+    except ValueError:
+        _unreadable.add(key)
+        return None
+
+
+def unreadable_ranking(study: bpy.types.PropertyGroup) -> str:
+    """Says so where the file holds a ranking that this version cannot read; else empty."""
+    if utility_of(study) is not None or not study.utility_key:
+        return ""
+    return "The ranking in this file cannot be read: rank the patches again"
+
+
+def bake_settings(study: bpy.types.PropertyGroup) -> str:
+    """All that signals depend on besides the body and the motion."""
+    text = f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
+    parts = (text + _signals_text(study), _shape_text(study.shape), wardrobe_text(study))
+    return " ".join(part for part in parts if part)
+
+
+def _signals_text(study: bpy.types.PropertyGroup) -> str:
+    """The own part, what is not as at first of bands and convention, and what is recorded beside."""
+    usual = study.bl_rna.properties
+    changed = [name for name in ("band", "root_band") if getattr(study, name) != usual[name].default]
+    parts = [f"{name}={getattr(study, name):g}" for name in changed]
+    if study.convention != usual["convention"].default:
+        parts.append(study.convention)
+    if study.sensor == OWN:
+        parts.append(study.own_sensor_text)
+    return "".join(f" {part}" for part in parts) + further_text(study)
+
+
+def _shape_text(shape: bpy.types.PropertyGroup) -> str:
+    """The sliders that are not where they were at first; a slider that does not count is left out."""
+    counting = [name for name in RANGES if getattr(shape, f"set_{name}", True)]
+    values = {name: getattr(shape, name) for name in counting}
+    usual = {
+        name: shape.bl_rna.properties[name].default for name in counting if not hasattr(shape, f"set_{name}")
+    }
+    return " ".join(f"{name}={value:g}" for name, value in values.items() if value != usual.get(name))
+
+
+def rank_settings(study: bpy.types.PropertyGroup) -> str:
+    """All that a ranking depends on, as a hash."""
+    parts = [bake_settings(study), study.classifier, str(study.folds), str(study.by_subject)]
+    parts += [f"{clip.signals} {clip.activity} {clip.subject}" for clip in study.clips if not clip.problem]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
+
+
+def state_of(clip: bpy.types.PropertyGroup, settings: str) -> str:
+    """Whether a clip is baked, as one of BAKED, STALE, IMPORTED and FAILED; `settings` of `bake_settings`."""
+    if clip.problem or clip.action is None:
+        return FAILED
+    if not clip.signals:
+        return IMPORTED
+    return BAKED if clip.baked_as == settings else STALE
+
+
+def usable(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """Clips with a motion."""
+    return [clip for clip in study.clips if clip.action is not None and not clip.problem]
+
+
+def selected(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+    """The ticked clips, or the active one where none is."""
+    ticked = [clip for clip in study.clips if clip.selected]
+    if not ticked and 0 <= study.clip_index < len(study.clips):
+        ticked = [study.clips[study.clip_index]]
+    return ticked
+
+
+def playing_clip(body: bpy.types.Object) -> bpy.types.PropertyGroup | None:
+    """The clip whose action the body's armature plays."""
+    armature = next((m.object for m in body.modifiers if m.type == "ARMATURE" and m.object), None)
+    data = armature.animation_data if armature is not None else None
+    if data is None or data.action is None:
+        return None
+    return next((clip for clip in body.w2w.clips if clip.action == data.action), None)
+
+
+def missing_for_patches(body: bpy.types.Object | None) -> str:
+    """What stands in the way of placing patches; empty where nothing does."""
+    return "" if body is not None else "Add a body first (step 1)"
+
+
+def missing_for_bake(body: bpy.types.Object | None) -> str:
+    """What stands in the way of baking signals."""
+    if body is None:
+        return "Add a body first (step 1)"
+    if not usable(body.w2w):
+        return "Import motions first (step 2)"
+    if patches_of(body) is None:
+        return "Place patches first (step 3)"
+    return ""
+
+
+def missing_for_rank(body: bpy.types.Object | None) -> str:
+    """What stands in the way of ranking."""
+    return missing_for_any_rank(body) or classifier_problem(body.w2w)
+
+
+def missing_for_any_rank(body: bpy.types.Object | None) -> str:
+    """What stands in the way of ranking, whatever the classifier."""
+    missing = missing_for_bake(body)
+    if missing:
+        return missing
+    settings = bake_settings(body.w2w)
+    baked = [clip for clip in usable(body.w2w) if state_of(clip, settings) == BAKED]
+    if not baked:
+        return "Bake the signals first (step 4)"
+    return labels_problem(baked)
+
+
+def labels_problem(clips: Sequence[bpy.types.PropertyGroup]) -> str:
+    """Why clips cannot be ranked by their labels; empty where they can."""
+    labelled = Counter(clip.activity for clip in clips if clip.activity.strip())
+    if sum(count > 1 for count in labelled.values()) < 2:
+        if labelled.total() < len(clips):
+            return "Give the clips activities (step 2): two with two clips each are needed"
+        return "Two activities with two clips each are needed"
+    return ""
+
+
+def classifier_problem(study: bpy.types.PropertyGroup) -> str:
+    """Why the chosen classifier cannot work here; empty where it can."""
+    unavailable = getattr(CLASSIFIERS[study.classifier], "unavailable", None)
+    text = unavailable() if unavailable is not None else ""
+    return f"{capital(text)}; the preferences tell where it is looked for" if text else ""

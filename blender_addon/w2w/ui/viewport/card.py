@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The card of a picked patch: its name and rank, F1 by activity, and its signals at the playhead."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...core.colours import score_colours
+from ...core.imu.recording import ImuRecording
+from .drawing import Colour, clipped, polyline, rectangle, text, width_of
+
+WIDTH, MARGIN, LINE = 350, 12, 15
+"""Sizes at a scale of 1, pixels."""
+
+PLOT_HEIGHT, PLOT_GAP = 52, 21
+PLOTS = ("Acceleration, m/s²", "Angular velocity, rad/s")
+"""Titles of the plots."""
+
+MANY_ACTIVITIES = 6
+"""With more activities than these, bars stand in two columns."""
+
+BACKGROUND: Colour = (0.07, 0.07, 0.07, 0.9)
+PALE: Colour = (1.0, 1.0, 1.0, 0.95)
+GREY: Colour = (1.0, 1.0, 1.0, 0.45)
+FAINT: Colour = (1.0, 1.0, 1.0, 0.035)
+AXES: tuple[Colour, ...] = ((0.90, 0.49, 0.13, 1), (0.16, 0.72, 0.55, 1), (0.42, 0.72, 0.96, 1))
+"""x, y and z in the colours of Okabe and Ito (2008), which colour-blind eyes tell apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Card:
+    """The text, scores and signals of a card."""
+
+    mark: str  # letter that the patch has on the body
+    colour: Colour
+    title: str
+    lines: tuple[str, ...]  # below the title
+    activities: tuple[str, ...]
+    f1: np.ndarray  # (A,), empty before ranking
+    low: float  # F1 at the ends of the colours
+    high: float
+    colour_map: str
+    recording: ImuRecording | None  # the clip's signals, where they are baked
+    patch: int
+    clip: str  # what the signals show, or why there are none
+    time: float  # playhead, seconds from the clip's start
+    limits: tuple[tuple[float, float], ...] = ()  # of the plots, one pair a signal: see `on_one_scale`
+
+    def signals(self) -> tuple[np.ndarray, np.ndarray]:
+        """Acceleration and angular velocity of the patch, each of shape (T, 3)."""
+        return self.recording.acc[:, self.patch], self.recording.gyr[:, self.patch]
+
+    def height(self, scale: float) -> float:
+        """Height in pixels."""
+        n_plots = 2 if self.recording is not None else 0
+        rows = self._rows() + bool(self._rows())
+        head = (2 + len(self.lines)) * LINE
+        return scale * (head + rows * LINE + LINE + n_plots * (PLOT_HEIGHT + PLOT_GAP) + 1.5 * MARGIN)
+
+    def draw(self, x: float, y: float, scale: float) -> None:
+        """Draw the card with its lower left corner at x, y."""
+        height, width = self.height(scale), WIDTH * scale
+        rectangle(x, y, width, height, BACKGROUND)
+        rectangle(x, y, 4 * scale, height, self.colour)
+        left, right = x + MARGIN * scale, x + width - MARGIN * scale
+        top = y + height - (MARGIN + 8) * scale
+        title = clipped(self.title, right - left - 24 * scale, 14 * scale)
+        text(left, top, f"{self.mark}  {title}", 14 * scale, PALE)
+        top -= 0.2 * LINE * scale
+        for line in self.lines:
+            top -= LINE * scale
+            text(left, top, clipped(line, right - left, 11 * scale), 11 * scale, GREY)
+        top -= 1.5 * LINE * scale
+        top = self._bars(left, right, top, scale)
+        text(left, top, clipped(self.clip, right - left, 11 * scale), 11 * scale, GREY)
+        if self.recording is None:
+            return
+        top -= 6 * scale
+        for title, signal, limits in zip(PLOTS, self.signals(), self.limits, strict=True):
+            top -= (PLOT_HEIGHT + PLOT_GAP) * scale
+            self._plot((left, right, top), scale, title, signal, limits)
+
+    def _rows(self) -> int:
+        count = len(self.f1)
+        return -(-count // 2) if count > MANY_ACTIVITIES else count
+
+    def _bars(self, left: float, right: float, top: float, scale: float) -> float:
+        """Draw a bar an activity; returns the height below them."""
+        rows = self._rows()
+        if not rows:
+            return top
+        n_columns = 2 if len(self.f1) > MANY_ACTIVITIES else 1
+        column = (right - left + MARGIN * scale) / n_columns
+        longest = max(width_of(activity, 11 * scale) for activity in self.activities)
+        label, number = min(longest + 8 * scale, 0.6 * column), 30 * scale
+        full = column - label - number - MARGIN * scale
+        shades = score_colours(self.f1, self.low, self.high, self.colour_map)
+        for index, (activity, f1) in enumerate(zip(self.activities, self.f1, strict=True)):
+            x, y = left + (index // rows) * column, top - (index % rows) * LINE * scale
+            text(x, y, clipped(activity, label - 6 * scale, 11 * scale), 11 * scale, PALE)
+            rectangle(x + label, y - scale, full, 9 * scale, FAINT)
+            rectangle(x + label, y - scale, full * float(f1), 9 * scale, (*shades[index], 1.0))
+            text(x + label + full + number, y, f"{f1:.2f}", 11 * scale, PALE, "RIGHT")
+        return top - (rows + 0.5) * LINE * scale
+
+    def _plot(
+        self, place: tuple[float, float, float], scale: float, title: str, signal: np.ndarray,
+        limits: tuple[float, float],
+    ) -> None:  # fmt: skip
+        """Draw three axes of a signal over the clip, and a cursor at the playhead."""
+        (left, right, y), (low, high), rate = place, limits, self.recording.rate
+        height, width = PLOT_HEIGHT * scale, right - left
+        now = min(max(self.time, 0.0), (len(signal) - 1) / rate)
+        text(left, y + height + 5 * scale, title, 11 * scale, PALE)
+        self._values(right, y + height + 5 * scale, scale, signal[round(now * rate)])
+        rectangle(left, y, width, height, FAINT)
+        text(left + 3 * scale, y + height - 11 * scale, f"{high:g}", 9 * scale, GREY)
+        text(left + 3 * scale, y + 3 * scale, f"{low:g}", 9 * scale, GREY)
+        zero = y + height * (0 - low) / (high - low)
+        rectangle(left, zero, width, 1, (1.0, 1.0, 1.0, 0.1))
+        times = np.linspace(left, right, len(signal))
+        for axis, colour in enumerate(AXES):
+            levels = y + height * (signal[:, axis] - low) / (high - low)
+            polyline(np.column_stack([times, levels]), colour, 1.4 * scale)
+        cursor = left + width * now * rate / max(len(signal) - 1, 1)
+        rectangle(round(cursor), y, max(scale, 1), height, PALE)
+
+    def _values(self, right: float, y: float, scale: float, sample: np.ndarray) -> None:
+        """Write the values at the playhead, each in its axis's colour."""
+        for axis in (2, 1, 0):
+            value = "lost" if np.isnan(sample[axis]) else f"{sample[axis]:.1f}"
+            text(right, y, f"{'xyz'[axis]} {value}", 10 * scale, AXES[axis], "RIGHT")
+            right -= 52 * scale
+
+
+def on_one_scale(cards: Sequence[Card]) -> list[Card]:
+    """The cards, their plots of one signal between the same limits, so that heights can be compared."""
+    shown = [card.signals() for card in cards if card.recording is not None]
+    limits = tuple(_limits(np.concatenate(signals)) for signals in zip(*shown, strict=True))
+    return [replace(card, limits=limits) for card in cards]
+
+
+def _limits(signal: np.ndarray) -> tuple[float, float]:
+    """Even limits around zero that the signal stays inside."""
+    largest = float(np.nanmax(np.abs(signal))) if np.isfinite(signal).any() else 1.0
+    step = 10.0 ** np.floor(np.log10(max(largest, 1e-3)))
+    limit = float(next(step * factor for factor in (1, 2, 3, 5, 10) if step * factor >= largest))
+    return -limit, limit

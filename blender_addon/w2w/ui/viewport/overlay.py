@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The overlay of the 3D viewport: the colour bar, marks on picked patches and their cards."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
+
+from ...core.colours import colour_table
+from ...core.patches.patches import PatchSet
+from ...scene.base.actions import FIRST_FRAME, key_rate
+from ...scene.base.patches import PATCH
+from ..study import signal_cache
+from ..study.advice import leading
+from ..study.scores import activity_scores, colour_range, patch_lines
+from ..study.state import current_body, patches_of, playing_clip, utility_of
+from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
+from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
+from .legend import left_of_legend, legend
+
+MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
+BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
+PIN: Colour = (0.35, 0.85, 1.0, 1.0)
+INFO_TEXT = 72
+"""Height of Blender's own lines at the top left, pixels."""
+
+BAR_WIDTH, BAR_HEIGHT = 16, 190
+BAR_TICKS = 5
+BAR_TITLE, BAR_BOX = 96, 200
+"""Least and most room for the colour bar's title, pixels."""
+
+NO_PICK = "Click a spot on the body first, with the tool Pick Patch (Ctrl Alt W)"
+
+OVER_HEAD = 0.08
+"""Metres from a head to the name over it."""
+
+_handler: object | None = None
+
+
+class Free(NamedTuple):
+    """The part of a region that no panel covers."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+
+def picks(context: bpy.types.Context, body: bpy.types.Object) -> list[int]:
+    """Patches looked at, one or two: the selected empties, or else those picked on the surface."""
+    study = body.w2w
+    picked = [patch for patch in (study.picked, study.compared) if patch >= 0]
+    active = context.view_layer.objects.active
+    if active is None or PATCH not in active or active.parent is not body or not active.select_get():
+        return picked
+    chosen = [item[PATCH] for item in context.selected_objects if PATCH in item and item.parent is body]
+    if set(picked) == set(chosen):
+        return picked
+    others = [patch for patch in chosen if patch != active[PATCH]]
+    return [*others[:1], active[PATCH]] if others else [active[PATCH]]
+
+
+def draw() -> None:
+    """Draw everything; Blender calls this for each 3D view."""
+    context = bpy.context
+    body = current_body(context)
+    space = context.space_data
+    if body is None or not context.scene.w2w.show_overlay or not space.overlay.show_overlays:
+        return
+    patches = patches_of(body)
+    if patches is None or not body.visible_get():
+        return
+    scale = context.preferences.system.ui_scale
+    chosen = [patch for patch in picks(context, body) if patch < len(patches)]
+    cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
+    free = _free_part(context)
+    placed = _place_cards(on_one_scale(cards), free, scale)
+    if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
+        heads = _heads(context, body)
+        right_of_cards = max((x + WIDTH * scale for _, x, _ in placed), default=free.left)
+        _draw_colour_bar(body, free._replace(left=right_of_cards), heads, scale)
+        _draw_names(body, heads, scale)
+    surface = Surface(context, body, patches)
+    _draw_chosen(surface, body.w2w, scale)
+    _draw_own(surface, body.w2w, scale)
+    for number, patch in enumerate(chosen):
+        _draw_mark(surface, patch, number, scale)
+    for card, x, y in placed:
+        card.draw(x, y, scale)
+
+
+def _free_part(context: bpy.types.Context) -> Free:
+    region = context.region
+    free = [0.0, float(region.width), 0.0, float(region.height)]
+    if not context.preferences.system.use_region_overlap:
+        return Free(*free)
+    for other in context.area.regions:
+        if other.width <= 1 or other.height <= 1 or other.alignment == "NONE":
+            continue
+        if other.type == "UI":
+            free[1] = min(free[1], other.x - region.x)
+        elif other.type == "HUD":
+            free[2] = max(free[2], other.y + other.height - region.y)
+        elif other.type == "TOOLS":
+            free[0] = max(free[0], other.x + other.width - region.x)
+        elif other.type in ("HEADER", "TOOL_HEADER") and other.y > region.y + region.height / 2:
+            free[3] = min(free[3], other.y - region.y)
+    if context.space_data.overlay.show_text:
+        free[3] -= INFO_TEXT * context.preferences.system.ui_scale
+    return Free(*free)
+
+
+def _heads(context: bpy.types.Context, body: bpy.types.Object) -> list[Vector]:
+    """Points in the region over the heads of two bodies side by side; empty where one stands alone."""
+    bodies = (body, body.w2w.beside) if legend(body.w2w, utility_of(body.w2w)).beside else ()
+    points = []
+    for item in bodies:
+        evaluated = item.evaluated_get(context.view_layer.depsgraph)
+        corners = [evaluated.matrix_world @ Vector(corner) for corner in evaluated.bound_box]
+        middle = sum(corners, Vector()) / len(corners)
+        middle.z = max(corner.z for corner in corners) + OVER_HEAD
+        points.append(location_3d_to_region_2d(context.region, context.region_data, middle))
+    return [] if None in points else points
+
+
+def _draw_colour_bar(body: bpy.types.Object, free: Free, heads: list[Vector], scale: float) -> None:
+    """Draw title, colours and numbers over the bottom, at the right or between two bodies."""
+    shown = legend(body.w2w, utility_of(body.w2w))
+    low, high, note = shown.low, shown.high, shown.note
+    names = [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
+    widths = [width_of(name, 12 * scale) for name in names]
+    box = max(*widths, width_of(note, 10 * scale), BAR_TITLE * scale) + 24 * scale
+    margin = 12 * scale
+    width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
+    foot = 16 * scale if note else 0.0
+    left_edge = left_of_legend(box, free.left + margin, free.right - margin, [head.x for head in heads])
+    left, bottom = left_edge + margin, free.bottom + 30 * scale + foot
+    tall = height + (46 + 16 * len(names)) * scale + foot
+    rectangle(left_edge, bottom - 16 * scale - foot, box, tall, BACKGROUND)
+    bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
+    for tick in np.linspace(0, 1, BAR_TICKS):
+        y = bottom + tick * height
+        rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
+        number = format(low + tick * (high - low), shown.number)
+        text(left + width + 8 * scale, y - 4 * scale, number, 11 * scale, PALE)
+    for line, name in enumerate(names):
+        text(left, bottom + height + (28 + 16 * line) * scale, name, 12 * scale, PALE)
+    text(left, bottom + height + 14 * scale, shown.title, 10 * scale, GREY)
+    text(left, bottom - 20 * scale, note, 10 * scale, GREY)
+
+
+def _draw_names(body: bpy.types.Object, heads: list[Vector], scale: float) -> None:
+    """Write over the heads of two bodies side by side which map each shows."""
+    shown = legend(body.w2w, utility_of(body.w2w))
+    for point, name in zip(heads, (shown.name, shown.beside), strict=False):
+        half = width_of(name, 13 * scale) / 2 + 8 * scale
+        rectangle(point.x - half, point.y - 6 * scale, 2 * half, 20 * scale, BACKGROUND)
+        text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
+
+
+def _place_cards(cards: list[Card], free: Free, scale: float) -> list[tuple[Card, float, float]]:
+    """Lower left corners of cards at the left: one above the other where there is room, else side by side."""
+    x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
+    placed = []
+    stacked = y + sum(card.height(scale) + margin for card in cards) < free.top
+    for card in reversed(cards) if stacked else cards:
+        if x + WIDTH * scale > free.right:
+            break
+        placed.append((card, x, y))
+        if stacked:
+            y += card.height(scale) + margin
+        else:
+            x += WIDTH * scale + margin
+    return placed
+
+
+def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
+    """Number the chosen sensors in the order of their choice, those in sight."""
+    if study.chosen_collection is None:
+        return
+    for number, sensor in enumerate(leading(study), start=1):
+        if surface.in_sight(sensor.patch):
+            point = surface.on_screen(sensor.patch)
+            disc(point.x, point.y, 9 * scale, PALE)
+            disc(point.x, point.y, 7.5 * scale, BADGE)
+            text(point.x, point.y - 4 * scale, str(number), 10.5 * scale, PALE, "CENTER")
+
+
+def _draw_own(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
+    """Put a pin and its name on each placement of one's own, and a dot on the spot that was clicked."""
+    named = {own.vertex: own.name for own in study.own}
+    for vertex, name in (named | {study.picked_vertex: named.get(study.picked_vertex, "")}).items():
+        point = surface.spot(vertex)
+        if point is not None:
+            disc(point.x, point.y, 5 * scale, BADGE)
+            disc(point.x, point.y, 3.5 * scale, PIN)
+            text(point.x + 8 * scale, point.y - 4 * scale, name, 11 * scale, PALE)
+
+
+def _draw_mark(surface: Surface, patch: int, number: int, scale: float) -> None:
+    """Put a ring and a letter on the patch, wherever the body moves it; faint where it is behind."""
+    point = surface.on_screen(patch)
+    if point is None:
+        return
+    strength = 1.0 if surface.in_sight(patch) else 0.35
+    mark, colour = MARKS[number]
+    colour = (*colour[:3], strength)
+    ring(point.x, point.y, 12 * scale, (0.0, 0.0, 0.0, 0.8 * strength), 4.5 * scale)
+    ring(point.x, point.y, 12 * scale, colour, 2.5 * scale)
+    text(point.x + 16 * scale, point.y + 8 * scale, mark, 15 * scale, colour)
+
+
+def _card(
+    context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, patch: int, number: int
+) -> Card:
+    study, utility = body.w2w, utility_of(body.w2w)
+    mark, colour = MARKS[number]
+    clip = playing_clip(body)
+    recording = signal_cache.recording(clip) if clip is not None and clip.signals else None
+    if recording is not None and recording.n_sensors != len(patches):
+        recording = None
+    lines, f1, limits = (f"patch {patch}, not ranked yet",), np.zeros(0), (0.0, 1.0)
+    if utility is not None:
+        lines, scores = patch_lines(study, utility, patch), activity_scores(study, utility)
+        f1 = scores[patch]
+        limits = colour_range(study, scores, utility) if study.fix_range else limits
+    return Card(
+        mark=mark,
+        colour=colour,
+        title=patches.names[patch],
+        lines=lines,
+        activities=utility.activities if utility is not None else (),
+        f1=f1,
+        low=limits[0],
+        high=limits[1],
+        colour_map=study.colour_map,
+        recording=recording,
+        patch=patch,
+        clip=_clip_line(clip, recording is not None),
+        time=(context.scene.frame_current_final - FIRST_FRAME) / key_rate(clip and clip.action),
+    )
+
+
+def _clip_line(clip: bpy.types.PropertyGroup | None, baked: bool) -> str:
+    if clip is None:
+        return "Preview a clip (step 2) to see its signals"
+    if not baked:
+        return f"Bake '{clip.name}' (step 4) to see its signals"
+    return f"{clip.activity}: {clip.name}" if clip.activity else clip.name
+
+
+def register() -> None:
+    """Draw from now on."""
+    global _handler
+    if not bpy.app.background:
+        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_PIXEL")
+
+
+def unregister() -> None:
+    """Draw no more."""
+    global _handler
+    if _handler is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
+        _handler = None
