@@ -42,7 +42,7 @@ def module(name: str) -> ModuleType:
 
 def curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
     """All f-curves of an action, in any Blender."""
-    slots = sys.modules[f"{PACKAGE}.scene.fcurves"].action_curves(action)
+    slots = sys.modules[f"{PACKAGE}.scene.base.fcurves"].action_curves(action)
     return [curve for slot in slots for curve in slot]
 
 

@@ -21,7 +21,7 @@ DONE_WITHOUT = {"decor-0", "wayland-client", "wayland-cursor", "wayland-egl", "i
 
 BODY = """
 from w2w.core.body.body import Body
-from w2w.scene.body import add_body
+from w2w.scene.base.body import add_body
 add_body(Body.bundled())
 """
 
