@@ -28,7 +28,7 @@ from ..results.results import hide_patches
 from ..steps.body import add_study, make_study
 from ..study import signal_cache
 from ..study.lists import list_labels, take_over
-from ..study.operators import AsksForFile
+from ..study.operators import AsksForFile, OnDrop
 from ..study.state import bodies, current_body
 
 TITLE = "Open Results"
@@ -104,17 +104,13 @@ class W2W_OT_locate_results(ChoosesResults, bpy.types.Operator):
         return jobs.show_done(self, text)
 
 
-class W2W_FH_results(bpy.types.FileHandler):
+class W2W_FH_results(OnDrop, bpy.types.FileHandler):
     """The summary.json of a results folder, dropped on the 3D view, opens the folder."""
 
     bl_idname = "W2W_FH_results"
     bl_label = "Results of W2W"
     bl_import_operator = "w2w.open_results"
     bl_file_extensions = ".json"
-
-    @classmethod
-    def poll_drop(cls, context: bpy.types.Context) -> bool:
-        return context.area is not None and context.area.type == "VIEW_3D"
 
 
 def misses_folder(study: bpy.types.PropertyGroup) -> bool:

@@ -12,28 +12,24 @@ from ...scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
 from ..jobs import jobs
 from ..jobs.text import draw_text
 from ..study.garments import worn_by
+from ..study.operators import OnBody
 from ..study.state import current_body
 from .base import W2WPanel
+
+Context = bpy.types.Context
 
 ITEMS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") for kind in KINDS)
 
 
-class W2W_OT_add_garment(bpy.types.Operator):
+class W2W_OT_add_garment(OnBody, bpy.types.Operator):
     """Put a loose garment on the body, cut for its shape and moved by Blender's cloth"""
 
     bl_idname = "w2w.add_garment"
     bl_label = "Add Garment"
-    bl_options = {"REGISTER", "UNDO"}
 
     kind: EnumProperty(name="Garment", items=ITEMS)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body."""
-        return _can_dress(context)
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Cut it and wear it."""
+    def execute(self, context: Context) -> set[str]:
         body = current_body(context)
         try:
             item = dress(body, self.kind)
@@ -44,24 +40,20 @@ class W2W_OT_add_garment(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_wear_garment(bpy.types.Operator):
+class W2W_OT_wear_garment(OnBody, bpy.types.Operator):
     """Wear the active mesh as a garment: one that follows the body by cloth, shrinkwrap or the like"""
 
     bl_idname = "w2w.wear_garment"
     bl_label = "Wear Garment"
-    bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """A mesh beside the body must be active."""
-        if not _can_dress(context):
-            return False
-        cls.poll_message_set("Select the mesh of a garment that is not worn yet")
-        body, item = current_body(context), context.object
-        return item is not None and item.type == "MESH" and item != body and item not in worn_by(body.w2w)
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        item = context.object
+        if item is None or item.type != "MESH" or item == body or item in worn_by(body.w2w):
+            return "Select the mesh of a garment that is not worn yet"
+        return ""
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Wear it."""
+    def execute(self, context: Context) -> set[str]:
         body, item = current_body(context), context.object
         try:
             check_garment(item, body)
@@ -74,23 +66,19 @@ class W2W_OT_wear_garment(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_take_off(bpy.types.Operator):
+class W2W_OT_take_off(OnBody, bpy.types.Operator):
     """Take a garment off: W2W's own is removed, another stays in the scene"""
 
     bl_idname = "w2w.take_off"
     bl_label = "Take Off"
-    bl_options = {"REGISTER", "UNDO"}
 
     index: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a garment."""
-        body = current_body(context)
-        return _can_dress(context) and len(body.w2w.garments) > 0
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if len(body.w2w.garments) else "Put a garment on first"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Take it off."""
+    def execute(self, context: Context) -> set[str]:
         body = current_body(context)
         garments = body.w2w.garments
         if not 0 <= self.index < len(garments):
@@ -104,10 +92,6 @@ class W2W_OT_take_off(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def _can_dress(context: bpy.types.Context) -> bool:
-    return current_body(context) is not None and context.mode == "OBJECT" and jobs.running is None
-
-
 class W2W_PT_garments(W2WPanel, bpy.types.Panel):
     """What the body wears."""
 
@@ -117,12 +101,10 @@ class W2W_PT_garments(W2WPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a body."""
+    def poll(cls, context: Context) -> bool:
         return current_body(context) is not None
 
-    def draw(self, context: bpy.types.Context) -> None:
-        """Draw what is worn, and what can be."""
+    def draw(self, context: Context) -> None:
         layout = self.layout.column()
         layout.enabled = jobs.running is None
         study = current_body(context).w2w

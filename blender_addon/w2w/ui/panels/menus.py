@@ -9,6 +9,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 
 from ...core.motion.library import MOTION_SUFFIXES
+from ..study.operators import OnDrop
 
 PRESETS = Path(__file__).parent / "presets"
 PRESET_FOLDER = "w2w/study"
@@ -109,18 +110,13 @@ class W2W_OT_add_study_preset(AddPresetBase, bpy.types.Operator):
     ]
 
 
-class W2W_FH_motions(bpy.types.FileHandler):
+class W2W_FH_motions(OnDrop, bpy.types.FileHandler):
     """Motion files dropped on the 3D view go onto the body."""
 
     bl_idname = "W2W_FH_motions"
     bl_label = "Motions for W2W"
     bl_import_operator = "w2w.import_motions"
     bl_file_extensions = ";".join(MOTION_SUFFIXES)
-
-    @classmethod
-    def poll_drop(cls, context: bpy.types.Context) -> bool:
-        """Only 3D views take them."""
-        return context.area is not None and context.area.type == "VIEW_3D"
 
 
 def _add_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

@@ -76,6 +76,14 @@ class AsksForFile:
         return Path(bpy.path.abspath(self.filepath))
 
 
+class OnDrop:
+    """A handler of files dropped on a 3D view."""
+
+    @classmethod
+    def poll_drop(cls, context: Context) -> bool:
+        return context.area is not None and context.area.type == "VIEW_3D"
+
+
 class IsJob(OnBody):
     """An operator that is a job named like it: in the background from a button, at once from a script."""
 
