@@ -44,6 +44,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
+from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
@@ -88,9 +89,8 @@ class Library:
         config = replace(study.config(), classifier=classifier)
         used = json.loads((out / "summary.json").read_text())["used"]
         files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in study.windows])
-        skin = SkinDistances.of(study.body(), study.patches)
-        some = (slice(n_patches),) * 2
-        skin = SkinDistances(skin.between[some], skin.to_mirror_image[some])
+        first = at_patches(study.patches, list(range(len(study.patches)))[:n_patches])
+        skin = SkinDistances.of(study.body(), first)
         pooling, others = Pooling.over(skin), [Pooling.over(skin, width) for width in WIDTHS]
         inputs = SomePatches(study.inputs(classifier), 0, len(pooling.kernel))
         return cls(inputs, study.labels(), files, config, pooling, others).halvable()

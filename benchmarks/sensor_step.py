@@ -20,7 +20,7 @@ import numpy as np
 from w2w.core.clip_files import signals_file
 from w2w.core.clip_ranking import rank_windows, set_tests
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.patches.strip_graph import SkinDistances
+from w2w.core.imu.virtual import at_patches
 from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
@@ -43,9 +43,8 @@ class Recorded:
     def open(cls, out: Path, n_patches: int) -> Recorded:
         """Read what a run left."""
         study = StudyResults.load(out)
-        skin, some = SkinDistances.of(study.body(), study.patches), (slice(n_patches),) * 2
-        pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
-        return cls(study, pooling)
+        first = at_patches(study.patches, list(range(len(study.patches)))[:n_patches])
+        return cls(study, Pooling.on(study.body(), first))
 
     def features(self, draw: int) -> np.ndarray:
         """Of all windows, with a step of noise; as they are in draw 0."""

@@ -22,8 +22,8 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from w2w.core.body.body import Body
+from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.patches import sample_patches
-from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import HALVINGS
 
@@ -38,9 +38,7 @@ def rows(protocol: Protocol, path: Path, libraries: Sequence[Path], every: int) 
     simulator = RegionSimulator(body, protocol, every=every)
     worn = real_side(protocol, protocol.read(path), analysis).windows
     made = simulator.side(load_motions(protocol, libraries, body)[0], analysis).windows
-    some = np.ix_(simulator.patches, simulator.patches)
-    skin = SkinDistances.of(body, sample_patches(body))
-    pooling = Pooling.over(SkinDistances(skin.between[some], skin.to_mirror_image[some]))
+    pooling = Pooling.on(body, at_patches(sample_patches(body), simulator.patches))
     of_site = [np.flatnonzero(simulator.site_of == site) for site in range(len(protocol.sites))]
     for by_subject in (True, False):
         shared = [one for one in analysis.activities if (made.activity == one).any()]

@@ -21,7 +21,6 @@ import numpy as np
 
 from w2w.core.clip_ranking import WindowLabels, rank_windows
 from w2w.core.imu.virtual import at_patches
-from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.inputs import ArrayBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
@@ -42,10 +41,7 @@ def main() -> None:
     study = StudyResults.load(asked.results)
     config = replace(study.config(), augmentation=None, **sensor_settings(asked.sensor))
     chosen = np.arange(0, len(study.patches), asked.every)
-    skin = SkinDistances.of(study.body(), study.patches)
-    pooling = Pooling.over(
-        SkinDistances(skin.between[np.ix_(chosen, chosen)], skin.to_mirror_image[np.ix_(chosen, chosen)])
-    )
+    pooling = Pooling.on(study.body(), at_patches(study.patches, chosen.tolist()))
     draws = [recorded(study, chosen, replace(config, seed=number)) for number in range(asked.draws)]
     labels = study.labels()
     found: dict[str, list[float]] = {}
