@@ -51,6 +51,7 @@ from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.answer import product_patches
 from w2w.core.selection.joint import ByHalves, grow
 from w2w.core.selection.promise import Promises, random_sets
 from w2w.core.selection.set_tests import SetTests
@@ -81,6 +82,7 @@ class Library:
     config: StudyConfig
     pooling: Pooling
     poolings: Sequence[Pooling]
+    products: np.ndarray  # (N,), bool: patches at which usual products sit
 
     @classmethod
     def open(cls, out: Path, n_patches: int, classifier: str = Ridge.name) -> Library:
@@ -93,7 +95,8 @@ class Library:
         skin = SkinDistances.of(study.body(), first)
         pooling, others = Pooling.over(skin), [Pooling.over(skin, width) for width in WIDTHS]
         inputs = SomePatches(study.inputs(classifier), 0, len(pooling.kernel))
-        return cls(inputs, study.labels(), files, config, pooling, others).halvable()
+        products = np.isin(np.arange(len(first)), list(product_patches(first, study.body())))
+        return cls(inputs, study.labels(), files, config, pooling, others, products).halvable()
 
     def halvable(self) -> Library:
         """The windows of activities that both halves can test."""
@@ -242,20 +245,26 @@ def judged(
         ranked = zip(sides, maps, strict=True)
         tests = [library.sets(*side, utility) for side, utility in ranked] if largest > 1 else []
         for here, there in ((0, 1), (1, 0)):
-            found = compare(maps[here], maps[there], library.poolings)
+            found = compare(maps[here], maps[there], library.poolings, library.products)
             if tests:
-                found |= compare_sets(maps[here], tests[here], tests[there], largest)
+                found |= compare_sets(maps[here], tests[here], tests[there], largest, library.products)
             yield found
 
 
-def compare(here: UtilityMap, there: UtilityMap, poolings: Sequence[Pooling]) -> dict[str, float]:
+def compare(
+    here: UtilityMap, there: UtilityMap, poolings: Sequence[Pooling], products: np.ndarray
+) -> dict[str, float]:
     best = int(here.expected_mean.argmax())
+    product = int(np.where(products, here.expected_mean, -1).argmax())
     smoothed = (one.apply(here.mean[None], share)[0] for one in poolings for share in SHARES)
     average = there.mean.mean()
     return {
         "promise": float(here.expected_mean[best]),
         "delivery": float(there.mean[best]),
         "gain": float(there.mean[best] - average),
+        "product's promise": float(here.expected_mean[product]),
+        "product's delivery": float(there.mean[product]),
+        "product's gain": float(there.mean[product] - average),
         "by F1": float(there.mean[here.mean.argmax()] - average),
         "oracle": float(there.mean.max() - average),
         "rho": rank_correlation(here.expected_mean, there.mean),
@@ -269,16 +278,21 @@ def compare(here: UtilityMap, there: UtilityMap, poolings: Sequence[Pooling]) ->
     }
 
 
-def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: int) -> dict[str, float]:
-    terms = free(utility, largest)
+def compare_sets(
+    utility: UtilityMap, here: SetTests, there: SetTests, largest: int, products: np.ndarray
+) -> dict[str, float]:
+    terms = Terms.checked(len(utility.f1), largest)
+    on_products = replace(terms, allowed=products)
     by_luck = chance(there, terms)
     ways = {
-        "of": (chosen(utility, here, largest), ByHalves()),
-        "of the proxy's": (greedy_order(utility.f1, terms), greedy_by_half),
+        "of": (terms, chosen(utility, here, terms), ByHalves()),
+        "on products, of": (on_products, chosen(utility, here, on_products), ByHalves()),
+        "of the proxy's": (terms, greedy_order(utility.f1, terms), greedy_by_half),
     }
-    found, promises = {}, Promises(here, terms)
-    for way, (order, choose) in ways.items():
-        made = promises.of(order, choose, tuple(float(one[order[0]]) for one in utility.expected))
+    found = {}
+    for way, (under, order, choose) in ways.items():
+        alone = tuple(float(one[order[0]]) for one in utility.expected)
+        made = Promises(here, under).of(order, choose, alone)
         delivered = macro_f1(there, order)
         of_size = {
             "promise": made.mean,
@@ -286,7 +300,7 @@ def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: 
             "gain": delivered - by_luck[: len(order)],
             "naive": np.nanmean(made.raw, axis=1),
         }
-        if way != "of":
+        if "proxy" in way:
             of_size["mean-max"] = np.maximum.accumulate(utility.f1[list(order)], axis=0).mean(axis=1)
         for number in range(2, largest + 1):
             for what, values in of_size.items():
@@ -294,14 +308,9 @@ def compare_sets(utility: UtilityMap, here: SetTests, there: SetTests, largest: 
     return found
 
 
-def free(utility: UtilityMap, largest: int) -> Terms:
-    """Any patches, so many at most."""
-    return Terms.checked(len(utility.f1), largest)
-
-
-def chosen(utility: UtilityMap, tests: SetTests, largest: int) -> Sequence[int]:
+def chosen(utility: UtilityMap, tests: SetTests, terms: Terms) -> Sequence[int]:
     """The patches that a run would choose, in their order."""
-    return grow(tests.whole, free(utility, largest), largest, utility.expected_mean).order
+    return grow(tests.whole, terms, terms.max_size, utility.expected_mean).order
 
 
 def macro_f1(tests: SetTests, order: Sequence[int]) -> np.ndarray:

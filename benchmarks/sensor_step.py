@@ -21,15 +21,15 @@ from w2w.core.clip_files import signals_file
 from w2w.core.clip_ranking import rank_windows, set_tests
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.virtual import at_patches
+from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.advice import best_single
-from w2w.core.selection.headline import short, where_to_wear
-from w2w.core.selection.joint import choose_together
+from w2w.core.selection.advice import advise
+from w2w.core.selection.headline import short
 from w2w.core.study import describe
 
-from .repeatability import CASES, free, prepared
+from .repeatability import CASES, prepared
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,7 @@ class Recorded:
     """A library that was run, of its first patches, which lie as far apart as may be."""
 
     study: StudyResults
+    patches: PatchSet
     pooling: Pooling
 
     @classmethod
@@ -44,7 +45,7 @@ class Recorded:
         """Read what a run left."""
         study = StudyResults.load(out)
         first = at_patches(study.patches, list(range(len(study.patches)))[:n_patches])
-        return cls(study, Pooling.on(study.body(), first))
+        return cls(study, first, Pooling.on(study.body(), first))
 
     def features(self, draw: int) -> np.ndarray:
         """Of all windows, with a step of noise; as they are in draw 0."""
@@ -65,19 +66,18 @@ class Recorded:
 
     def advised(self, draw: int) -> dict[str, object]:
         """What a run would say of a draw."""
-        config, labels, patches = self.study.config(), self.study.labels(), self.study.patches
+        config, labels = self.study.config(), self.study.labels()
         inputs = ArrayBlocks(self.features(draw))
         utility = rank_windows(inputs, labels, config, pooling=self.pooling)
         tests = set_tests(inputs, labels, config, self.pooling, utility=utility)
-        worn = choose_together(tests, utility.expected, free(utility, 6), config.target)
-        best = best_single(utility)
-        low, high = (short(float(one[best])) for one in utility.expected[1:])
+        advice = advise(utility, self.patches, self.study.body(), tests, config.target)
+        said, best = advice.answer, advice.best
         return {
-            "place": where_to_wear(best, utility, patches).partition(" (")[0],
-            "F1": short(float(utility.expected_mean[best])),
-            "interval": f"{low} to {high}",
-            "highest patch": patches.names[best],
-            "sensors to wear together": len(worn.order),
+            "place": said.where.partition(" (")[0],
+            "F1": short(said.expected),
+            "interval": f"{short(said.low)} to {short(said.high)}",
+            "highest patch": self.patches.names[best],
+            "sensors to wear together": len(advice.worn.order),
             "exact F1": float(utility.expected_mean[best]),
         }
 

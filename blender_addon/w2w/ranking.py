@@ -23,6 +23,7 @@ from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
 from .core.results_folder import choose_to_wear
 from .core.selection.advice import best_single
+from .core.selection.answer import Answer, PlaceScore, Scored, answer, compare
 from .core.selection.constraints import Constraints
 from .core.selection.headline import mean_title
 from .core.selection.joint import JointSet
@@ -92,6 +93,25 @@ class Ranking:
         """The patch that would do best on other clips; `names[best]` is where it is."""
         return best_single(self.utility)
 
+    @cached_property
+    def answer(self) -> Answer:
+        """Where to wear one sensor: `answer.sentence()` says it, `answer.products` are the alternatives."""
+        return answer(self._scored)
+
+    def compare(self, *words: str) -> tuple[PlaceScore, ...]:
+        """Score products and places by name, such as "ring" and "left thigh front", best first.
+
+        Raises
+        ------
+        ValueError
+            If nothing is called one of them.
+        """
+        return compare(self._scored, words)
+
+    @cached_property
+    def _scored(self) -> Scored:
+        return Scored(self.utility, self.patches, self.body, self.best, np.ones(len(self.patches), bool))
+
     @property
     def names(self) -> tuple[str, ...]:
         """A name for each patch, by its region."""
@@ -148,7 +168,7 @@ class Ranking:
         constraints.terms(self.patches)  # refuse wrong ones before the slow part
         if self._set_tests is None:
             raise ValueError("only the classifier 'ridge' chooses sets to wear together")
-        return choose_to_wear(self.utility, self.patches, config, self._set_tests).worn
+        return choose_to_wear(self.utility, self.patches, self.body, config, self._set_tests).worn
 
     def _checked(self, patches: Sequence[int]) -> list[int]:
         for patch in patches:

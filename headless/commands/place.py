@@ -19,7 +19,7 @@ from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
 from ..console import BUSY, USAGE, ending
-from ..reports.console_tables import show_best_spot, show_worn
+from ..reports.console_tables import show_answer, show_worn
 from ..reports.redraw import check_redraw, copied, redraw
 from ..runs.folder import FolderBusyError
 from ..runs.monitor import RunMonitor
@@ -95,7 +95,7 @@ def place(
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
             advice = advised(study, config)
-    show_best_spot(advice, study.utility, study.patches, console)
+    show_answer(advice, study.utility, console)
     show_worn(advice, study.patches, console)
     content = advice_content(advice, study.utility, study.patches)
     if redrawn:

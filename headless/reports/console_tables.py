@@ -27,6 +27,7 @@ from w2w.core.ranking.windows import WindowSpec
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection import headline
 from w2w.core.selection.advice import Advice
+from w2w.core.selection.answer import PlaceScore
 from w2w.core.wording import capital
 
 from ..console import show_left_out
@@ -34,6 +35,9 @@ from ..options import window_warning
 from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
 from . import draw, html
+
+MOST_PRODUCTS = 8
+"""Products listed."""
 
 
 def _table(title: str, headings: Sequence[str], right: Sequence[str] = ()) -> Table:
@@ -67,7 +71,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
     _show_garments(study, console)
-    show_best_spot(study.advice, utility, study.results.patches, console)
+    show_answer(study.advice, utility, console)
     _show_regions(study.results, console)
     placements = [name for name, _ in study.config.placements]
     show_own_placements(own_scores(placements, utility, study.results.patches), console)
@@ -138,20 +142,34 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-def show_best_spot(advice: Advice, utility: UtilityMap, patches: PatchSet, console: Console) -> None:
-    """Print where to wear one sensor, and how far these clips tell."""
+def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
+    """Print where to wear one sensor, on which products, and how sure that is."""
+    console.print(f"\n[bold]{advice.answer.sentence()}[/bold]", highlight=False)
+    if advice.answer.ties:
+        console.print(advice.answer.ties)
+    show_places(advice.answer.products[:MOST_PRODUCTS], console)
     if caution := headline.spot_caution(advice.best, utility):
         console.print(f"{caution}.", style="bold yellow")
-    console.print(
-        f"[bold]{headline.best_spot_sentence(advice.best, utility, patches, advice.allowed)}.[/bold]"
-    )
-    if len(headline.as_good_as(advice.best, utility, advice.allowed)) > 1:
-        console.print(f"The highest of them: {patches.names[advice.best]}.")
     if explained := headline.mean_sentence(utility):
         console.print(f"{explained}.", markup=False)
     console.print(f"{headline.confidence_sentence(utility, advice.best)}.")
     if warning := interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
+
+
+def show_places(scores: Sequence[PlaceScore], console: Console) -> None:
+    """Print one sensor on each of some products, or at places by name."""
+    figures = ("F1", "95 % interval", "costs")
+    table = _table("One sensor on", ("", *figures, ""), right=figures)
+    for score in scores:
+        table.add_row(
+            f"{score.side} {score.name}".strip(),
+            headline.short(score.expected),
+            f"{headline.short(score.low)} to {headline.short(score.high)}",
+            headline.short(max(score.costs, 0.0)),
+            "as good as the best" if score.as_good else "",
+        )
+    console.print(table)
 
 
 def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
@@ -163,7 +181,7 @@ def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
     made = worn.promise
     console.print(f"[bold]{capital(worn.sentence())}.[/bold]")
     figures = ("", "expected F1", "95 % interval", "on these clips")
-    headings = ("", "patch", *figures[1:], "as good alone")
+    headings = ("", "patch", *figures[1:], "or instead")
     table = _table("Worn together, sensor by sensor", headings, right=figures)
     for number, (patch, others) in enumerate(zip(worn.order, advice.alternatives, strict=True)):
         table.add_row(

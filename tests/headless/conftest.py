@@ -136,7 +136,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         body,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         StudyResults(out, utility, patches, ranked, config.as_dict()),
-        advise(utility, patches, tests, config.target, max_places=5),
+        advise(utility, patches, body, tests, config.target, max_places=5),
     )
     write_config(drawn)
     write_results(drawn)

@@ -18,7 +18,7 @@ from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.steps.choosing import choose_steps
 from w2w.ui.study import signal_cache
-from w2w.ui.study.advice import advice_of, leading
+from w2w.ui.study.advice import advice_of, answer_of, leading
 from w2w.ui.study.lists import is_understood, suggestions
 from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of
 
@@ -165,7 +165,7 @@ def test_a_wish_that_nothing_meets_says_so_and_one_without_a_place_is_none(finis
     bpy.ops.w2w.add_wish(kind="ONLY")
     assert [row.patch for row in study.chosen] == before
     study.wishes[-1].place = "tail"
-    assert study.verdict.startswith("No patch is called 'tail'")
+    assert answer_of(study)["sentence"].startswith("No patch is called 'tail'")
     assert not study.chosen
     with pytest.raises(RuntimeError, match="no patch is called 'tail'"):
         bpy.ops.w2w.choose_sensors()

@@ -16,9 +16,9 @@ from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.results import results
-from w2w.ui.study.advice import advice_of
+from w2w.ui.study.advice import advice_of, answer_of
 from w2w.ui.study.counting import is_reweighed
-from w2w.ui.study.state import config_of, patches_of, utility_of
+from w2w.ui.study.state import config_of, utility_of
 
 from .made_study import make_study
 from .test_choosing import options, place, set_wishes
@@ -65,9 +65,7 @@ def test_a_choice_by_weights_is_that_of_the_command_line(
     choice, said = place(finished_run, tmp_path, *asked)
     assert advice_of(study) == choice, said
     assert not is_reweighed(study, utility_of(study))
-    assert results.findings(study, utility_of(study), patches_of(study.id_data))[1][-2] == (
-        f"{mean_sentence(utility_of(study))}."
-    )
+    assert results.findings(study, utility_of(study))[1][-2] == (f"{mean_sentence(utility_of(study))}.")
 
 
 @pytest.mark.slow
@@ -103,7 +101,7 @@ def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Pa
     assert study.regions[0].f1 == pytest.approx(shown.max(), abs=1e-6)
     assert [row.patch for row in study.chosen] == [shown.argmax()]
     assert set(empties_by_patch(study.chosen_collection)) == {shown.argmax()}
-    assert "over the activities that count" in results.findings(study, before, patches_of(body))[1][0]
+    assert "over the activities that count" in answer_of(study)["sentence"]
     assert is_reweighed(study, before)
     assert not W2W_PT_utility.is_done(None, bpy.context)
     assert bpy.ops.w2w.rank_patches() == {"FINISHED"}

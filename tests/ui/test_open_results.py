@@ -20,6 +20,7 @@ from w2w.scene.base.steps import without_pauses
 from w2w.ui.files.open_results import open_steps
 from w2w.ui.jobs import jobs
 from w2w.ui.study import signal_cache
+from w2w.ui.study.advice import answer_of
 from w2w.ui.study.state import (
     BAKED,
     FAILED,
@@ -52,8 +53,8 @@ def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, s
     np.testing.assert_array_equal(utility_of(study).f1, run.utility.f1)
     np.testing.assert_array_equal(patches_of(opened).triangles, run.patches.triangles)
     np.testing.assert_allclose(body_of(opened).vertices, run.body().vertices, atol=1e-6)
-    assert [place.patch for place in study.chosen] == [summary["best_single_patch"]["patch"]]
-    assert study.verdict == summary["best_single_patch"]["sentence"]
+    assert [place.patch for place in study.chosen] == [summary["answer"]["patch"]]
+    assert answer_of(study) == summary["answer"]
     states = [state_of(clip, bake_settings(study)) for clip in study.clips]
     assert states == [BAKED] * 9 + [FAILED]
     assert study.ranked_as == rank_settings(study)

@@ -26,6 +26,7 @@ from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.steps.pick_tool import spot_at
 from w2w.ui.study import signal_cache
+from w2w.ui.study.advice import answer_of
 from w2w.ui.study.state import (
     BAKED,
     FAILED,
@@ -61,8 +62,8 @@ def test_ranking_choice_and_regions_are_the_runs(
     study, run = opened.w2w, StudyResults.load(finished_run)
     np.testing.assert_array_equal(utility_of(study).f1, run.utility.f1)
     np.testing.assert_array_equal(patches_of(opened).triangles, run.patches.triangles)
-    assert [place.patch for place in study.chosen] == [summary["best_single_patch"]["patch"]]
-    assert study.verdict == summary["best_single_patch"]["sentence"]
+    assert [place.patch for place in study.chosen] == [summary["answer"]["patch"]]
+    assert answer_of(study) == summary["answer"]
     assert study.regions[0].f1 == pytest.approx(run.utility.expected_mean.max())
     assert heatmap_names(opened) == [MEAN, *(f"{PREFIX}{name}" for name in run.utility.activities)]
     assert config_of(study) == run.config()

@@ -16,13 +16,16 @@ import pytest
 from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection.advice import best_single
-from w2w.core.selection.headline import CANNOT_RANK, best_spot_sentence, confidence_sentence, mean_caution
+from w2w.core.selection.answer import Scored, answer
+from w2w.core.selection.headline import CANNOT_RANK, confidence_sentence, mean_caution, short
+from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import carrier_triangles, patch_empties
 from w2w.ui.jobs import jobs
 from w2w.ui.panels import menus
 from w2w.ui.properties import study as properties
 from w2w.ui.results import results
 from w2w.ui.study import scores
+from w2w.ui.study.advice import answer_of
 from w2w.ui.study.state import (
     STALE,
     bake_settings,
@@ -66,7 +69,7 @@ def test_the_joint_that_moves_decides_where_its_activity_is_seen(library: Path) 
     assert waving[on_right_arm].min() > 0.9
     assert len(body.data.color_attributes) == 4
     assert not body.w2w.show_patches
-    assert [place.patch for place in body.w2w.chosen] == [best_single(utility)]
+    assert [place.patch for place in body.w2w.chosen] == [answer_of(body.w2w)["patch"]]
 
 
 def test_the_ticks_choose_anew_at_once(library: Path) -> None:
@@ -125,12 +128,14 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     body = make_study(library)
     study, utility, patches = body.w2w, utility_of(body.w2w), patches_of(body)
     best = best_single(utility)
-    caution, sentences = results.findings(study, utility, patches)
+    caution, sentences = results.findings(study, utility)
     assert bool(caution) == (not utility.can_rank)
-    assert sentences[0] == f"{best_spot_sentence(best, utility, patches)}."
+    everywhere = np.ones(len(patches), bool)
+    found = answer(Scored(utility, patches, body_of(body), best, everywhere))
+    assert answer_of(study)["sentence"] == found.sentence()
     assert sentences[-1] == f"{confidence_sentence(utility)}."
     weak = replace(utility, can_rank=False)
-    assert results.findings(study, weak, patches)[0] == f"{CANNOT_RANK}."
+    assert results.findings(study, weak)[0] == f"{CANNOT_RANK}."
     first, second = scores.patch_lines(study, utility, best)
     assert mean_caution(utility)  # the library has few clips
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
@@ -147,10 +152,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert study.regions[0].high == pytest.approx(high)
     study.activities[0].use = False
     fewer = utility.expected_f1[:, 1:].mean(axis=1)
-    assert (
-        f"expected F1 {fewer.max():.2f} over the activities"
-        in results.findings(study, utility, patches)[1][0]
-    )
+    assert f"F1 {short(fewer.max())} over the activities" in answer_of(study)["sentence"]
     assert study.regions[0].f1 == pytest.approx(fewer.max(), abs=1e-6)
 
 

@@ -151,17 +151,25 @@ def prepared_tests(
 
 
 def choose_to_wear(
-    utility: UtilityMap, patches: PatchSet, config: StudyConfig, tests: SetTests | None
+    utility: UtilityMap, patches: PatchSet, body: Body, config: StudyConfig, tests: SetTests | None
 ) -> Advice:
     """Choose the best spot and the patches to wear together, with `tests` from `prepared_tests`.
 
     The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
     """
     return advise(
-        utility, patches, tests, config.target, config.every_activity, config.max_places, config.constraints
+        utility,
+        patches,
+        body,
+        tests,
+        config.target,
+        config.every_activity,
+        config.max_places,
+        config.constraints,
     )
 
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
-    return choose_to_wear(study.utility, study.patches, config, prepared_tests(study, config, pooling))
+    tests = prepared_tests(study, config, pooling)
+    return choose_to_wear(study.utility, study.patches, study.body(), config, tests)

@@ -54,8 +54,8 @@ def side(patches, place):
     return patches.regions[place].split()[0]
 
 
-def test_a_left_and_a_right_place_do_it_together(utility, patches, tests):
-    advice = advise(utility, patches, tests, 0.97)
+def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body, tests):
+    advice = advise(utility, patches, bundled_body, tests, 0.97)
     order = advice.worn.order
     assert {side(patches, place) for place in order[:2]} == {"left", "right"}
     for place, others in zip(order, advice.alternatives, strict=True):
@@ -64,17 +64,24 @@ def test_a_left_and_a_right_place_do_it_together(utility, patches, tests):
     assert any(len(others) for others in advice.alternatives)
 
 
-def test_constraints_bind_the_best_the_set_and_the_next(utility, patches, tests):
-    advice = advise(utility, patches, tests, 0.97, constraints=Constraints(only=("left",)))
+def test_constraints_bind_the_best_the_set_and_the_next(utility, patches, bundled_body, tests):
+    advice = advise(utility, patches, bundled_body, tests, 0.97, constraints=Constraints(only=("left",)))
     taken = [advice.best, *advice.worn.order, *advice.worn.further, *np.concatenate(advice.alternatives)]
     assert all(patches.regions[int(place)].startswith("left") for place in taken)
-    forced = advise(utility, patches, tests, 0.97, constraints=Constraints(must=("middle",)))
+    forced = advise(utility, patches, bundled_body, tests, 0.97, constraints=Constraints(must=("middle",)))
     assert any(not patches.regions[place].startswith(("left", "right")) for place in forced.worn.order)
     with pytest.raises(ValueError, match="2 patches are required"):
-        advise(utility, patches, tests, max_places=1, constraints=Constraints(must=("left", "right")))
+        advise(
+            utility,
+            patches,
+            bundled_body,
+            tests,
+            max_places=1,
+            constraints=Constraints(must=("left", "right")),
+        )
 
 
-def test_without_tests_there_is_the_best_spot_alone(utility, patches):
-    advice = advise(utility, patches, None)
+def test_without_tests_there_is_the_best_spot_alone(utility, patches, bundled_body):
+    advice = advise(utility, patches, bundled_body, None)
     assert (advice.worn, advice.alternatives) == (None, ())
     assert advice.best == utility.expected_mean.argmax()

@@ -22,7 +22,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise, best_single
 from w2w.core.selection.headline import CANNOT_RANK, more_clips
 from w2w.headless.app import APP
-from w2w.headless.reports.console_tables import show_best_spot
+from w2w.headless.reports.console_tables import show_answer
 from w2w.headless.reports.html import write_report
 from w2w.headless.reports.report_data import as_script_json, packed, title
 
@@ -214,10 +214,7 @@ def test_the_headline_is_that_of_the_summary(page, drawn_results):
     summary = json.loads((drawn_results / "summary.json").read_text())
     utility = UtilityMap.load(drawn_results / "utility.npz")
     text = " ".join(" ".join(Reader(page).texts).split())
-    best = summary["best_single_patch"]
-    where, score = best["where"], best["sentence"].removeprefix(f"{best['where']}, ")
-    assert best["sentence"] == f"{where}, {score}"
-    assert text.index(f"{where} E{score[1:]}.") < text.index("Sensors together")
+    assert text.index(summary["answer"]["sentence"]) < text.index("Sensors together")
     assert summary["map_sentence"] in text
     assert summary["map_reliability"] == pytest.approx(utility.reliability, abs=1e-6)
     assert summary["more_clips_per_activity"] == more_clips(utility)
@@ -235,8 +232,11 @@ def test_clips_that_cannot_rank_say_so_before_all_else(drawn_results, tmp_path, 
     if not can_rank:
         assert page.index('<p class="warning">') < page.index('<section class="cards"')
     study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
-    show_best_spot(advise(utility, study.patches, None), utility, study.patches, console)
-    assert console.export_text().startswith(CANNOT_RANK) != can_rank
+    advice = advise(utility, study.patches, study.body(), None)
+    show_answer(advice, utility, console)
+    said = console.export_text().strip()
+    assert said.startswith(advice.answer.sentence())
+    assert (CANNOT_RANK in said) != can_rank
 
 
 def test_regions_are_sorted_by_the_expected_f1_and_lead_with_it(page, drawn_results):

@@ -11,13 +11,12 @@ from ..files import DIGITS
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
+from ..selection.answer import Answer, PlaceScore
 from ..selection.headline import (
     as_good_as,
-    best_spot_sentence,
     confidence_sentence,
     mean_sentence,
     more_clips,
-    where_to_wear,
 )
 from ..selection.joint import JointSet
 from ..selection.promise import Promise
@@ -27,10 +26,9 @@ from .counts import interval_caution
 def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
     """The choice as plain values."""
     return {
+        "answer": answer_content(advice.answer, patches),
         "best_single_patch": {
             **patch_content(advice.best, utility, patches),
-            "where": where_to_wear(advice.best, utility, patches, advice.allowed),
-            "sentence": best_spot_sentence(advice.best, utility, patches, advice.allowed),
             "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
             "clips_rank_placements": utility.can_rank,
             "chance_of_gain": round(utility.beats_average, 3),
@@ -44,6 +42,35 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
         "map_sentence": confidence_sentence(utility, advice.best),
         "interval_caution": interval_caution(utility),
         "worn_together": None if advice.worn is None else worn_content(advice, utility, patches),
+    }
+
+
+def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
+    """Where to wear one sensor, in a sentence and by products."""
+    return {
+        "sentence": answer.sentence(),
+        "ties": answer.ties,
+        "patch": answer.patch,
+        "name": patches.names[answer.patch],
+        "expected_f1": rounded(answer.expected),
+        "expected_f1_interval": [rounded(answer.low), rounded(answer.high)],
+        "places_differ": answer.differs,
+        "recommended": [score.name for score in answer.named],
+        "products": [place_content(score, patches) for score in answer.products],
+    }
+
+
+def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
+    """One sensor on a product or at a named place."""
+    return {
+        "name": score.name,
+        "side": score.side,
+        "patch": score.patch,
+        "patch_name": patches.names[score.patch],
+        "expected_f1": rounded(score.expected),
+        "expected_f1_interval": [rounded(score.low), rounded(score.high)],
+        "costs": rounded(score.costs),
+        "as_good": score.as_good,
     }
 
 

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..body.body import template
 from ..wording import plain_words
+
+SIDES = ("left", "right")
 
 
 @dataclass(frozen=True)
@@ -53,30 +55,41 @@ PLACEMENTS: tuple[Placement, ...] = (
 
 
 class Product(NamedTuple):
-    """A wearable product."""
+    """A wearable product, as `assets/templates/products.json` describes it."""
 
+    name: str
+    phrase: str  # with its article: "a watch"
     region: str  # where its sensor usually sits; "*" is for left or right
     # regions that it touches, without their side: what wishes such as "only belt" mean
     reach: tuple[str, ...]
+    wanders: tuple[str, ...]  # regions over which a loose one moves; empty where it sits still
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """The sides it can be worn on; one empty word where it has none."""
+        return SIDES if "*" in self.region else ("",)
+
+    def on(self, side: str) -> str:
+        """Name of the region on one side."""
+        return self.region.replace("*", side)
 
 
-WRIST = ("wrist dorsal", "wrist thumb side", "wrist little finger side", "wrist volar")
-FINGERS = ("index finger", "middle finger", "ring finger", "little finger")
-RIBS = ("sternum", "chest", "front ribs", "side ribs", "middle back", "middle spine")
+def _product(
+    name: str, region: str, reach: list[str], phrase: str = "", wanders: Sequence[str] = (), **_: Any
+) -> Product:
+    article = "an" if name[0] in "aeiou" else "a"
+    return Product(name, phrase or f"{article} {name}", region, tuple(reach), tuple(wanders))
 
-PRODUCTS: dict[str, Product] = {
-    "watch": Product("* wrist dorsal", WRIST),
-    "ring": Product("* ring finger", FINGERS),
-    "earbud": Product("* ear", ("ear",)),
-    "glasses": Product("* temple", ("temple", "behind ear", "nose")),
-    "headband": Product("forehead", ("forehead", "temple", "side of head", "back of head")),
-    "chest strap": Product("sternum", RIBS),
-    "belt": Product("* hip", ("hip", "front hip", "lower abdomen", "lower back", "lower spine")),
-    "phone in pocket": Product("* front pocket", ("front pocket",)),
-    "knee brace": Product("* knee lateral", ("knee lateral", "knee front", "knee medial", "knee back")),
-    "shoe": Product("* instep", ("instep", "toes", "heel", "sole", "foot lateral", "foot medial")),
+
+_TABLE: list[dict[str, Any]] = template("products.json")["products"]
+
+PRODUCTS: dict[str, Product] = {entry["name"]: _product(**entry) for entry in _TABLE}
+"""Usual products by their names, the commonest first: our reading of where they are worn."""
+
+PRODUCT_NAMED: dict[str, Product] = {
+    word: PRODUCTS[entry["name"]] for entry in _TABLE for word in (entry["name"], *entry["also"])
 }
-"""Our reading of where such products are worn."""
+"""The same by every word for them: "smartwatch", "pendant", "insole"."""
 
 
 _REGIONS: dict[str, list[str]] = template("regions.json")["parts"]
@@ -97,7 +110,6 @@ PARTS = {
 ALL = [region for regions in _REGIONS.values() for region in regions]
 """Every region, without its side."""
 
-SIDES = ("left", "right")
 MIDDLE = "middle"
 """Where the body has but one: sternum, spine, navel, nose."""
 
@@ -117,13 +129,12 @@ def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.
     if words in known:
         return np.array([known.index(words)])
     if words == MIDDLE:
-        return np.array([patch for patch, region in enumerate(regions) if not _side(region)], dtype=int)
-    side = _side(words)
-    rest = words.removeprefix(side).strip()
+        return np.array([patch for patch, region in enumerate(regions) if not side_of(region)[0]], dtype=int)
+    side, rest = side_of(words)
     if rest in PARTS:
         return _on_side(regions, side, PARTS[rest])
-    if rest in PRODUCTS:
-        return _on_side(regions, side, PRODUCTS[rest].reach)
+    if rest in PRODUCT_NAMED:
+        return _on_side(regions, side, PRODUCT_NAMED[rest].reach)
     try:
         return patches_named(regions, words)
     except ValueError:
@@ -143,9 +154,10 @@ def _on_side(regions: Sequence[str], side: str, stems: Sequence[str]) -> np.ndar
     return np.array([patch for patch, region in enumerate(regions) if region in wanted], dtype=int)
 
 
-def _side(words: str) -> str:
-    first = words.split(" ", 1)[0]
-    return first if first in SIDES else ""
+def side_of(words: str) -> tuple[str, str]:
+    """The side that a name begins with, empty where none, and the rest of it."""
+    first, _, rest = words.partition(" ")
+    return (first, rest.strip()) if first in SIDES else ("", words)
 
 
 AROUND = ("shoulder", "upper arm", "elbow", "forearm", "wrist", "thigh", "knee", "lower leg", "ankle")
@@ -164,8 +176,7 @@ def great_part(region: str) -> str:
 
 def segment(region: str) -> str:
     """The part of the body that a region belongs to, with its side; regions of the torso stay as they are."""
-    side = _side(region)
-    stem = region.removeprefix(side).strip()
+    side, stem = side_of(region)
     for part in ("head", "neck"):
         if stem in PARTS[part]:
             return part

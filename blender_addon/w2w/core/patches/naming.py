@@ -18,7 +18,7 @@ from ..body.body import Body
 from ..body.landmarks import PLACES, SENSOR_SITES
 from ..body.regions import regions_of
 from ..wording import plain_words
-from .body_parts import PLACEMENTS, PRODUCTS, SIDES, patches_named
+from .body_parts import PLACEMENTS, PRODUCT_NAMED, SIDES, patches_named
 from .patches import PatchSet
 
 DEFAULT_SIDE = "left"
@@ -109,7 +109,7 @@ def _nearest(
 def _region_by_name() -> dict[str, str]:
     """Region of every placement and product by its name, alone and with its side."""
     meant = {placement.name: placement.region for placement in PLACEMENTS}
-    meant |= {name: product.region for name, product in PRODUCTS.items()}
+    meant |= {word: product.region for word, product in PRODUCT_NAMED.items()}
     region_of = {name: region.replace("*", DEFAULT_SIDE) for name, region in meant.items()}
     for side in SIDES:
         region_of |= {

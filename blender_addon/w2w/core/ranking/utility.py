@@ -130,16 +130,15 @@ class UtilityMap:
         """Expected macro F1 of each patch, shape (N,), and the bounds of its interval."""
         return self.expected_mean, self.expected_low, self.expected_high
 
-    def same_as(self, patch: int) -> np.ndarray:
-        """Patches whose macro F1 cannot be told from that of `patch`, shape (N,), bool.
+    def same(self, first: int, second: int) -> bool:
+        """Whether the macro F1 of two patches cannot be told apart.
 
-        Those for which the bootstrap interval of the difference, both patches seeing the same resampled
-        clips, holds zero.
+        The bootstrap interval of the difference, both seeing the same resampled clips, then holds zero.
         """
-        difference = self.mean_samples - self.mean_samples[:, patch : patch + 1]
         tail = (1 - self.level) / 2
-        low, high = np.quantile(difference, [tail, 1 - tail], axis=0)
-        return (low <= 0) & (high >= 0)
+        difference = self.mean_samples[:, first] - self.mean_samples[:, second]
+        low, high = np.quantile(difference, [tail, 1 - tail])
+        return bool(low <= 0 <= high)
 
     @property
     def by_subject(self) -> bool:

@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
+from ..body.body import Body
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
+from ..ranking.weights import mean_over
+from .answer import Answer, Scored, answer, product_patches
 from .constraints import Constraints
-from .joint import JointSet, choose_together
+from .joint import WORTH, JointSet, choose_together
 from .set_tests import SetTests
 from .terms import Terms, open_mask
 
@@ -62,6 +65,9 @@ def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation:
 WINDOWS_AT_ONCE = 4096
 """Windows whose predictions are correlated at once, so that memory does not grow with the library."""
 
+SWAPS = 2
+"""Patches tried in the place of each one of a set."""
+
 SAME_OPINION = 0.8
 """Mean correlation of predictions from which patches are grouped as equivalent."""
 
@@ -78,8 +84,9 @@ class Advice:
     """Where to wear, under a designer's constraints."""
 
     best: int  # allowed patch with the highest expected macro F1
+    answer: Answer  # where to wear one sensor
     worn: JointSet | None  # the patches to wear together; None where nothing tests sets
-    alternatives: tuple[np.ndarray, ...]  # to each of these: allowed patches of its cluster, as good
+    alternatives: tuple[np.ndarray, ...]  # for each of these: at most two patches that can take its place
     clusters: np.ndarray  # (N,), int: as from `redundancy_clusters`
     allowed: np.ndarray | None = None  # (N,), bool: patches that the constraints leave; all by default
 
@@ -87,6 +94,7 @@ class Advice:
 def advise(
     utility: UtilityMap,
     patches: PatchSet,
+    body: Body,
     tests: SetTests | None,
     target: float = 0.9,
     every_activity: float = 0.0,
@@ -95,22 +103,80 @@ def advise(
 ) -> Advice:
     """Choose patches from a finished ranking: sets by their `tests`, else the best spot alone.
 
-    `target` and `every_activity` are as for `choose_together`. A ValueError says which constraints cannot be
-    met.
+    `body` is the one that the patches are on. `target` and `every_activity` are as for `choose_together`.
+    Sets are chosen among the places of usual products, and among all patches where those fall short of the
+    target and of what all patches promise. A ValueError says which constraints cannot be met.
     """
-    terms = Terms.checked(len(patches), max_places, **(constraints or Constraints()).terms(patches))
-    worn = choose_together(tests, utility.expected, terms, target, every_activity) if tests else None
-    clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
-    others = ~np.eye(len(patches), dtype=bool)
+    constraints = constraints or Constraints()
+    terms = Terms.checked(len(patches), max_places, **constraints.terms(patches))
+    best = best_single(utility, terms.allowed)
+    worn, swaps = None, ()
+    if tests:
+        worn, among = _set_to_wear(
+            tests,
+            utility,
+            terms,
+            _worn_on_products(terms, patches, body, constraints),
+            target,
+            every_activity,
+        )
+        swaps = interchangeable(tests, worn, among)
     return Advice(
-        best=best_single(utility, terms.allowed),
+        best=best,
+        answer=answer(Scored(utility, patches, body, best, terms.allowed)),
         worn=worn,
-        alternatives=tuple(
-            np.flatnonzero(
-                (clusters == clusters[patch]) & utility.same_as(patch) & terms.allowed & others[patch]
-            )
-            for patch in (worn.order if worn else ())
-        ),
-        clusters=clusters,
+        alternatives=swaps,
+        clusters=redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION),
         allowed=terms.allowed,
     )
+
+
+def _worn_on_products(terms: Terms, patches: PatchSet, body: Body, constraints: Constraints) -> np.ndarray:
+    """Allowed patches (N,), bool, at which products sit, and those that must be chosen.
+
+    All that are allowed where a wish says which patches to use, or no product sits on any.
+    """
+    on_product = np.isin(np.arange(len(patches)), list(product_patches(patches, body)))
+    on_product[np.concatenate([np.empty(0, int), *terms.required])] = True
+    on_product &= terms.allowed
+    return terms.allowed if constraints.only or not on_product.any() else on_product
+
+
+def _set_to_wear(
+    tests: SetTests,
+    utility: UtilityMap,
+    terms: Terms,
+    on_products: np.ndarray,
+    target: float,
+    every_activity: float,
+) -> tuple[JointSet, Terms]:
+    """The set to wear and the terms it was chosen under: on products unless all patches promise more."""
+    narrow = replace(terms, allowed=on_products, max_size=min(terms.max_size, int(on_products.sum())))
+    worn = choose_together(tests, utility.expected, narrow, target, every_activity)
+    if worn.reached or (on_products == terms.allowed).all():
+        return worn, narrow
+    free = choose_together(tests, utility.expected, terms, target, every_activity)
+    more = free.promise.mean[-1] - worn.promise.mean[-1]
+    return (free, terms) if free.reached or more > WORTH else (worn, narrow)
+
+
+def interchangeable(tests: SetTests, worn: JointSet, terms: Terms) -> tuple[np.ndarray, ...]:
+    """For each patch of a set, at most two that can take its place.
+
+    With them the set's macro F1 on the clips that chose it falls by no more than `WORTH`.
+    """
+    order, whole, found = list(worn.order), tests.whole, []
+    for number, patch in enumerate(order):
+        rest = order[:number] + order[number + 1 :]
+        others = [options for options in terms.required if patch in options and not set(rest) & set(options)]
+        free = np.setdiff1d(others[0] if others else np.flatnonzero(terms.allowed), order)
+        value = whole.added(rest, free, worn.every_activity > 0) if rest else whole.single[free]
+        first = free[np.argsort(-value, kind="stable")[:SWAPS]]
+        sets = [[*rest, int(one)] for one in first]
+        f1 = (
+            [mean_over(one[-1], tests.weights) for one in whole.f1_of_firsts(sets, [len(order)])]
+            if sets
+            else []
+        )
+        found.append(first[np.array(f1, dtype=float) >= worn.raw_mean[-1] - WORTH])
+    return tuple(found)

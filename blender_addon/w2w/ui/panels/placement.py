@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -16,7 +15,7 @@ from ..properties.rows import KINDS
 from ..results import results
 from ..results.own_placements import spot_name
 from ..steps.choosing import TITLE, missing_for_choice
-from ..study.advice import advice_of
+from ..study.advice import advice_of, answer_of
 from ..study.counting import left_out
 from ..study.lists import add_wish, is_understood
 from ..study.operators import OnPatches
@@ -27,9 +26,6 @@ from .results import can_change_now, draw_rows
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
-
-NAMED = 3
-"""Alternatives named in a line."""
 
 
 class W2W_OT_add_wish(OnPatches, bpy.types.Operator):
@@ -161,8 +157,8 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
     study, content = body.w2w, advice_of(body.w2w)
     missing = missing_for_choice(body)
     if content is None:
-        if len(study.wishes) and study.verdict:
-            draw_text(layout, context, f"One sensor: {_sentence(study.verdict)}")
+        if len(study.wishes) and (said := answer_of(study)):
+            draw_text(layout, context, f"One sensor: {said['sentence']}")
         if missing:
             draw_text(layout, context, missing, icon="INFO")
         elif study.advice_text:
@@ -186,20 +182,14 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
 
 
 def _alternatives(worn: dict[str, Any]) -> list[str]:
-    """For each sensor of a set, what is as good alone."""
+    """For each sensor of a set, what can take its place."""
     return [
-        f"as good alone as {number} ({sensor['name']}): {_some(names)}"
+        f"instead of {number} ({sensor['name']}): {' or '.join(names)}"
         for number, (sensor, names) in enumerate(
             zip(worn["places"], worn["alternatives"], strict=True), start=1
         )
         if names
     ]
-
-
-def _some(names: Sequence[str]) -> str:
-    more = len(names) - NAMED
-    text = ", ".join(names[:NAMED])
-    return f"{text} and {more} more" if more > 0 else text
 
 
 def _sentence(text: str) -> str:

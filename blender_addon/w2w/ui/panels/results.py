@@ -3,19 +3,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import bpy
 
 from ...core.selection.headline import short
+from ...core.wording import capital
 from ...scene.motion.source_beside import remove_source
 from ...scene.second_body import add_beside
 from ..jobs import jobs
 from ..jobs.text import draw_text
 from ..results import results
 from ..results.results import findings
+from ..study.advice import answer_of
 from ..study.counting import COUNTED
 from ..study.operators import OnRanking
 from ..study.scores import MEAN_VIEW, NOTHING, activity_scores, beside_of, minus_index, view_index
-from ..study.state import bodies, current_body, patches_of, utility_of, without_updates
+from ..study.state import bodies, current_body, utility_of, without_updates
 from ..viewport import legend
 from .base import ResultPanel, W2WPanel
 
@@ -24,6 +29,9 @@ Layout = bpy.types.UILayout
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 """Of a weight and a score, in heights of a row."""
+
+PRODUCTS = 3
+"""Products shown."""
 
 ACTIVITY_ROWS = (4, 10)
 """Fewest and most rows of the list of activities."""
@@ -43,11 +51,44 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: Context) -> None:
         body = current_body(context)
-        caution, sentences = findings(body.w2w, utility_of(body.w2w), patches_of(body))
-        for warning in filter(None, (caution, body.w2w.source_caution)):
+        said = answer_of(body.w2w)
+        draw_text(self.layout, context, said.get("sentence", ""))
+        if said.get("ties"):
+            draw_text(self.layout, context, said["ties"])
+        draw_products(self.layout, said.get("products", ())[:PRODUCTS])
+        if body.w2w.source_caution:
             box = self.layout.box()
             box.alert = True
-            draw_text(box, context, warning, icon="ERROR", indent=20)
+            draw_text(box, context, body.w2w.source_caution, icon="ERROR", indent=20)
+
+
+def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
+    """Draw a row a product: its name, its F1 as a bar, and what it costs against the best spot."""
+    column = layout.column(align=True)
+    for product in products:
+        row = column.split(factor=0.5, align=True)
+        row.label(text=capital(f"{product['side']} {product['name']}".strip()))
+        text = short(product["expected_f1"])
+        if not product["as_good"]:
+            text += f", costs {short(product['costs'])}"
+        row.progress(factor=product["expected_f1"], text=text)
+
+
+class W2W_PT_sure(ResultPanel, bpy.types.Panel):
+    """How sure the answer is."""
+
+    bl_label = "How Sure"
+    bl_idname = "W2W_PT_sure"
+    bl_parent_id = "W2W_PT_findings"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Context) -> None:
+        body = current_body(context)
+        caution, sentences = findings(body.w2w, utility_of(body.w2w))
+        if caution:
+            box = self.layout.box()
+            box.alert = True
+            draw_text(box, context, caution, icon="ERROR", indent=20)
         for sentence in sentences:
             draw_text(self.layout, context, sentence)
 

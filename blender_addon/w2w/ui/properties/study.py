@@ -241,9 +241,7 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
     )
     own_placed: StringProperty(options={"HIDDEN"})
     wishes: CollectionProperty(type=rows.W2W_PG_wish)
-    verdict: StringProperty(
-        name="Verdict", description="The best spot that wishes leave, or why there is none"
-    )
+    answer_text: StringProperty(options={"HIDDEN"})
     chosen: CollectionProperty(type=rows.W2W_PG_place)
     worn: CollectionProperty(type=rows.W2W_PG_place)
     advice_text: StringProperty(options={"HIDDEN"})

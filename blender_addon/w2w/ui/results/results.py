@@ -7,21 +7,16 @@ import bpy
 import numpy as np
 
 from ...core.colours import score_range
+from ...core.findings.advice_content import answer_content
 from ...core.findings.sources import Shown, source_caution, system_of
-from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import best_single
-from ...core.selection.headline import (
-    CANNOT_RANK,
-    as_good_as,
-    best_spot_sentence,
-    confidence_sentence,
-    mean_caution,
-    mean_sentence,
-)
+from ...core.selection.answer import Scored, answer
+from ...core.selection.headline import CANNOT_RANK, confidence_sentence, mean_caution, mean_sentence, short
 from ...core.selection.terms import Terms
 from ...core.wording import capital
 from ...scene import heatmap
+from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ..study import advice
@@ -79,7 +74,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
 def clear(body: bpy.types.Object) -> None:
     """Take a ranking away: it was of other patches."""
     study = body.w2w
-    study.utility_text = study.utility_key = study.ranked_as = study.verdict = study.source_caution = ""
+    study.utility_text = study.utility_key = study.ranked_as = study.answer_text = study.source_caution = ""
     list_labels(study)
     study.chosen.clear()
     study.regions.clear()
@@ -92,22 +87,12 @@ def clear(body: bpy.types.Object) -> None:
         bpy.data.collections.remove(study.chosen_collection)
 
 
-def findings(study: bpy.types.PropertyGroup, utility: UtilityMap, patches: PatchSet) -> tuple[str, list[str]]:
-    """A caution where the clips cannot rank, else empty; and the headline, sentence by sentence."""
+def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, list[str]]:
+    """A caution where the clips cannot rank, else empty; and how sure the answer is, by sentence."""
     caution = "" if utility.can_rank else f"{CANNOT_RANK}."
     if not is_as_ranked(study, utility):
-        mean = expected_mean(study, utility)
-        best = int(mean.argmax())
-        score = f"expected F1 {mean[best]:.2f} over the activities that count"
-        return caution, [
-            f"{patches.names[best].capitalize()}, {score}. Intervals are of all activities alone."
-        ]
-    best = best_single(utility)
-    sentences = [f"{best_spot_sentence(best, utility, patches)}."]
-    if len(as_good_as(best, utility)) > 1:
-        sentences.append(f"The highest of them: {patches.names[best]}.")
-    sentences += [f"{text}." for text in (mean_sentence(utility), confidence_sentence(utility)) if text]
-    return caution, sentences
+        return caution, ["Intervals are of all activities alone."]
+    return caution, [f"{text}." for text in (mean_sentence(utility), confidence_sentence(utility)) if text]
 
 
 def fit_range(body: bpy.types.Object) -> None:
@@ -198,18 +183,21 @@ def choose(body: bpy.types.Object) -> None:
     try:
         terms = Terms.checked(len(patches), config.max_places, **config.constraints.terms(patches))
     except ValueError as error:
-        study.verdict = capital(error)
+        advice.keep_answer(study, {"sentence": f"{capital(error)}."})
         mark_chosen(body)
         return
     mean = expected_mean(study, utility)
     if is_as_ranked(study, utility):
         best = best_single(utility, terms.allowed)
-        study.verdict = best_spot_sentence(best, utility, patches, terms.allowed)
+        found = answer(Scored(utility, patches, body_of(body), best, terms.allowed))
+        advice.keep_answer(study, answer_content(found, patches))
+        patch = found.patch
     else:
-        best = int(np.where(terms.allowed, mean, -1).argmax())
-        study.verdict = f"{capital(patches.names[best])}, expected F1 {mean[best]:.2f}"
+        patch = int(np.where(terms.allowed, mean, -1).argmax())
+        sentence = f"{capital(patches.names[patch])}: F1 {short(mean[patch])} over the activities that count."
+        advice.keep_answer(study, {"sentence": sentence})
     row = study.chosen.add()
-    row.patch, row.label, row.f1 = best, patches.names[best], mean[best]
+    row.patch, row.label, row.f1 = patch, patches.names[patch], mean[patch]
     mark_chosen(body)
 
 

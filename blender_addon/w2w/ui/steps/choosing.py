@@ -98,8 +98,8 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     content = advice_content(advice, found.utility, found.patches)
     keep(study, content)
     results.mark_chosen(mesh)
-    sentence = (content["worn_together"] or content["best_single_patch"])["sentence"]
-    text = capital(sentence)
+    worn = content["worn_together"]
+    text = capital(worn["sentence"]) if worn else content["answer"]["sentence"].rstrip(".")
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
 

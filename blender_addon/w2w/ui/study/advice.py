@@ -23,6 +23,16 @@ def keep(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> None:
         row.low, row.high = sensor["expected_f1_so_far_interval"]
 
 
+def keep_answer(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> None:
+    """Keep where to wear one sensor under the study's wishes, or a sentence that says why nowhere."""
+    study.answer_text = json.dumps(content)
+
+
+def answer_of(study: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """Where to wear one sensor, as `w2w run` writes it; empty before a ranking."""
+    return _read(study.answer_text) if study.answer_text else {}
+
+
 def forget(study: bpy.types.PropertyGroup) -> None:
     """Forget the choice: its ranking is gone."""
     study.advice_text = study.advised_as = ""

@@ -7,7 +7,7 @@ import json
 
 import bpy
 
-from ...core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCTS, SIDES, find_patches
+from ...core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCT_NAMED, SIDES, find_patches
 from ...core.patches.patches import PatchSet
 from ...core.study import StudyConfig
 from .counting import list_activities
@@ -65,7 +65,7 @@ def is_understood(patches: PatchSet, place: str) -> bool:
 def suggestions(patches: PatchSet, typed: str) -> list[str]:
     """Names that hold all that has been typed: sides, parts, products, placements, regions."""
     sided = [f"{side} {part}" for part in ("arm", "hand", "leg", "foot") for side in SIDES]
-    common = [*PRODUCTS, *(placement.name for placement in PLACEMENTS)]
+    common = [*PRODUCT_NAMED, *(placement.name for placement in PLACEMENTS)]
     names = [*SIDES, MIDDLE, *PARTS, *sided, *common, *sorted(set(patches.regions)), *patches.names]
     words = typed.lower().split()
     return [name for name in dict.fromkeys(names) if all(word in name for word in words)]

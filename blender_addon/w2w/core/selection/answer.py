@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One answer to "where should the sensor go?": products that can be worn, or a region, in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..body.body import Body
+from ..patches.body_parts import PRODUCT_NAMED, PRODUCTS, Product, great_part, segment, side_of
+from ..patches.naming import FAR_M, place, resolve
+from ..patches.patches import PatchSet
+from ..ranking.utility import UtilityMap
+from ..wording import capital, plain_words
+from .headline import as_good_as, mean_caution, short
+
+NAMED = 2
+"""Most products in the sentence."""
+
+SHOWN = 0.005
+"""Smallest difference in F1 that two digits show."""
+
+MOST_OF = 0.8
+"""Share of a part's patches that must tie before the part is said to tie."""
+
+
+@dataclass(frozen=True)
+class PlaceScore:
+    """One sensor on a product, or at a place by name, scored from the map."""
+
+    name: str  # "watch", "left wrist"
+    phrase: str  # "a watch"
+    side: str  # the better side; empty where both do as well, or there is one place only
+    patch: int  # the nearest patch to where the sensor usually sits
+    expected: float  # macro F1 on other clips; a loose product's is the mean of the patches it moves over
+    low: float
+    high: float
+    costs: float  # expected F1 below that of the best allowed patch
+    as_good: bool  # cannot be told from the best
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Where to wear one sensor."""
+
+    where: str  # "a belt clip or a chest strap", "anywhere on the body", "left thigh front (9 by 14 cm)"
+    patch: int  # the patch recommended
+    expected: float  # macro F1 there on other clips; of two products, that of the lower
+    low: float
+    high: float
+    caution: str  # in place of the interval, where too few clips give one
+    differs: bool  # these clips show that some places are better than others
+    other: PlaceScore | None  # the commonest product that does worse
+    ties: str  # where else does as well, in a sentence; empty where no whole part does
+    named: tuple[PlaceScore, ...]  # products in `where`
+    products: tuple[PlaceScore, ...]  # every product that fits the wishes, best first
+
+    def sentence(self) -> str:
+        """The answer in words, the same on every page and panel."""
+        interval = self.caution or f"{short(self.low)} to {short(self.high)}"
+        said = f"{capital(self.where)}: F1 {short(self.expected)} ({interval})."
+        if not self.differs:
+            return f"{said} These clips cannot show that one place is better."
+        if self.other and (less := self.expected - self.other.expected) >= SHOWN:
+            return f"{said} {capital(self.other.phrase)} costs {short(less)}."
+        return said
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A map whose products and places are scored under a designer's wishes."""
+
+    utility: UtilityMap
+    patches: PatchSet
+    body: Body
+    best: int  # the allowed patch of highest expected F1
+    allowed: np.ndarray  # (N,), bool
+
+    @cached_property
+    def group(self) -> np.ndarray:
+        """Numbers of the allowed patches as good as the best."""
+        return as_good_as(self.best, self.utility, self.allowed)
+
+    @cached_property
+    def products(self) -> tuple[PlaceScore, ...]:
+        """Every product that has an allowed patch, best first."""
+        found = (self.product(product, product.sides) for product in PRODUCTS.values())
+        return tuple(sorted((score for score in found if score), key=lambda score: -score.expected))
+
+    def product(self, product: Product, sides: Sequence[str]) -> PlaceScore | None:
+        """A product on the better of some sides; None where no allowed patch is near."""
+        scores = []
+        for side in sides:
+            patch = nearest(product, side, self.patches, self.body)
+            if patch is None or not self.allowed[patch]:
+                continue
+            words = [f"{side} {region}".strip() for region in product.wanders]
+            under = [number for number, region in enumerate(self.patches.regions) if region in words]
+            scores.append(self.at(product.name, product.phrase, side, patch, under or [patch]))
+        if not scores:
+            return None
+        better = max(scores, key=lambda score: score.expected)
+        alike = len(scores) > 1 and self.utility.same(scores[0].patch, scores[1].patch)
+        return replace(better, side="") if alike else better
+
+    def named(self, word: str) -> PlaceScore:
+        """A product or a place by name; a ValueError says that nothing is called that."""
+        side, rest = side_of(plain_words(word))
+        product = PRODUCT_NAMED.get(rest)
+        sides = () if product is None else (side,) if side in product.sides else product.sides
+        if product and (score := self.product(product, sides)):
+            return score
+        patch = resolve(word, self.body, self.patches, lambda _: None)
+        return self.at(word, word, "", patch, [patch])
+
+    def at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
+        """A sensor that moves over the patches `under`."""
+        expected, low, high = (float(values[under].mean()) for values in self.utility.expected)
+        costs = float(self.utility.expected_mean[self.best]) - expected
+        as_good = bool(np.isin(under, self.group).all())
+        return PlaceScore(name, phrase, side, patch, expected, low, high, costs, as_good)
+
+
+def answer(scored: Scored) -> Answer:
+    """Recommend what can be worn among the patches as good as the best."""
+    utility, allowed, products = scored.utility, scored.allowed, scored.products
+    tying = [score for score in products if score.as_good]
+    named: list[PlaceScore] = []
+    other = next(iter(sorted((score for score in products if not score.as_good), key=_rarity)), None)
+    differs = utility.can_rank and not len(scored.group) == allowed.sum() > 1
+    if not differs:
+        where = "anywhere on the body" if allowed.all() else "anywhere that is allowed"
+        patch = products[0].patch if products else scored.best
+        f1 = [float(values[allowed].mean()) for values in utility.expected]
+    elif tying:
+        first = segment(scored.patches.regions[tying[0].patch])
+        elsewhere = [score for score in tying if segment(scored.patches.regions[score.patch]) != first]
+        named = [tying[0], *elsewhere][:NAMED]
+        where, patch = " or ".join(score.phrase for score in named), named[0].patch
+        lowest = min(named, key=lambda score: score.expected)
+        f1 = [lowest.expected, lowest.low, lowest.high]
+    else:
+        where, patch = _region(scored)
+        f1 = [float(values[patch]) for values in utility.expected]
+    return Answer(
+        where,
+        patch,
+        *f1,
+        caution=mean_caution(utility),
+        differs=differs,
+        other=other,
+        ties=ties_text(scored.group, scored.patches) if differs else "",
+        named=tuple(named),
+        products=products,
+    )
+
+
+def compare(scored: Scored, words: Sequence[str]) -> tuple[PlaceScore, ...]:
+    """Products and places by name, best first; a ValueError says that nothing is called one of them."""
+    return tuple(sorted(map(scored.named, words), key=lambda score: -score.expected))
+
+
+def nearest(product: Product, side: str, patches: PatchSet, body: Body) -> int | None:
+    """The nearest patch to where a product sits; None where that is more than 10 cm away."""
+    vertex = place(product.on(side), body)
+    patch = int(patches.labels[vertex])
+    away = np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex])
+    return patch if away <= FAR_M else None
+
+
+def product_patches(patches: PatchSet, body: Body) -> dict[int, str]:
+    """The patches at which usual products sit, each with the commonest product's side and name."""
+    found: dict[int, str] = {}
+    for product in PRODUCTS.values():
+        for side in product.sides:
+            if (patch := nearest(product, side, patches, body)) is not None:
+                found.setdefault(patch, f"{side} {product.name}".strip())
+    return found
+
+
+def ties_text(group: np.ndarray, patches: PatchSet) -> str:
+    """Where else does as well, in words, the largest part first; empty where no whole part does."""
+    tie = np.isin(np.arange(len(patches)), group)
+    said: list[str] = []
+    covered = np.zeros(len(patches), bool)
+    for part_of in (great_part, segment):
+        parts = np.array([side_of(part_of(region))[1] for region in patches.regions])
+        stems, count = np.unique(parts, return_counts=True)
+        for stem in stems[np.argsort(-count, kind="stable")].tolist():
+            inside = parts == stem
+            if tie[inside].mean() >= MOST_OF and not covered[inside].any():
+                sided = any(side_of(part_of(patches.regions[patch]))[0] for patch in np.flatnonzero(inside))
+                said.append(_plural(stem) if sided else stem)
+                covered |= inside
+    if not said:
+        return ""
+    listed = said if len(said) <= 4 else [*said[:3], f"{len(said) - 3} other parts"]
+    words = listed[0] if len(listed) == 1 else f"{', '.join(listed[:-1])} or {listed[-1]}"
+    return f"Anywhere on {words} does as well."
+
+
+def _region(scored: Scored) -> tuple[str, int]:
+    """The region that holds most of the best patches, with its size, and its middle patch."""
+    patches, group = scored.patches, scored.group
+    regions, above = np.array(patches.regions)[group], scored.utility.expected_mean[group]
+    above = above - above.min()
+    held = {name: (above[regions == name].sum(), (regions == name).sum()) for name in sorted(set(regions))}
+    region = max(held, key=lambda name: held[name])
+    members = group[regions == region]
+    centres = scored.body.vertices[patches.vertices[members]]
+    middle = int(members[np.linalg.norm(centres[:, None] - centres, axis=2).sum(axis=1).argmin()])
+    long, wide = _extent(scored.body.vertices[np.isin(patches.labels, members)])
+    return f"{region} ({long:.0f} by {wide:.0f} cm)", middle
+
+
+def _extent(points: np.ndarray) -> tuple[float, float]:
+    """Length and width, cm, of points (V, 3) along their principal axes."""
+    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    long, wide = np.ptp(points @ axes[:2].T, axis=0)
+    return 100 * float(long), 100 * float(wide)
+
+
+def _rarity(score: PlaceScore) -> int:
+    """0 for the commonest product."""
+    return list(PRODUCTS).index(score.name)
+
+
+def _plural(stem: str) -> str:
+    return "feet" if stem == "foot" else f"{stem}s"
