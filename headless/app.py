@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import sys
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -31,6 +31,14 @@ PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""
 
 
+def _show_version(asked: bool) -> None:
+    if asked:
+        from w2w.core.findings.summary import versions  # NumPy and more, which few commands need at once
+
+        print(versions()["w2w"])
+        raise typer.Exit
+
+
 class _Commands(TyperGroup):
     """Refuses an empty path, which Python takes for the working directory."""
 
@@ -48,7 +56,6 @@ APP = typer.Typer(
     name="w2w",
     cls=_Commands,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     help="""**Where to Wear**: find out where on the body a motion sensor (IMU) recognises activities best.
@@ -62,6 +69,16 @@ APP = typer.Typer(
     one file holds.
     """,
 )
+
+
+@APP.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None: ...
+
+
 APP.command()(run)
 APP.command()(demo)
 APP.command()(place)

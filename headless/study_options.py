@@ -142,6 +142,9 @@ class StudyOptions(DeclaredOptions):
     strict: Annotated[
         bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.", rich_help_panel=RUN)
     ] = False
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="List every clip, activity and region.", rich_help_panel=RUN)
+    ] = False
     log_json: Annotated[
         bool,
         typer.Option(

@@ -105,7 +105,7 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
             remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
         write_failure(out, plan.library, why, error.clips if isinstance(error, StudyError) else ())
         if isinstance(error, StudyError):
-            console_tables.show_skipped(error.clips, plan.library, monitor.console)
+            console_tables.show_skipped(error.clips, plan.library, monitor.console, plan.verbose)
             console_tables.show_window_warning(error.clips, plan.config.windows, monitor.console)
         raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
     except KeyboardInterrupt as error:

@@ -13,13 +13,13 @@ from rich.console import Console
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.ranking.weights import check_counting, read_weights
-from w2w.core.results_folder import StudyResults, advised, ranked_again
+from w2w.core.results_folder import StudyResults, advised, compared, ranked_again
 from w2w.core.selection.advice import Advice
 from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
 from ..console import BUSY, USAGE, ending
-from ..reports.console_tables import show_answer, show_worn
+from ..reports.console_tables import show_answer, show_places, show_worn
 from ..reports.redraw import check_redraw, copied, redraw
 from ..runs.folder import FolderBusyError
 from ..runs.monitor import RunMonitor
@@ -45,6 +45,12 @@ def place(
         ),
     ] = None,
     weights: declared("weights") = None,
+    compare: Annotated[
+        str,
+        typer.Option(
+            help="Compare these, one sensor each, and choose nothing: 'ring, necklace, left thigh front'."
+        ),
+    ] = "",
     out: Annotated[
         Path | None,
         typer.Option(
@@ -75,6 +81,9 @@ def place(
     folder = out if out is not None and out.suffix.lower() != ".json" else None
     with ending(USAGE, console):
         study = StudyResults.load(results)
+        if compare:
+            show_places(compared(study, options.words(compare)), console)
+            return
         wished = {"target": target, "every_activity": every_activity, "max_places": max_places}
         config = study.config()
         constraints = options.wishes_over(config.constraints, only, forbid, must, costs)

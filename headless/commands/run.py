@@ -64,9 +64,10 @@ def run(
         keep_apart(library, out)
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
         check_counting(found.activities, config.background, config.weights)
-        plan = RunPlan(found, config, asked.engine(), asked.pictures, asked.report)
+        engine = asked.engine()
+        plan = RunPlan(found, config, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
-    show_labels(found, console)
+    show_labels(found, console, asked.verbose)
     execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
 

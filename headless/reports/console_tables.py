@@ -3,16 +3,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from w2w.core.findings.advice_content import next_worn
+from w2w.core.findings.advice_content import called, next_worn
 from w2w.core.findings.counts import counts_sentence, interval_caution, interval_text
 from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.label_notes import copies_sentence, label_notes
@@ -36,8 +34,8 @@ from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
 from . import draw, html
 
-MOST_PRODUCTS = 8
-"""Products listed."""
+LISTED = 8
+"""Most products, activities and reasons listed."""
 
 
 def _table(title: str, headings: Sequence[str], right: Sequence[str] = ()) -> Table:
@@ -48,22 +46,28 @@ def _table(title: str, headings: Sequence[str], right: Sequence[str] = ()) -> Ta
     return table
 
 
-def show_labels(library: Library, console: Console) -> None:
+def show_labels(library: Library, console: Console, verbose: bool = False) -> None:
     """Print the labelling that was understood."""
-    title = f"{len(library.clips)} clips, labelled by {library.labelled_by}"
-    table = _table(title, ("activity", "clips", "for example"), right=("clips",))
-    for activity, count in library.activities.items():
-        example = next(clip.file for clip in library.clips if clip.activity == activity)
-        table.add_row(escape(activity), str(count), escape(example))
-    console.print(table)
+    counts = sorted(library.activities.items(), key=lambda entry: -entry[1])
+    listed = [f"{activity} {count}" for activity, count in (counts if verbose else counts[:LISTED])]
+    more = f" and {len(counts) - len(listed)} more" if len(counts) > len(listed) else ""
+    title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
+    console.print(f"{title}: {', '.join(listed)}{more}.", markup=False)
     for note in label_notes(library.check):
         console.print(f"Labels: {note}", style="yellow", markup=False)
 
 
 def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
-    """Print what was found, the files that hold it, and what could not be drawn."""
-    out, utility = study.results.out, study.results.utility
-    show_skipped(study.clips, study.library, console)
+    """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
+    out, utility, patches = study.results.out, study.results.utility, study.results.patches
+    show_answer(study.advice, utility, console)
+    placements = [name for name, _ in study.config.placements]
+    show_own_placements(own_scores(placements, utility, patches), console)
+    show_worn(study.advice, patches, console)
+    if plan.verbose:
+        _show_regions(study.results, console)
+    console.print()
+    show_skipped(study.clips, study.library, console, plan.verbose)
     show_left_out(utility.left_out, console)
     if sentence := copies_sentence(study.copies):
         console.print(f"{sentence}.", style="yellow", markup=False)
@@ -71,11 +75,6 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
     _show_garments(study, console)
-    show_answer(study.advice, utility, console)
-    _show_regions(study.results, console)
-    placements = [name for name, _ in study.config.placements]
-    show_own_placements(own_scores(placements, utility, study.results.patches), console)
-    show_worn(study.advice, study.results.patches, console)
     console.print(f"{counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     if plan.pictures:
@@ -119,16 +118,25 @@ def _show_regions(results: StudyResults, console: Console) -> None:
     console.print(table)
 
 
-def show_skipped(results: Sequence[ClipResult], library: Library, console: Console) -> None:
-    """Print which files were skipped, and why."""
+def show_skipped(
+    results: Sequence[ClipResult], library: Library, console: Console, verbose: bool = False
+) -> None:
+    """Print how many files were skipped for which reason; every file with `verbose`."""
+    files_of: dict[str, list[str]] = {}
     unused = [(result.clip.file, result.reason) for result in results if not result.used]
-    skipped = [*unused, *library.skipped]
-    if not skipped:
+    for file, reason in (*unused, *library.skipped):
+        files_of.setdefault(reason, []).append(file)
+    if not files_of:
         return
-    table = _table(f"{len(skipped)} clips skipped", ("file", "why"))
-    for row in skipped:
-        table.add_row(*map(escape, row))
-    console.print(table)
+    console.print(f"{sum(map(len, files_of.values()))} clips skipped:", style="yellow")
+    by_count = sorted(files_of.items(), key=lambda entry: -len(entry[1]))
+    shown = by_count if verbose else by_count[:LISTED]
+    for reason, files in shown:
+        named = files if verbose else files[:1]
+        more = f" and {len(files) - len(named)} more" if len(files) > len(named) else ""
+        console.print(f"  {len(files)}: {reason} ({', '.join(named)}{more})", markup=False)
+    if len(by_count) > len(shown):
+        console.print(f"  and {len(by_count) - len(shown)} more reasons: --verbose lists them")
 
 
 def show_comparison(comparison: dict[str, Any], console: Console) -> None:
@@ -147,7 +155,7 @@ def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     console.print(f"\n[bold]{advice.answer.sentence()}[/bold]", highlight=False)
     if advice.answer.ties:
         console.print(advice.answer.ties)
-    show_places(advice.answer.products[:MOST_PRODUCTS], console)
+    show_places(advice.answer.products[:LISTED], console)
     if caution := headline.spot_caution(advice.best, utility):
         console.print(f"{caution}.", style="bold yellow")
     if explained := headline.mean_sentence(utility):
@@ -178,32 +186,14 @@ def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
     if worn is None:
         console.print("Only the classifier ridge chooses sets to wear together.", style="yellow")
         return
-    made = worn.promise
     console.print(f"[bold]{capital(worn.sentence())}.[/bold]")
-    figures = ("", "expected F1", "95 % interval", "on these clips")
-    headings = ("", "patch", *figures[1:], "or instead")
-    table = _table("Worn together, sensor by sensor", headings, right=figures)
     for number, (patch, others) in enumerate(zip(worn.order, advice.alternatives, strict=True)):
-        table.add_row(
-            str(number + 1),
-            patches.names[patch],
-            f"{made.mean[number]:.3f}",
-            interval_text(made.low[number], made.high[number], ""),
-            f"{worn.raw_mean[number]:.3f}",
-            _regions(others, patches),
-        )
-    console.print(table)
-    if following := next_worn(worn, patches):
+        f1 = headline.short(worn.promise.mean[number])
+        instead = " or ".join(called(other, advice, patches) for other in others)
+        text = f"  {number + 1}. {called(patch, advice, patches)}: F1 {f1}{' so far' * (number > 0)}"
+        console.print(f"{text}; instead: {instead}" if instead else text, markup=False)
+    if following := next_worn(advice, patches):
         console.print(f"{capital(following['sentence'])}.", markup=False)
-
-
-def _regions(chosen: np.ndarray, patches: PatchSet) -> str:
-    """Regions of patches with how many there are of each, the commonest first."""
-    if not len(chosen):
-        return "none"
-    counts = Counter(patches.regions[patch] for patch in chosen.tolist()).most_common()
-    shown = ", ".join(f"{region} ({count})" for region, count in counts[:4])
-    return shown + (f" and {len(counts) - 4} regions more" if len(counts) > 4 else "")
 
 
 def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) -> None:

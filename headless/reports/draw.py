@@ -184,8 +184,8 @@ def marked(study: StudyResults) -> Marked:
     """The set to wear together in the summary; the best spot where there is none."""
     worn = study.summary.get("worn_together")
     if worn is None:
-        best = study.summary["best_single_patch"]
-        return Marked([best["patch"]], [best["expected_f1"]], None, best["sentence"])
+        answer = study.summary["answer"]
+        return Marked([answer["patch"]], [answer["expected_f1"]], None, answer["sentence"])
     order = [sensor["patch"] for sensor in worn["places"]]
     scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
     return Marked(order, scores, worn["target"], capital(worn["sentence"]))

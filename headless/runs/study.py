@@ -55,6 +55,7 @@ class RunPlan:
     pictures: bool = True
     report: bool = True
     more: tuple[str, ...] = ()
+    verbose: bool = False  # list every clip, activity and region on the console
 
 
 def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +21,8 @@ from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting, weights_of
-from .selection.advice import Advice, advise
+from .selection.advice import Advice, advise, best_single
+from .selection.answer import PlaceScore, Scored, compare
 from .selection.set_tests import SetTests
 from .study import StudyConfig, plain
 
@@ -167,6 +169,13 @@ def choose_to_wear(
         config.max_places,
         config.constraints,
     )
+
+
+def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
+    """One sensor on products and at places by name, best first; ValueError where a word means nothing."""
+    everywhere = np.ones(len(study.patches), bool)
+    best = best_single(study.utility)
+    return compare(Scored(study.utility, study.patches, study.body(), best, everywhere), words)
 
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:

@@ -90,5 +90,5 @@ def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
     assert shown.target == worn["target"]
     assert shown.sentence.lower() == worn["sentence"].lower()
     (out / "summary.json").write_text(json.dumps(summary | {"worn_together": None}))
-    shown, best = marked(StudyResults.load(out)), summary["best_single_patch"]
+    shown, best = marked(StudyResults.load(out)), summary["answer"]
     assert shown == ([best["patch"]], [best["expected_f1"]], None, best["sentence"])

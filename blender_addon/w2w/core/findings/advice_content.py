@@ -18,7 +18,6 @@ from ..selection.headline import (
     mean_sentence,
     more_clips,
 )
-from ..selection.joint import JointSet
 from ..selection.promise import Promise
 from .counts import interval_caution
 
@@ -88,22 +87,29 @@ def worn_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict
         "places": [
             {
                 **patch_content(patch, utility, patches),
+                "product": advice.products.get(patch, ""),
                 **expected_content(made, number, "_so_far"),
                 "mean_f1_so_far": rounded(worn.raw_mean[number - 1]),
             }
             for number, patch in enumerate(worn.order, start=1)
         ],
-        "alternatives": [[patches.names[patch] for patch in equals] for equals in advice.alternatives],
-        "next_sensor": next_worn(worn, patches),
+        "alternatives": [[called(patch, advice, patches) for patch in some] for some in advice.alternatives],
+        "next_sensor": next_worn(advice, patches),
     }
 
 
-def next_worn(worn: JointSet, patches: PatchSet) -> dict[str, Any] | None:
+def called(patch: int, advice: Advice, patches: PatchSet) -> str:
+    """A patch by the product that is worn there, else by its own name."""
+    return advice.products.get(int(patch), patches.names[patch])
+
+
+def next_worn(advice: Advice, patches: PatchSet) -> dict[str, Any] | None:
     """The best sensor to add to a set; None where no more sensors are allowed."""
+    worn = advice.worn
     made = worn.with_next
     if made is None:
         return None
-    name = patches.names[worn.further[0]]
+    name = called(worn.further[0], advice, patches)
     return {
         "patch": worn.further[0],
         "name": name,

@@ -88,6 +88,7 @@ class Advice:
     worn: JointSet | None  # the patches to wear together; None where nothing tests sets
     alternatives: tuple[np.ndarray, ...]  # for each of these: at most two patches that can take its place
     clusters: np.ndarray  # (N,), int: as from `redundancy_clusters`
+    products: dict[int, str]  # the patches at which usual products sit, with their side and name
     allowed: np.ndarray | None = None  # (N,), bool: patches that the constraints leave; all by default
 
 
@@ -109,34 +110,29 @@ def advise(
     """
     constraints = constraints or Constraints()
     terms = Terms.checked(len(patches), max_places, **constraints.terms(patches))
-    best = best_single(utility, terms.allowed)
+    best, products = best_single(utility, terms.allowed), product_patches(patches, body)
     worn, swaps = None, ()
     if tests:
-        worn, among = _set_to_wear(
-            tests,
-            utility,
-            terms,
-            _worn_on_products(terms, patches, body, constraints),
-            target,
-            every_activity,
-        )
-        swaps = interchangeable(tests, worn, among)
+        among = _worn_on_products(terms, products, constraints)
+        worn, terms_met = _set_to_wear(tests, utility, terms, among, target, every_activity)
+        swaps = interchangeable(tests, worn, terms_met)
     return Advice(
         best=best,
         answer=answer(Scored(utility, patches, body, best, terms.allowed)),
         worn=worn,
         alternatives=swaps,
         clusters=redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION),
+        products=products,
         allowed=terms.allowed,
     )
 
 
-def _worn_on_products(terms: Terms, patches: PatchSet, body: Body, constraints: Constraints) -> np.ndarray:
+def _worn_on_products(terms: Terms, products: dict[int, str], constraints: Constraints) -> np.ndarray:
     """Allowed patches (N,), bool, at which products sit, and those that must be chosen.
 
     All that are allowed where a wish says which patches to use, or no product sits on any.
     """
-    on_product = np.isin(np.arange(len(patches)), list(product_patches(patches, body)))
+    on_product = np.isin(np.arange(len(terms.allowed)), list(products))
     on_product[np.concatenate([np.empty(0, int), *terms.required])] = True
     on_product &= terms.allowed
     return terms.allowed if constraints.only or not on_product.any() else on_product
