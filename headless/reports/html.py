@@ -35,12 +35,16 @@ from ..console import USAGE, ending
 from ..options import window_warning
 from ..runs.own_files import claimed
 from .report_data import as_script_json, title, view_data
+from .still_picture import still_picture
 
 REPORT = "report.html"
 
 PAGE = Path(__file__).resolve().parent / "report_page"
 
 SCRIPTS = ("viewer.js", "page.js")
+
+PRODUCTS = 3
+"""Products in the first screen, numbered on the body."""
 
 MAX_CONFUSED = 12
 """Activities up to which a table of mistakes can be read."""
@@ -83,10 +87,15 @@ def page(
     study: StudyResults, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
 ) -> str:
     """The page's HTML, from a study and what its `summary.json` and `config.json` hold."""
-    utility, spot = study.utility, summary["best_single_patch"]
-    best = spot["patch"]
+    if "answer" not in summary:
+        raise ValueError(f"{study.out} is from an earlier W2W: run `w2w place {study.out} --redraw` first")
+    utility, answer = study.utility, summary["answer"]
+    best, patch = summary["best_single_patch"]["patch"], answer["patch"]
     worn = summary.get("worn_together")
-    chosen = [sensor["patch"] for sensor in (worn["places"] if worn else [spot])]
+    for sensor in worn["places"] if worn else ():
+        sensor["called"] = sensor["product"] or sensor["name"]
+    together = [sensor["patch"] for sensor in worn["places"]] if worn else []
+    shown = [product["patch"] for product in answer["products"][:PRODUCTS]] or [patch]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
@@ -100,7 +109,9 @@ def page(
         mean_caution=headline.mean_caution(utility),
         can_rank=utility.can_rank,
         spot_caution=headline.spot_caution(best, utility),
-        answer=summary["answer"],
+        answer=answer,
+        products=answer["products"],
+        still=still_picture(study, body, shown, together),
         repeats=headline.confidence_sentence(utility, best),
         notes=_notes(summary, len(study.patches)),
         left_out=left_out_sentences(utility.left_out),
@@ -112,17 +123,17 @@ def page(
         mean_title=headline.mean_title(utility),
         mean_explained=headline.mean_sentence(utility),
         regions=best_regions(utility, study.patches),
-        activities=_activities(study, summary, best),
-        mistakes=_mistakes(utility, best),
+        activities=_activities(study, summary, patch),
+        mistakes=_mistakes(utility, patch),
         skipped=sorted(summary["skipped"], key=lambda entry: entry["file"]),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in SCRIPTS],
-        data=Markup(as_script_json(view_data(body, study.patches, utility, chosen, best))),
+        data=Markup(as_script_json(view_data(body, study.patches, utility, shown, patch))),
     )
 
 
 def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
-    """Each tested activity: its clips, its own best spot, and how the best single spot does."""
+    """Each tested activity: its clips, its own best spot, and how the recommended patch `best` does."""
     utility, tested, rows = study.utility, study.utility.tested_clips(), []
     for number, name in enumerate(utility.activities):
         own = int(utility.expected_f1[:, number].argmax())

@@ -13,8 +13,11 @@ from w2w.core.body.body import Body
 from w2w.core.colours import colour_table
 from w2w.core.findings.counts import few_clips
 from w2w.core.findings.summary import MOST_REGIONS
+from w2w.core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
+from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection.answer import nearest
 from w2w.core.selection.headline import mean_caution, mean_title
 from w2w.core.wording import capital
 
@@ -29,9 +32,9 @@ def view_data(
 ) -> dict[str, Any]:
     """All that the 3D view draws, as plain values and `packed` arrays.
 
-    `chosen` are the recommended patches in their order, `best` is the best single one. Map 0 is the mean over
-    activities, then there is one for each activity: of the expected F1, which has an interval for the mean
-    alone, and of the raw F1 with its interval.
+    `chosen` are the patches that carry a number, in its order, `best` is the recommended one. Map 0 is the
+    mean over activities, then there is one for each activity: of the expected F1, which has an interval for
+    the mean alone, and of the raw F1 with its interval.
     """
     corner = body.vertices.min(axis=0)
     step = float(np.ptp(body.vertices, axis=0).max()) / 65535
@@ -73,9 +76,25 @@ def view_data(
         "high": packed(_steps(high)),
         "rank": packed(np.column_stack([utility.rank_low, utility.rank_high])),
         "chosen": chosen,
+        "words": _words(body, patches),
+        "products": list(PRODUCTS),
         "best": best,
         "colours": packed(np.rint(255 * colour_table(steps=COLOURS))),
     }
+
+
+def _words(body: Body, patches: PatchSet) -> dict[str, list[int]]:
+    """Patches that each product, by all its names, and each region stands for, one a side."""
+    found: dict[str, list[int]] = {}
+    for product in PRODUCTS.values():
+        near = {side: nearest(product, side, patches, body) for side in product.sides}
+        there = {side: patch for side, patch in near.items() if patch is not None}
+        for word in (word for word, meant in PRODUCT_NAMED.items() if meant is product):
+            found[word] = list(there.values())
+            found |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
+    for region in sorted(set(patches.regions)):
+        found.setdefault(region, [resolve(region, body, patches, lambda _: None)])
+    return found
 
 
 def packed(array: np.ndarray, kind: str = "") -> dict[str, str]:

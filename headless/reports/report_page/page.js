@@ -233,33 +233,9 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
       viewer.redraw();
       say();
     }));
-    canvas.addEventListener("webglcontextlost", () => { find("failure").hidden = false; badges(); });
-    window.addEventListener("beforeprint", print);
+    canvas.addEventListener("webglcontextlost", () => { live(false); badges(); });
     find("closer").addEventListener("click", () => viewer.closer(1.25));
     find("farther").addEventListener("click", () => viewer.closer(0.8));
-  }
-
-  // Body and discs as one picture: paper has another size, and nothing is drawn anew while a page is printed.
-  function print() {
-    const paper = find("paper"), [width, height, ratio] = [600, 460, 2];
-    [paper.width, paper.height] = [width * ratio, height * ratio];
-    const ink = paper.getContext("2d", { willReadFrequently: true });
-    viewer.draw(width, height, ratio);
-    ink.drawImage(viewer.canvas, 0, 0);
-    const drawn = ink.getImageData(0, 0, paper.width, paper.height).data.some((value, at) => at % 4 === 3 && value > 0);
-    paper.hidden = !drawn; // without a body a disc says nothing
-    ink.scale(ratio, ratio);
-    Object.assign(ink, { textAlign: "center", textBaseline: "middle", font: "bold 12px sans-serif", lineWidth: 1.5 });
-    for (const { x, y, label } of marks().filter((mark) => !mark.hidden && mark.label)) {
-      ink.beginPath();
-      ink.arc(x, y, 10, 0, 2 * Math.PI);
-      ink.fillStyle = "#fff";
-      ink.fill();
-      ink.fillStyle = "#1b2430";
-      ink.stroke();
-      ink.fillText(label, x, y);
-    }
-    viewer.draw();
   }
 
   // Tells those who do not see it from where the body is seen now, once it has stopped turning.
@@ -279,13 +255,38 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     go(shown.listed[at < 0 ? (step > 0 ? 0 : count - 1) : (at + step + count) % count]);
   }
 
+  // The body turns; else front and back stand still in its place.
+  function live(turns) {
+    document.querySelector(".stage").classList.toggle("live", turns);
+    for (const element of [find("view"), find("look"), document.querySelector(".turns")]) element.hidden = !turns;
+  }
+
+  // F1 of products and regions by name, best first; a word that means nothing is said.
+  function compare(event) {
+    event.preventDefault();
+    const words = find("places").value.split(",").map((word) => word.trim().toLowerCase().replace(/\s+/g, " ")).filter(Boolean);
+    const at = (word) => (data.words[word] || []).reduce((best, patch) => (best < 0 || expected[patch] > expected[best] ? patch : best), -1);
+    const found = words.map((word) => [word, at(word)]).sort((a, b) => (b[1] < 0 ? -1 : expected[b[1]]) - (a[1] < 0 ? -1 : expected[a[1]]));
+    find("compared").replaceChildren(...found.map(([word, patch]) => {
+      const row = make("li");
+      if (patch < 0) return text(row, `${word}: nothing is called that; try ${data.products.join(", ")}`);
+      row.append(make("button", word, { type: "button", class: "go", "data-patch": patch }),
+        make("span", `: F1 ${number(expected[patch])} (${meanInterval(patch)})${asGood[patch] ? ", as good as the best" : ""}`));
+      return row;
+    }));
+  }
+
   controls();
+  find("compare").hidden = false;
+  find("compare").addEventListener("submit", compare);
   try {
+    live(true); // a canvas that is not shown has no size
     viewer = new Viewer(find("view"), data);
     viewer.onDraw = badges;
+    viewer.open(centres[data.best]);
     handling();
   } catch (error) {
-    find("failure").hidden = false;
+    live(false);
     console.warn(`W2W report: ${error.message}`);
   }
   show();

@@ -109,6 +109,13 @@ class Viewer {
 
   home() { this.yaw = 0; this.pitch = 0.06; this.zoom = 1; this.focus = this.middle; this.redraw(); }
 
+  // The whole body, from the side of a vertex.
+  open(vertex) {
+    const [x, y] = this.normals.subarray(3 * vertex, 3 * vertex + 2);
+    this.yaw = Math.hypot(x, y) > 0.2 ? Math.atan2(x, -y) : 0;
+    this.redraw();
+  }
+
   turn(yaw, pitch) {
     this.yaw += yaw;
     this.pitch = Math.max(-LIMIT, Math.min(LIMIT, this.pitch + pitch));

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report's body where nothing turns, front and back: for print, mail and screen readers."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from w2w.core.body.body import Body
+from w2w.core.colours import patch_colours, score_range
+from w2w.core.results_folder import StudyResults
+from w2w.drawing.body import BodyPictures, size_for
+from w2w.drawing.page import common_crop
+
+PIXELS = 560
+"""Height of the body."""
+
+COLOURS = 160
+"""Of the picture: so it takes a third of the bytes."""
+
+
+def still_picture(study: StudyResults, body: Body, first: list[int], together: list[int]) -> dict[str, Any]:
+    """Front and back, coloured by expected F1, and where numbered discs for two lists of patches belong."""
+    utility, patches = study.utility, study.patches
+    low, high = score_range(utility.expected_mean, utility.colour_span)
+    pictures = BodyPictures(body, size_for(body, PIXELS))
+    views = pictures.coloured(patch_colours(patches, utility.expected_mean, low, high))
+    top, bottom, left, right = common_crop(views)
+    both = np.concatenate([view[top:bottom, left:right] for view in views], axis=1)
+    stream = io.BytesIO()
+    Image.fromarray(both).quantize(COLOURS, Image.Quantize.FASTOCTREE).save(stream, "PNG", optimize=True)
+
+    def marks(chosen: list[int]) -> list[tuple[float, float, int]]:
+        places = patches.vertices[chosen]
+        located = pictures.locate(body.vertices[places], body.vertex_normals[places])
+        return [
+            (round(view * (right - left) + x - left, 1), round(y - top, 1), number)
+            for number, (view, x, y) in enumerate(located, start=1)
+        ]
+
+    named = ", ".join(f"{number}: {patches.names[patch]}" for number, patch in enumerate(first, start=1))
+    return {
+        "picture": f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}",
+        "width": both.shape[1],
+        "height": both.shape[0],
+        "low": low,
+        "high": high,
+        "first": marks(first),
+        "first_named": named,
+        "set": marks(together),
+    }
