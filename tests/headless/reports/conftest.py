@@ -47,6 +47,8 @@ def page(browser, drawn_results):
     browser.set_window_size(1280, 1000)
     browser.get(path.as_uri())
     settle(browser)
+    browser.execute_script("document.querySelector(\"[data-turn='0']\").click()")
+    settle(browser)
     yield browser
     loud = [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
     assert not loud, loud
