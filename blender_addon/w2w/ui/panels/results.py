@@ -22,6 +22,7 @@ from ..study.operators import OnRanking
 from ..study.scores import MEAN_VIEW, NOTHING, activity_scores, beside_of, minus_index, view_index
 from ..study.state import bodies, current_body, utility_of, without_updates
 from ..viewport import legend
+from ..viewport.framing import frame
 from .base import ResultPanel, W2WPanel
 
 Context = bpy.types.Context
@@ -188,6 +189,7 @@ class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
         body = current_body(context)
         if beside_of(body.w2w) is None:
             show_beside(body)
+            frame([body, beside_of(body.w2w)])
         else:
             legend.remove(body)
         results.paint(body)

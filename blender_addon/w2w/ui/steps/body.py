@@ -18,6 +18,7 @@ from ..jobs.jobs import Step, Steps, dismiss, in_thread, show_error
 from ..results.restore import restore
 from ..study.operators import AsksForFile, OnBody
 from ..study.state import body_of_object, current_body, without_updates
+from ..viewport.framing import frame
 from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
 
 
@@ -46,6 +47,7 @@ class W2W_OT_add_body(bpy.types.Operator):
         mesh = add_study(context, body, "Body")
         mesh.w2w.has_shape = True
         copy_shape(self, mesh.w2w.shape)
+        frame([mesh])
         return {"FINISHED"}
 
 

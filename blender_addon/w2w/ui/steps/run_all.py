@@ -28,6 +28,7 @@ from ..study.state import (
     usable,
     utility_of,
 )
+from ..viewport.framing import frame
 from .baking import bake_steps, rank_steps, to_bake
 from .choosing import choose_steps, missing_for_choice
 from .patches import place_steps
@@ -81,7 +82,17 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
         if one.needed():
             said.append((yield from part(one.steps(), gone / whole, (gone + one.seconds) / whole)))
         gone += one.seconds
-    return ". ".join(said) or "Everything is up to date"
+    if not said:
+        return "Everything is up to date"
+    answer = advice.answer_of(mesh.w2w)
+    if not answer:
+        return ". ".join(said)
+    frame([mesh], int(patches_of(mesh).vertices[answer["patch"]]) if "patch" in answer else None)
+    settings = bake_settings(mesh.w2w)
+    left = [clip.name for clip in usable(mesh.w2w) if state_of(clip, settings) != BAKED]
+    more = f" and {len(left) - 3} more" if len(left) > 3 else ""
+    problem = f" Not baked: {', '.join(left[:3])}{more}; the list of motions says why." if left else ""
+    return f"Done: {answer['sentence']}{problem}"
 
 
 def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:
