@@ -111,7 +111,8 @@ def advise(
     constraints = constraints or Constraints()
     terms = Terms.checked(len(patches), max_places, **constraints.terms(patches))
     best, products = best_single(utility, terms.allowed), product_patches(patches, body)
-    worn, swaps = None, ()
+    worn: JointSet | None = None
+    swaps: tuple[np.ndarray, ...] = ()
     if tests:
         among = _worn_on_products(terms, products, constraints)
         worn, terms_met = _set_to_wear(tests, utility, terms, among, target, every_activity)

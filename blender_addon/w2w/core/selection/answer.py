@@ -148,7 +148,9 @@ def answer(scored: Scored) -> Answer:
     return Answer(
         where,
         patch,
-        *f1,
+        expected=f1[0],
+        low=f1[1],
+        high=f1[2],
         caution=mean_caution(utility),
         differs=differs,
         other=other,
