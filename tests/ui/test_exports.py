@@ -15,9 +15,8 @@ from w2w.core.imu.formats import write_recording
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
-from w2w.ui.files.exports import report_steps
+from w2w.ui.files.exports import report_steps, run_headless
 from w2w.ui.jobs import jobs
-from w2w.ui.jobs.headless_door import run_headless
 from w2w.ui.study import signal_cache
 from w2w.ui.study.state import patches_of
 

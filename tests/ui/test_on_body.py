@@ -10,7 +10,7 @@ import pytest
 
 from w2w.core.motion.import_plan import plan_folder
 from w2w.ui.jobs import jobs
-from w2w.ui.jobs.on_body import EDITED, GONE
+from w2w.ui.jobs.jobs import EDITED, GONE
 from w2w.ui.steps.baking import bake_steps, rank_steps
 from w2w.ui.steps.motion_import import import_steps, wanted
 from w2w.ui.steps.patches import place_steps

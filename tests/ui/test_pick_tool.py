@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from w2w.scene.base.patches import patch_empties
-from w2w.ui.steps.pick_tool import spot_at
+from w2w.ui.steps.patches import spot_at
 from w2w.ui.study.state import patches_of
 
 from .made_study import make_study

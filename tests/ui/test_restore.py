@@ -24,7 +24,7 @@ from w2w.scene.files.study_record import RECORD, read_record
 from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility
-from w2w.ui.steps.pick_tool import spot_at
+from w2w.ui.steps.patches import spot_at
 from w2w.ui.study import signal_cache
 from w2w.ui.study.advice import answer_of
 from w2w.ui.study.state import (

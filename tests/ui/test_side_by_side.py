@@ -13,7 +13,7 @@ from w2w.core.colours import patch_colours, score_range
 from w2w.scene.heatmap import DIFFERENCE
 from w2w.scene.second_body import BESIDE
 from w2w.ui.results import upkeep
-from w2w.ui.steps.pick_tool import spot_at
+from w2w.ui.steps.patches import spot_at
 from w2w.ui.study.scores import beside_of
 from w2w.ui.study.state import patches_of, utility_of
 from w2w.ui.viewport.legend import legend, owner_of

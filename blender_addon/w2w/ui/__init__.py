@@ -19,20 +19,18 @@ from .panels import steps as panels
 from .properties import rows
 from .properties import study as properties
 from .results import upkeep
-from .steps import baking, choosing, import_dialog, pick_tool, run_all, shape, source_view
+from .steps import baking, choosing, import_dialog, run_all
 from .steps import body as step1_body
 from .steps import motions as step2_motions
 from .steps import patches as step3_patches
-from .steps import picking as step5_ranking
 from .study import garments as garment_properties
 from .viewport import on_character, overlay
 
 MODULES: tuple[ModuleType, ...] = (
-    preferences, garment_properties, shape, rows, on_character, properties, jobs, job_windows,
-    step1_body, step2_motions, import_dialog, source_view, step3_patches, baking, step5_ranking,
-    choosing, run_all, menus, open_results, save_results, exports, panels, character,
-    own_placement_panel, own_sensor_panel, garments, result_panels, placement_panels, pick_tool,
-    overlay, upkeep,
+    preferences, garment_properties, step1_body, rows, on_character, properties, jobs, job_windows,
+    step2_motions, import_dialog, step3_patches, baking, choosing, run_all, menus, open_results,
+    save_results, exports, panels, character, own_placement_panel, own_sensor_panel, garments,
+    result_panels, placement_panels, overlay, upkeep,
 )  # fmt: skip
 """Modules with classes to register, in their order, and those that also have a `register` of their own."""
 

@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import tempfile
-from collections.abc import Callable
+import time
+from collections.abc import Generator, Sequence
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -16,14 +20,12 @@ from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
 from ...core.imu.recording import ImuRecording
 from ...core.motion.library import unique_names
-from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import SAME_OPINION, redundancy_clusters
 from ...core.selection.headline import mean_title
 from ...scene.heatmap import MEAN, ON_THESE_CLIPS
 from ..jobs import jobs
-from ..jobs.headless_door import run_headless
-from ..jobs.jobs import Steps, in_thread, part
-from ..jobs.on_body import on_body
+from ..jobs.jobs import Step, Steps, in_thread, on_body, part
+from ..jobs.preferences import EXTENSION
 from ..steps.baking import body_as_run, ranked_clips
 from ..study import signal_cache
 from ..study.counting import is_as_ranked
@@ -38,26 +40,141 @@ Context = bpy.types.Context
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
+ROOT = Path(__file__).resolve().parents[4]
+
+
+@on_body
+def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
+    """Draw the heatmap that is shown, in a thread."""
+    study, utility, patches = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh)
+    scores = shown_scores(study, utility)
+    index = view_index(study)
+    if index:
+        title = utility.activities[index - 1].replace("_", " ").capitalize()
+    else:
+        title = mean_title(utility) if is_as_ranked(study, utility) else "Activities that count (mean)"
+    best = int(scores.argmax())
+    subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
+    subtitle += f"Best patch: {patches.names[best]} ({scores[best]:.2f})"
+    label = MEAN if study.scores == EXPECTED else ON_THESE_CLIPS
+    one_scale = study.fix_range or beside_of(study) is not None
+    ends = colour_range(study, scores, utility) if one_scale else (None, None)
+    body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
+    if minus_index(study) >= 0:
+        shown = legend(study, utility)
+        title, label, ends, colours = shown.name, shown.title, (shown.low, shown.high), (shown.colour_map,)
+        subtitle = f"Farthest above: {patches.names[best]} ({scores[best]:+.2f})"
+
+    def draw(_told: object) -> None:
+        from ...drawing import draw_heatmap  # matplotlib is slow to import
+
+        draw_heatmap(path, body, patches, scores, title, subtitle, label, *ends, *colours)
+
+    yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
+    return f"Saved the map: {path}"
+
+
+@on_body
+def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
+    """Write utility.csv."""
+    utility, patches = utility_of(mesh.w2w), patches_of(mesh)
+
+    def write(_told: object) -> None:
+        clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
+        write_text(path, patch_table(utility, patches, clusters))
+
+    yield from in_thread(write, f"writing {path.name}", 0.0, 1.0)
+    return f"Saved the table: {path}"
+
+
+@on_body
+def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None, kind: str) -> Steps:
+    """Write the signals of some patches, a file each, or of all patches, a file a clip."""
+    patches, clips = patches_of(mesh), ranked_clips(mesh.w2w)
+    names = unique_names([f"{clip.name}.npz" for clip in clips])
+    places = signal_cache.places_of(clips)
+    if chosen is None:
+        files = {(name, None): folder / f"{name}.npz" for name in names}
+    else:
+        files = {
+            (name, patch): folder / f"{name}_{patches.names[patch].replace(' ', '_')}{SUFFIXES[kind]}"
+            for name in names
+            for patch in chosen
+        }
+    standing = [path.name for path in files.values() if path.exists()]
+    if standing:
+        raise ValueError(f"{folder} already holds {standing[0]}: choose another folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    sources = {
+        name: (signals_file(*place), clip.activity, clip.subject)
+        for name, place, clip in zip(names, places, clips, strict=True)
+    }
+
+    def write(name: str, patch: int | None, path: Path, _told: object) -> None:
+        file, activity, subject = sources[name]
+        whole = ImuRecording.load(file).labelled(patches.names, activity, subject, name)
+        if patch is None:
+            whole.save(path)
+        else:
+            write_recording(path, whole.at([patch]), kind)
+
+    for number, ((name, patch), path) in enumerate(files.items()):
+        work = partial(write, name, patch, path)
+        yield from in_thread(work, path.name, number / len(files), (number + 1) / len(files))
+    text = f"Saved {len(files)} files of signals in {folder}"
+    recorded = config_of(mesh.w2w).further.record if chosen is not None else ()
+    lacking = [name for name in recorded if name not in HELD[kind]]
+    return f"{text}, without {' and '.join(lacking)}, which {kind} files do not hold" if lacking else text
+
+
+@on_body
+def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
+    """Save the study for a while, and let the command line write its report."""
+    with tempfile.TemporaryDirectory(prefix="w2w_report_") as temporary:
+        folder = Path(temporary) / "results"
+        yield from part(save_steps(mesh, folder), 0.0, 0.7)
+        yield from run_headless(["report", str(folder)], f"writing {path.name}", 0.7, 1.0)
+        with atomic_write(path) as stream:
+            stream.write((folder / "report.html").read_bytes())
+    return f"Saved the report: {path}"
+
+
+def run_headless(arguments: Sequence[str], text: str, low: float, high: float) -> Generator[Step, None, None]:
+    """Run a `w2w` command in another process as steps of a job; ValueError with its words if it fails."""
+    program = [sys.executable, "-m", "headless"]
+    if bpy.app.binary_path:
+        program = [bpy.app.binary_path, "--background", "--addons", EXTENSION, "--command", "w2w"]
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen([*program, *arguments], cwd=ROOT, stdout=said, stderr=subprocess.STDOUT)
+        try:
+            while process.poll() is None:
+                time.sleep(jobs.POLL)
+                yield Step((low + high) / 2, text)
+        finally:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+        said.seek(0)
+        words = " ".join(said.read().decode("utf-8", "replace").split())
+    if process.returncode:
+        raise ValueError(f"w2w {arguments[0]} failed: {words[-300:] or process.returncode}")
+
 
 class Export(AsksForFile, OnRanking):
-    """An export to a file."""
+    """An export to a file; `usual` is the name offered for it."""
 
     bl_options = {"REGISTER"}
-    suffix = ""
-    usual = ""
-    """Name that is offered."""
-
     filepath: StringProperty(name="File", description="File to write", subtype="FILE_PATH")
     filter_glob: StringProperty(options={"HIDDEN"})
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
 
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        self.filter_glob = f"*{self.suffix}"
+        self.filter_glob = f"*{Path(self.usual).suffix}"
         self.filepath = self.filepath or self.usual
         return super().invoke(context, event)
 
     def execute(self, context: Context) -> set[str]:
-        path = Path(bpy.path.ensure_ext(str(self.path()), self.suffix))
+        path = Path(bpy.path.ensure_ext(str(self.path()), Path(self.usual).suffix))
         return jobs.start(self, context, self.bl_label, self.steps(current_body(context), path))
 
 
@@ -66,10 +183,8 @@ class W2W_OT_export_map(Export, bpy.types.Operator):
 
     bl_idname = "w2w.export_map"
     bl_label = "Export Map"
-    suffix, usual = ".png", "map.png"
-
-    def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
-        return map_steps(mesh, path)
+    usual = "map.png"
+    steps = staticmethod(map_steps)
 
 
 class W2W_OT_export_table(Export, bpy.types.Operator):
@@ -77,10 +192,8 @@ class W2W_OT_export_table(Export, bpy.types.Operator):
 
     bl_idname = "w2w.export_table"
     bl_label = "Export Table"
-    suffix, usual = ".csv", "utility.csv"
-
-    def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
-        return table_steps(mesh, path)
+    usual = "utility.csv"
+    steps = staticmethod(table_steps)
 
 
 class W2W_OT_export_report(Export, bpy.types.Operator):
@@ -88,10 +201,8 @@ class W2W_OT_export_report(Export, bpy.types.Operator):
 
     bl_idname = "w2w.export_report"
     bl_label = "Export Report"
-    suffix, usual = ".html", "report.html"
-
-    def steps(self, mesh: bpy.types.Object, path: Path) -> Steps:
-        return report_steps(mesh, path)
+    usual = "report.html"
+    steps = staticmethod(report_steps)
 
 
 class W2W_OT_export_signals(AsksForFile, OnBody, bpy.types.Operator):
@@ -152,110 +263,3 @@ class W2W_MT_export(bpy.types.Menu):
         whole.which = "ALL"
         layout.operator("w2w.export_report", text="Report (html)", icon="WORLD")
         layout.operator("w2w.save_results", text="Results Folder", icon="FILE_FOLDER")
-
-
-@on_body
-def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
-    """Draw the heatmap that is shown, in a thread."""
-    study, utility, patches = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh)
-    scores = shown_scores(study, utility)
-    index = view_index(study)
-    title = _mean_title(study, utility) if index == 0 else _title(utility.activities[index - 1])
-    best = int(scores.argmax())
-    subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
-    subtitle += f"Best patch: {patches.names[best]} ({scores[best]:.2f})"
-    label = MEAN if study.scores == EXPECTED else ON_THESE_CLIPS
-    one_scale = study.fix_range or beside_of(study) is not None
-    ends = colour_range(study, scores, utility) if one_scale else (None, None)
-    body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
-    if minus_index(study) >= 0:
-        shown = legend(study, utility)
-        title, label, ends, colours = shown.name, shown.title, (shown.low, shown.high), (shown.colour_map,)
-        subtitle = f"Farthest above: {patches.names[best]} ({scores[best]:+.2f})"
-
-    def draw(_told: object) -> None:
-        from ...drawing import draw_heatmap  # matplotlib is slow to import
-
-        draw_heatmap(path, body, patches, scores, title, subtitle, label, *ends, *colours)
-
-    yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
-    return f"Saved the map: {path}"
-
-
-@on_body
-def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
-    """Write utility.csv."""
-    utility, patches = utility_of(mesh.w2w), patches_of(mesh)
-
-    def write(_told: object) -> None:
-        clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
-        write_text(path, patch_table(utility, patches, clusters))
-
-    yield from in_thread(write, f"writing {path.name}", 0.0, 1.0)
-    return f"Saved the table: {path}"
-
-
-@on_body
-def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None, kind: str) -> Steps:
-    """Write the signals of some patches, a file each, or of all patches, a file a clip."""
-    patches, clips = patches_of(mesh), ranked_clips(mesh.w2w)
-    names = unique_names([f"{clip.name}.npz" for clip in clips])
-    places = signal_cache.places_of(clips)
-    if chosen is None:
-        files = {(name, None): folder / f"{name}.npz" for name in names}
-    else:
-        files = {
-            (name, patch): folder / f"{name}_{patches.names[patch].replace(' ', '_')}{SUFFIXES[kind]}"
-            for name in names
-            for patch in chosen
-        }
-    standing = [path.name for path in files.values() if path.exists()]
-    if standing:
-        raise ValueError(f"{folder} already holds {standing[0]}: choose another folder")
-    folder.mkdir(parents=True, exist_ok=True)
-    sources = {
-        name: (signals_file(*place), clip.activity, clip.subject)
-        for name, place, clip in zip(names, places, clips, strict=True)
-    }
-    for number, ((name, patch), path) in enumerate(files.items()):
-        work = _writer(sources[name], name, patches.names, patch, path, kind)
-        yield from in_thread(work, path.name, number / len(files), (number + 1) / len(files))
-    text = f"Saved {len(files)} files of signals in {folder}"
-    recorded = config_of(mesh.w2w).further.record if chosen is not None else ()
-    lacking = [name for name in recorded if name not in HELD[kind]]
-    return f"{text}, without {' and '.join(lacking)}, which {kind} files do not hold" if lacking else text
-
-
-@on_body
-def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
-    """Save the study for a while, and let the command line write its report."""
-    with tempfile.TemporaryDirectory(prefix="w2w_report_") as temporary:
-        folder = Path(temporary) / "results"
-        yield from part(save_steps(mesh, folder), 0.0, 0.7)
-        yield from run_headless(["report", str(folder)], f"writing {path.name}", 0.7, 1.0)
-        with atomic_write(path) as stream:
-            stream.write((folder / "report.html").read_bytes())
-    return f"Saved the report: {path}"
-
-
-def _writer(
-    source: tuple[Path, str, str], name: str, sites: tuple[str, ...], patch: int | None, path: Path, kind: str
-) -> Callable[[object], None]:
-    file, activity, subject = source
-
-    def write(_told: object) -> None:
-        whole = ImuRecording.load(file).labelled(sites, activity, subject, name)
-        if patch is None:
-            whole.save(path)
-            return
-        write_recording(path, whole.at([patch]), kind)
-
-    return write
-
-
-def _mean_title(study: bpy.types.PropertyGroup, utility: UtilityMap) -> str:
-    return mean_title(utility) if is_as_ranked(study, utility) else "Activities that count (mean)"
-
-
-def _title(activity: str) -> str:
-    return activity.replace("_", " ").capitalize()

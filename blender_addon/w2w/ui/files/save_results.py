@@ -16,8 +16,7 @@ from ...core.findings.new_folder import check_new, write_folder
 from ...core.motion.library import Clip, Library, unique_names
 from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
-from ..jobs.jobs import Step, Steps, in_thread, part, start
-from ..jobs.on_body import on_body
+from ..jobs.jobs import Step, Steps, in_thread, on_body, part, start
 from ..steps.choosing import advised_steps, counted_clips
 from ..study import counting
 from ..study.garments import covers_steps

@@ -3,7 +3,8 @@
 
 A job is a generator that yields its `Step`s. It changes Blender's data only between yields, cleans up in
 `finally`, and puts everything back when it is closed early (GeneratorExit) or fails. In a window a modal
-operator (`job_windows`) runs it a few milliseconds at a time; without one it runs through at once.
+operator (`windows`) runs it a few milliseconds at a time; without one it runs through at once. A job on a
+body ends with an error if that body is removed or edited meanwhile (`on_body`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import traceback
 from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
+from functools import wraps
 from typing import NamedTuple, TypeVar
 
 import bpy
@@ -21,13 +23,16 @@ from ...core.motion.source import UnusableMotion
 from ...scene.base.steps import each_as
 
 POLL = 0.02
-"""Seconds to wait for a thread before the window gets its turn."""
+"""Seconds to wait for a thread or a process before the window gets its turn."""
 
 KNOWN_FROM, KNOWN_AFTER = 0.03, 3.0
 """Fraction done, and seconds gone, from which the time that is left can be told."""
 
 EXPECTED = (ValueError, UnusableMotion, OSError, ImportError)
 """Errors that core and scene raise with a sentence for people."""
+
+GONE = "The body was removed while this ran: nothing of it was kept"
+EDITED = "The body was put into Edit Mode while this ran: leave Edit Mode and start again"
 
 T = TypeVar("T")
 
@@ -112,9 +117,9 @@ def start(
 ) -> set[str]:  # fmt: skip
     """Run a job modally, or at once where there is no window or the operator was executed by a script."""
     global running, message
-    running, message = Job(title, steps, kept), None
     if bpy.app.background or context.window is None:
-        return _run_through(operator)
+        return run_now(operator, title, steps)
+    running, message = Job(title, steps, kept), None
     bpy.ops.w2w.run_job("INVOKE_DEFAULT")
     return {"FINISHED"}
 
@@ -123,7 +128,47 @@ def run_now(operator: bpy.types.Operator, title: str, steps: Steps) -> set[str]:
     """Run a job from its beginning to its end."""
     global running, message
     running, message = Job(title, steps), None
-    return _run_through(operator)
+    try:
+        return show_done(operator, advance(running, float("inf")))
+    except Exception as error:
+        return show_error(operator, running.why_failed(error))
+    finally:
+        running = None
+
+
+def is_there(item: bpy.types.Object) -> bool:
+    """Whether an object is in a scene; one that was removed is no object any more."""
+    try:
+        return any(scene.objects.get(item.name) is item for scene in bpy.data.scenes)
+    except ReferenceError:
+        return False
+
+
+def on_body(make: Callable[..., Steps]) -> Callable[..., Steps]:
+    """Let a job check before each step that the body it works on, its first argument, is still there."""
+
+    @wraps(make)
+    def watched(mesh: bpy.types.Object, *args: object, **options: object) -> Steps:
+        steps = make(mesh, *args, **options)
+        try:
+            while is_there(mesh):
+                shown = [mesh, *(part.object for part in mesh.modifiers if part.type == "ARMATURE")]
+                if any(item and item.mode == "EDIT" for item in shown):  # it shows no motion there
+                    raise ValueError(EDITED)
+                try:
+                    step = next(steps)
+                except StopIteration as stop:
+                    return stop.value
+                yield step
+            raise ValueError(GONE)
+        finally:
+            try:
+                steps.close()
+            except ReferenceError:  # what it would put back went with the body
+                if is_there(mesh):
+                    raise
+
+    return watched
 
 
 def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: float, high: float) -> Generator:
@@ -181,7 +226,7 @@ def show_error(operator: bpy.types.Operator, text: str) -> set[str]:
 def show_done(operator: bpy.types.Operator, text: str) -> set[str]:
     """Say what was done in the status bar and in the panel."""
     global message
-    message = Message(text, False)
+    message = Message(text, False, running.title if running is not None else "")
     operator.report({"INFO"}, text)
     return {"FINISHED"}
 
@@ -208,20 +253,6 @@ def advance(job: Job, budget: float) -> str | None:
             return str(stop.value)
         if time.perf_counter() >= deadline:
             return None
-
-
-def _run_through(operator: bpy.types.Operator) -> set[str]:
-    global running, message
-    job = running
-    try:
-        text = advance(job, float("inf"))
-    except Exception as error:
-        return show_error(operator, job.why_failed(error))
-    finally:
-        running = None
-    message = Message(text, False, job.title)
-    operator.report({"INFO"}, text)
-    return {"FINISHED"}
 
 
 class W2W_OT_dismiss_message(bpy.types.Operator):

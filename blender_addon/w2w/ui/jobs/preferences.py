@@ -30,10 +30,15 @@ _torch_folders: list[str] = []
 """Folders put on the path for PyTorch."""
 
 
+def _preferences() -> W2W_AddonPreferences | None:
+    """The preferences as the user set them; None where W2W does not run as an add-on."""
+    return getattr(bpy.context.preferences.addons.get(EXTENSION), "preferences", None)
+
+
 def cache_folder() -> Path:
     """Folder for baked signals, made where it is missing: the chosen one, or the extension's own."""
-    addon = bpy.context.preferences.addons.get(EXTENSION)
-    chosen = addon.preferences.cache_folder if addon is not None else ""
+    preferences = _preferences()
+    chosen = preferences.cache_folder if preferences is not None else ""
     folder = Path(bpy.path.abspath(chosen)) if chosen else _own_folder()
     folder.mkdir(parents=True, exist_ok=True)
     return folder
@@ -73,10 +78,8 @@ def _find_torch(preferences: W2W_AddonPreferences, _context: bpy.types.Context) 
 
 def leave_torch_folders() -> None:
     """Take the folders chosen for PyTorch off the path."""
-    while _torch_folders:
-        folder = _torch_folders.pop()
-        if folder in sys.path:
-            sys.path.remove(folder)
+    sys.path[:] = [folder for folder in sys.path if folder not in _torch_folders]
+    _torch_folders.clear()
 
 
 def torch_status() -> tuple[bool, str]:
@@ -169,8 +172,7 @@ class W2W_OT_clear_cache(bpy.types.Operator):
 
 def register() -> None:
     """Let what was saved apply."""
-    addon = bpy.context.preferences.addons.get(EXTENSION)
-    preferences = addon.preferences if addon is not None else None
+    preferences = _preferences()
     if preferences is None:
         return
     if preferences.threads:

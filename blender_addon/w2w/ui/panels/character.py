@@ -13,7 +13,7 @@ from ...scene.base.body import armature_of, body_of
 from ...scene.body.adopt import moving_armature
 from ...scene.body.character import character_meshes, read_character, tie, untie
 from ..jobs import jobs
-from ..jobs.on_body import is_there
+from ..jobs.jobs import is_there
 from ..jobs.text import draw_text
 from ..results import results
 from ..steps.body import add_study

@@ -13,10 +13,10 @@ from ..files.open_results import draw_locate, misses_folder
 from ..jobs import jobs
 from ..jobs.text import draw_message, draw_progress, draw_text
 from ..steps.baking import UNBAKED
+from ..steps.body import draw_sliders
+from ..steps.motions import has_source
 from ..steps.run_all import TITLE as RUN_ALL
 from ..steps.run_all import draw_run_all
-from ..steps.shape import draw_sliders
-from ..steps.source_view import has_source
 from ..study.counting import is_reweighed
 from ..study.state import (
     BAKED,

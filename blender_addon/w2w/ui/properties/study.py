@@ -17,8 +17,8 @@ from bpy.props import (
 from ...core.imu.presets import PRESETS
 from ...core.ranking.utility import CLASSIFIERS
 from ...scene.base.patches import EMPTY_SIZE
-from ..jobs.on_body import is_there
-from ..steps import shape
+from ..jobs.jobs import is_there
+from ..steps.body import W2W_PG_shape
 from ..study.declared import declared
 from ..study.garments import Wardrobe
 from ..study.operators import is_ranked
@@ -114,7 +114,7 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
     has_shape: BoolProperty(
         name="Has a Shape", description="This is W2W's own body, whose shape can be changed"
     )
-    shape: PointerProperty(type=shape.W2W_PG_shape, name="Shape")
+    shape: PointerProperty(type=W2W_PG_shape, name="Shape")
     show_armature: BoolProperty(
         name="Show Armature", description="Show the body's bones", default=False, update=updates.show_armature
     )

@@ -13,7 +13,7 @@ from ...scene.base.patches import patch_empties
 from ...scene.base.patches import resize_patches as resize_empties
 from ..jobs import jobs
 from ..results import own_placements, results
-from ..steps.picking import pick
+from ..steps.patches import pick
 from ..study import scores
 from ..study.lists import list_labels
 from ..study.state import is_silent, without_updates

@@ -26,8 +26,7 @@ from ...core.wording import capital
 from ...scene.bake import PatchBaker
 from ...scene.base.body import body_of
 from ...scene.garments.bake import GarmentBaker
-from ..jobs.jobs import Step, Steps, as_steps, in_thread
-from ..jobs.on_body import is_there, on_body
+from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body
 from ..jobs.preferences import cache_folder
 from ..results import results
 from ..study import signal_cache

@@ -1,25 +1,103 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Step 1: add the bundled body, or adopt the selected mesh."""
+"""Step 1: the bundled body, whose sliders reshape it in place, or a mesh of the user's own."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import bpy
-from bpy.props import StringProperty
+from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from ...core.adopt.smpl import load_body
 from ...core.body.body import Body
+from ...core.body.shapes import RANGES, shaped
+from ...core.wording import capital
 from ...scene.base.body import add_body, armature_of, body_of
 from ...scene.body.adopt import adopt_mesh
+from ...scene.body.reshape import reshape_body
 from ...scene.files.study_record import has_record
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, dismiss, in_thread, show_error
 from ..results.restore import restore
 from ..study.operators import AsksForFile, OnBody
-from ..study.state import body_of_object, current_body, without_updates
+from ..study.state import body_of_object, current_body, is_silent, usable, without_updates
 from ..viewport.framing import frame
-from .shape import NAMES, apply_shape, copy_shape, draw_sliders, shaped_body, sliders
+
+Context = bpy.types.Context
+
+ALWAYS = ("gender", "muscle", "age", "arms", "legs")
+OPTIONAL = ("height", "weight")
+"""Parameters that follow from the others unless their switch is on."""
+
+NAMES = (*ALWAYS, *OPTIONAL, *(f"set_{name}" for name in OPTIONAL))
+
+
+def sliders(update: object = None) -> dict[str, object]:
+    """Properties of a body's shape, for a property group or an operator."""
+    follows = "Else it follows from the other sliders"
+
+    def slider(name: str, label: str, text: str, default: float, unit: str = "NONE") -> FloatProperty:
+        low, high = RANGES[name]
+        return FloatProperty(
+            name=label, description=text, default=default, min=low, max=high, unit=unit, update=update
+        )
+
+    return {
+        "gender": slider("gender", "Gender", "-1 is female, 0 neutral, 1 male", 0.0),
+        "set_height": BoolProperty(name="Set Height", description=follows, update=update),
+        "height": slider("height", "Height", "Height in metres", 1.70, "LENGTH"),
+        "set_weight": BoolProperty(name="Set Weight", description=follows, update=update),
+        "weight": slider("weight", "Weight (kg)", "Weight in kilograms", 70.0),
+        "muscle": slider("muscle", "Muscle", "0 is average, 1 a body builder", 0.0),
+        "age": slider("age", "Age", "Age in years", RANGES["age"][0]),
+        "arms": slider("arms", "Arms", "Length of the arms relative to the average", 1.0),
+        "legs": slider("legs", "Legs", "Length of the legs relative to the average", 1.0),
+    }
+
+
+def _reshape(shape: W2W_PG_shape, context: Context) -> None:
+    """Follow a slider."""
+    if not is_silent():
+        apply_shape(shape.id_data)
+        jobs.redraw(context)
+
+
+class W2W_PG_shape(bpy.types.PropertyGroup):
+    """The shape of a bundled body."""
+
+    __annotations__ = sliders(_reshape)
+
+
+def shaped_body(shape: bpy.types.bpy_struct) -> Body:
+    """The bundled body in the shape that the sliders give; ValueError if there is no such body."""
+    used = [*ALWAYS, *(name for name in OPTIONAL if getattr(shape, f"set_{name}"))]
+    return shaped(Body.bundled(), **{name: getattr(shape, name) for name in used})
+
+
+def apply_shape(mesh: bpy.types.Object) -> None:
+    """Give the body the shape that its sliders say; where that cannot be, say why and leave it."""
+    study = mesh.w2w
+    try:
+        reshape_body(mesh, shaped_body(study.shape), [clip.action for clip in usable(study)])
+    except ValueError as error:
+        jobs.message = jobs.Message(capital(error), True)
+    else:
+        jobs.dismiss_error()
+
+
+def draw_sliders(layout: bpy.types.UILayout, shape: bpy.types.bpy_struct) -> None:
+    """Draw the sliders of a property group or an operator."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    layout.prop(shape, "gender", slider=True)
+    for name in OPTIONAL:
+        row = layout.row(heading=shape.bl_rna.properties[name].name)
+        row.prop(shape, f"set_{name}", text="")
+        value = row.row()
+        value.active = getattr(shape, f"set_{name}")
+        value.prop(shape, name, text="", slider=True)
+    for name in ALWAYS[1:]:
+        layout.prop(shape, name, slider=True)
 
 
 class W2W_OT_add_body(bpy.types.Operator):
@@ -31,22 +109,21 @@ class W2W_OT_add_body(bpy.types.Operator):
 
     __annotations__ = sliders()
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        cls.poll_message_set("Go back to object mode first")
-        return context.mode == "OBJECT"
+    poll = classmethod(jobs.can_start)
 
-    def draw(self, context: bpy.types.Context) -> None:
+    def draw(self, context: Context) -> None:
         draw_sliders(self.layout, self)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: Context) -> set[str]:
         try:
             body = shaped_body(self)
         except ValueError as error:
             return show_error(self, str(error))
         mesh = add_study(context, body, "Body")
         mesh.w2w.has_shape = True
-        copy_shape(self, mesh.w2w.shape)
+        with without_updates():
+            for name in NAMES:
+                setattr(mesh.w2w.shape, name, getattr(self, name))
         frame([mesh])
         return {"FINISHED"}
 
@@ -58,10 +135,10 @@ class W2W_OT_reset_shape(OnBody, bpy.types.Operator):
     bl_label = "Reset Shape"
 
     @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+    def missing(context: Context, body: bpy.types.Object) -> str:
         return "" if body.w2w.has_shape else "Only W2W's own body has a shape to reset"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: Context) -> set[str]:
         body = current_body(context)
         with without_updates():
             for name in NAMES:
@@ -80,11 +157,9 @@ class W2W_OT_load_body(AsksForFile, bpy.types.Operator):
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.npz;*.pkl;*.obj;*.ply", options={"HIDDEN"})
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return jobs.can_start(cls, context)
+    poll = classmethod(jobs.can_start)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: Context) -> set[str]:
         return jobs.start(self, context, self.bl_label, load_steps(self.path()))
 
 
@@ -96,9 +171,8 @@ class W2W_OT_use_mesh(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Go back to object mode first")
+    def poll(cls, context: Context) -> bool:
+        if not jobs.can_start(cls, context):
             return False
         cls.poll_message_set("Select the mesh of another body first")
         found = context.object
@@ -106,7 +180,7 @@ class W2W_OT_use_mesh(bpy.types.Operator):
             return False
         return found.type == "MESH" or body_of_object(found) is not None
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: Context) -> set[str]:
         mesh = body_of_object(context.object) or context.object
         try:
             body_of(mesh)
@@ -121,7 +195,7 @@ class W2W_OT_use_mesh(bpy.types.Operator):
         dismiss()
         return {"FINISHED"}
 
-    def adopt(self, context: bpy.types.Context, mesh: bpy.types.Object) -> set[str]:
+    def adopt(self, context: Context, mesh: bpy.types.Object) -> set[str]:
         """Make a body of a mesh whose rig spells SMPL's bones otherwise (m_avg_Pelvis)."""
         try:
             body = adopt_mesh(mesh)
@@ -132,18 +206,13 @@ class W2W_OT_use_mesh(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class W2W_OT_select_body(bpy.types.Operator):
+class W2W_OT_select_body(OnBody, bpy.types.Operator):
     """Select the body's mesh and nothing else"""
 
     bl_idname = "w2w.select_body"
     bl_label = "Select Body"
-    bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return current_body(context) is not None and context.mode == "OBJECT"
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: Context) -> set[str]:
         select_only(context, current_body(context))
         return {"FINISHED"}
 
@@ -156,7 +225,7 @@ def load_steps(path: Path) -> Steps:
     return f"Loaded {path.name}"
 
 
-def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Object:
+def add_study(context: Context, body: Body, name: str) -> bpy.types.Object:
     """Add a body at the 3D cursor, in a collection of its own, and work on it; returns its mesh."""
     collection = bpy.data.collections.new(f"W2W {name}")
     context.scene.collection.children.link(collection)
@@ -168,14 +237,14 @@ def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Ob
     return objects.mesh
 
 
-def make_study(context: bpy.types.Context, mesh: bpy.types.Object) -> None:
+def make_study(context: Context, mesh: bpy.types.Object) -> None:
     """Let the panel work on a mesh."""
     mesh.w2w.is_body = True
     armature_of(mesh).hide_set(not mesh.w2w.show_armature)
     context.scene.w2w.body = mesh
 
 
-def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
+def select_only(context: Context, item: bpy.types.Object) -> None:
     """Select one object and make it active."""
     for other in context.selected_objects:
         other.select_set(False)

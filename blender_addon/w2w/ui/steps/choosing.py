@@ -20,8 +20,7 @@ from ...core.results_folder import StudyResults, advised
 from ...core.selection.advice import Advice
 from ...core.study import StudyConfig
 from ...core.wording import capital
-from ..jobs.jobs import Step, Steps, in_thread
-from ..jobs.on_body import on_body
+from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, signal_cache
 from ..study.advice import keep

@@ -18,8 +18,7 @@ from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import Carried, Source, carry, read_motion
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
-from ..jobs.jobs import Step, Steps, as_steps
-from ..jobs.on_body import on_body
+from ..jobs.jobs import Step, Steps, as_steps, on_body
 from ..study.lists import list_labels
 from ..study.state import without_updates
 

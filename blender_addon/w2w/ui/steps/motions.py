@@ -14,8 +14,8 @@ from ...core.motion.source import UnusableMotion
 from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.base.playback import active_action
+from ...scene.motion import source_beside
 from ...scene.motion.load import carry
-from ...scene.motion.source_beside import keep_pace_beside, remove_source
 from ...scene.motion.takes import best_take
 from ..jobs import jobs
 from ..study.lists import list_labels
@@ -34,6 +34,8 @@ class _Import(AsksForFile, OnBody):
     """Whether they were chosen in Blender's file browser."""
 
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        if self.names():  # dropped on the view
+            return self.execute(context)
         self.asked = True
         return super().invoke(context, event)
 
@@ -65,10 +67,6 @@ class W2W_OT_import_motions(_Import, bpy.types.Operator):
     filter_glob: StringProperty(
         default=";".join(f"*{suffix}" for suffix in MOTION_SUFFIXES), options={"HIDDEN"}
     )
-
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        dropped = self.names()
-        return self.execute(context) if dropped else super().invoke(context, event)
 
     def names(self) -> list[str]:
         return [file.name for file in self.files if file.name]
@@ -137,12 +135,39 @@ class W2W_OT_preview_clip(bpy.types.Operator):
         if clip.action is None:
             return jobs.show_error(self, f"{clip.name}: {clip.problem}")
         keep_pace(clip.action)
-        keep_pace_beside(clip.name)
+        source_beside.keep_pace_beside(clip.name)
         show_action(armature_of(mesh), clip.action)
         scene.use_preview_range = True
         scene.frame_preview_start = int(FIRST_FRAME)
-        scene.frame_preview_end = last_frame(clip)
+        scene.frame_preview_end = round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)
         scene.frame_set(int(FIRST_FRAME))
+        return {"FINISHED"}
+
+
+class W2W_OT_show_source(OnBody, bpy.types.Operator):
+    """Show the active clip's own armature beside the body, or take it away again"""
+
+    bl_idname = "w2w.show_source"
+    bl_label = "Show Source Beside"
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        clips = body.w2w.clips
+        has_one = len(clips) > 0 and has_source(clips[body.w2w.clip_index])
+        return "" if has_one else "The active clip has no armature of its own"
+
+    def execute(self, context: Context) -> set[str]:
+        mesh = current_body(context)
+        clip = mesh.w2w.clips[mesh.w2w.clip_index]
+        if source_beside.source_collections(clip.name):
+            source_beside.remove_source(clip.name)
+            return {"FINISHED"}
+        source_beside.remove_source()
+        try:
+            source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale)
+        except UnusableMotion as error:
+            return jobs.show_error(self, f"{clip.name}: {error}")
+        bpy.ops.w2w.preview_clip(index=mesh.w2w.clip_index)
         return {"FINISHED"}
 
 
@@ -183,7 +208,7 @@ class W2W_OT_remove_clips(OnClips, bpy.types.Operator):
         clips = mesh.w2w.clips
         ticked = [index for index, clip in enumerate(clips) if clip.selected] or [mesh.w2w.clip_index]
         for index in ticked:
-            remove_source(clips[index].name)
+            source_beside.remove_source(clips[index].name)
         remove_clips(mesh, ticked)
         return {"FINISHED"}
 
@@ -219,6 +244,7 @@ class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
         return {"FINISHED"}
 
 
-def last_frame(clip: bpy.types.PropertyGroup) -> int:
-    """Last frame of a clip on the time line that its action is keyed on."""
-    return round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)
+def has_source(clip: bpy.types.PropertyGroup) -> bool:
+    """Whether a clip's own armature can be shown; of a run's clips only the name of the file is known."""
+    file = Path(clip.file)
+    return clip.action is not None and file.suffix.lower() in (".fbx", ".bvh") and file.is_absolute()

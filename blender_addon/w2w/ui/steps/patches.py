@@ -1,49 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Step 3: spread patches over the body."""
+"""Patches on the body: spread them, and look at one, from a list or by the pick tool."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import bpy
+import numpy as np
+from bpy.props import BoolProperty, IntProperty
+from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
 from ...core.study import place_patches as sample
-from ...scene.base.patches import place_patches, remove_patches
+from ...scene.base.evaluated import EvaluatedVertices
+from ...scene.base.patches import empties_by_patch, place_patches, remove_patches
 from ...scene.files.packing import pack
 from ..jobs import jobs
-from ..jobs.on_body import on_body
 from ..results import own_placements, results
-from ..study.operators import IsJob, OnBody
-from ..study.state import config_of, current_body, keep_own_placed
+from ..study.operators import IsJob, OnBody, OnPatches, OnRanking
+from ..study.state import config_of, current_body, keep_own_placed, patches_of
+from ..viewport.legend import owner_of
 from .baking import body_as_run
+from .body import select_only
+
+Context = bpy.types.Context
 
 
-class W2W_OT_place_patches(IsJob, bpy.types.Operator):
-    """Spread patches evenly over the body, an empty on each; replaces those that are there"""
-
-    bl_idname = "w2w.place_patches"
-    bl_label = "Place Patches"
-
-    def steps(self, body: bpy.types.Object) -> jobs.Steps:
-        return place_steps(body)
-
-
-class W2W_OT_remove_patches(OnBody, bpy.types.Operator):
-    """Remove the patches, and the ranking that was made with them"""
-
-    bl_idname = "w2w.remove_patches"
-    bl_label = "Remove Patches"
-
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return "" if body.w2w.patch_collection is not None else "There are no patches"
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        remove_all(current_body(context))
-        return {"FINISHED"}
-
-
-@on_body
+@jobs.on_body
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = body_as_run(mesh), mesh.w2w
@@ -61,9 +43,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     keep_own_placed(study, own, count)
     results.hide_patches(study)
     text = f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
-    if own:
-        text += f", {len(own)} of them your own"
-    return text
+    return f"{text}, {len(own)} of them your own" if own else text
 
 
 def remove_all(mesh: bpy.types.Object) -> None:
@@ -75,3 +55,190 @@ def remove_all(mesh: bpy.types.Object) -> None:
     study.patches_text = study.patches_key = study.own_placed = ""
     if collection is not None and all(item.parent is mesh for item in collection.objects):
         remove_patches(collection)
+
+
+class W2W_OT_place_patches(IsJob, bpy.types.Operator):
+    """Spread patches evenly over the body, an empty on each; replaces those that are there"""
+
+    bl_idname = "w2w.place_patches"
+    bl_label = "Place Patches"
+    steps = staticmethod(place_steps)
+
+
+class W2W_OT_remove_patches(OnBody, bpy.types.Operator):
+    """Remove the patches, and the ranking that was made with them"""
+
+    bl_idname = "w2w.remove_patches"
+    bl_label = "Remove Patches"
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if body.w2w.patch_collection is not None else "There are no patches"
+
+    def execute(self, context: Context) -> set[str]:
+        remove_all(current_body(context))
+        return {"FINISHED"}
+
+
+class W2W_OT_select_patch(OnPatches, bpy.types.Operator):
+    """Look at this patch; with Shift, compare it with the one looked at"""
+
+    bl_idname = "w2w.select_patch"
+    bl_label = "Look at Patch"
+    bl_options = {"UNDO"}
+
+    patch: IntProperty(name="Patch", description="Number of the patch", min=0)
+    compare: BoolProperty(
+        name="Compare", description="Keep the patch looked at, and compare this one with it"
+    )
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        self.compare = event.shift
+        return self.execute(context)
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        count = len(patches_of(body))
+        if self.patch >= count:
+            return jobs.show_error(self, f"The body has {count} patches, no number {self.patch}")
+        pick(context, body, self.patch, self.compare)
+        return {"FINISHED"}
+
+
+class W2W_OT_clear_pick(OnBody, bpy.types.Operator):
+    """Look at no patch any more"""
+
+    bl_idname = "w2w.clear_pick"
+    bl_label = "Look at No Patch"
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if body.w2w.picked >= 0 else "No patch is looked at"
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        body.w2w.picked = body.w2w.compared = -1
+        select_only(context, body)
+        return {"FINISHED"}
+
+
+class W2W_OT_fit_range(OnRanking, bpy.types.Operator):
+    """Let the fixed colour range span the F1 of all activities"""
+
+    bl_idname = "w2w.fit_range"
+    bl_label = "Fit Range to All"
+
+    def execute(self, context: Context) -> set[str]:
+        results.fit_range(current_body(context))
+        return {"FINISHED"}
+
+
+def pick(
+    context: Context, body: bpy.types.Object, patch: int, compare: bool = False, vertex: int = -1
+) -> None:
+    """Look at a patch, and select its empty where it is visible; `vertex` is where it was clicked."""
+    study = body.w2w
+    study.picked_vertex = vertex
+    compare = compare and study.picked >= 0 and study.picked != patch
+    if compare:
+        study.compared = patch
+    else:
+        study.picked, study.compared = patch, -1
+    empty = empties_by_patch(study.patch_collection).get(patch)
+    if not compare:
+        for item in context.selected_objects:
+            item.select_set(False)
+    if empty is not None and empty.visible_get():
+        empty.select_set(True)
+        context.view_layer.objects.active = empty
+    elif not compare:
+        context.view_layer.objects.active = body
+
+
+class W2W_OT_pick_patch(OnBody, bpy.types.Operator):
+    """Look at the patch under the mouse; with Shift, compare it with the one looked at"""
+
+    bl_idname = "w2w.pick_patch"
+    bl_label = "Pick Patch"
+    bl_options = {"UNDO"}
+
+    compare: BoolProperty(name="Compare", description="Keep the patch looked at, and compare with it")
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if context.area is not None and context.area.type == "VIEW_3D" else "Click in a 3D view"
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        mouse = (event.mouse_region_x, event.mouse_region_y)
+        origin = region_2d_to_origin_3d(context.region, context.region_data, mouse)
+        direction = region_2d_to_vector_3d(context.region, context.region_data, mouse)
+        depsgraph = context.evaluated_depsgraph_get()
+        hit, point, _, face, item, _ = context.scene.ray_cast(depsgraph, origin, direction)
+        shown, item = item, (owner_of(item) or item) if hit else None
+        if not hit or item.type != "MESH" or not item.w2w.is_body:
+            self.report({"INFO"}, "Click on a body that has patches")
+            return {"CANCELLED"}
+        if patches_of(item) is None:
+            self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (step 3)")
+            return {"CANCELLED"}
+        context.scene.w2w.body = item
+        patch, vertex = spot_at(depsgraph, item, face, np.array(point), shown)
+        pick(context, item, patch, self.compare, vertex)
+        return {"FINISHED"}
+
+
+class W2W_WT_pick(bpy.types.WorkSpaceTool):
+    """The tool in the toolbar."""
+
+    bl_space_type = "VIEW_3D"
+    bl_context_mode = "OBJECT"
+    bl_idname = "w2w.pick_tool"
+    bl_label = "Pick Patch"
+    bl_description = "Click a body to see how well a sensor works there; Shift-click to compare"
+    bl_icon = "ops.paint.eyedropper_add"
+    bl_cursor = "EYEDROPPER"
+    bl_keymap = (
+        ("w2w.pick_patch", {"type": "LEFTMOUSE", "value": "PRESS"}, None),
+        (
+            "w2w.pick_patch",
+            {"type": "LEFTMOUSE", "value": "PRESS", "shift": True},
+            {"properties": [("compare", True)]},
+        ),
+    )
+
+
+def spot_at(
+    depsgraph: bpy.types.Depsgraph,
+    body: bpy.types.Object,
+    face: int,
+    point: np.ndarray,
+    shown: bpy.types.Object | None = None,
+) -> tuple[int, int]:
+    """Patch of a point in the world, on this face of the evaluated body, and the vertex nearest to it.
+
+    `shown` is what was clicked where it is a copy of the body; the vertex is -1 where a modifier has made
+    others than the body has.
+    """
+    patches = patches_of(body)
+    evaluated = (shown or body).evaluated_get(depsgraph)
+    mesh, world = evaluated.data, np.array(evaluated.matrix_world)
+    if len(mesh.vertices) == len(patches.labels):
+        corners = list(mesh.polygons[face].vertices)
+        points = np.array([mesh.vertices[corner].co for corner in corners]) @ world[:3, :3].T + world[:3, 3]
+        vertex = corners[int(np.linalg.norm(points - point, axis=1).argmin())]
+        return int(patches.labels[vertex]), vertex
+    # a modifier has made other vertices: the nearest carrier triangle stands for its patch
+    points = EvaluatedVertices(body, patches.triangles).positions().mean(axis=1)
+    return int(np.linalg.norm(points - point, axis=1).argmin()), -1
+
+
+def register() -> None:
+    """Register the tool where there are toolbars."""
+    if not bpy.app.background:
+        bpy.utils.register_tool(W2W_WT_pick, after={"builtin.cursor"}, separator=True)
+
+
+def unregister() -> None:
+    """Take back what `register` did."""
+    if not bpy.app.background:
+        bpy.utils.unregister_tool(W2W_WT_pick)

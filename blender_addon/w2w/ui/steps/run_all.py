@@ -9,8 +9,7 @@ from typing import NamedTuple
 import bpy
 
 from ..jobs import jobs
-from ..jobs.jobs import Steps, part
-from ..jobs.on_body import is_there, on_body
+from ..jobs.jobs import Steps, is_there, on_body, part
 from ..jobs.text import draw_text
 from ..results.own_placements import is_pending
 from ..study import advice

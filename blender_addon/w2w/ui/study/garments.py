@@ -20,8 +20,7 @@ from ...scene.bake import PatchBaker
 from ...scene.base.body import body_of
 from ...scene.garments.bake import GarmentBaker, around_body, check_garment, refuse_bare
 from ...scene.garments.cloth import KIND, refit
-from ..jobs.jobs import Step, in_thread
-from ..jobs.on_body import is_there
+from ..jobs.jobs import Step, in_thread, is_there
 
 T = TypeVar("T")
 

@@ -10,7 +10,7 @@ from ...core.colours import score_range, span_note
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
 from ...core.selection.headline import mean_caution
-from ..jobs.on_body import is_there
+from ..jobs.jobs import is_there
 from .counting import is_as_ranked, shown_weights
 from .state import utility_of
 

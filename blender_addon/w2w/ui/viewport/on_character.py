@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, CollectionProperty, PointerProperty, StringP
 
 from ...scene import heatmap
 from ...scene.body import character
-from ..jobs.on_body import is_there
+from ..jobs.jobs import is_there
 
 MARK_RADIUS = 1.5
 """Radius of a sensor's ball on a character, in lengths of a patch's axes."""
