@@ -16,6 +16,7 @@ from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.results import results
+from w2w.ui.study import scores
 from w2w.ui.study.advice import advice_of, answer_of
 from w2w.ui.study.counting import is_reweighed
 from w2w.ui.study.state import config_of, utility_of
@@ -108,7 +109,7 @@ def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Pa
     utility = utility_of(study)
     assert utility.weights.tolist() == [0.0, 3.0, 1.0]
     np.testing.assert_array_equal(utility.f1, before.f1)
-    np.testing.assert_array_equal(results.expected_mean(study, utility), utility.expected_mean)
+    np.testing.assert_array_equal(scores.expected_mean(study, utility), utility.expected_mean)
     assert W2W_PT_utility.is_done(None, bpy.context)
     assert study.view == "A2"
     study.activities[0].part = "COUNTED"

@@ -12,6 +12,7 @@ import pytest
 from w2w.ui.panels.results import W2W_PT_activities
 from w2w.ui.results import results
 from w2w.ui.steps.motion_import import remove_clips
+from w2w.ui.study import scores
 from w2w.ui.study.counting import is_reweighed
 from w2w.ui.study.state import config_of, rank_settings, utility_of
 
@@ -75,7 +76,7 @@ def test_weights_set_before_enter_the_first_ranking(library: Path) -> None:
     assert not is_reweighed(study, utility)
     assert study.view == "MEAN"
     assert not W2W_PT_activities.poll(bpy.context)
-    np.testing.assert_array_equal(results.expected_mean(study, utility), utility.expected_mean)
+    np.testing.assert_array_equal(scores.expected_mean(study, utility), utility.expected_mean)
 
 
 def test_new_patches_forget_the_ranking_and_not_the_weights(library: Path) -> None:

@@ -20,7 +20,7 @@ from w2w.core.patches.body_parts import find_patches
 from w2w.core.results_folder import StudyResults
 from w2w.scene.base.body import armature_of
 from w2w.scene.base.patches import patch_empties
-from w2w.scene.files.study_record import RECORD, read_record
+from w2w.scene.files.study_file import RECORD, read_record
 from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility

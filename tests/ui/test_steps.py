@@ -15,6 +15,7 @@ import pytest
 
 from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
+from w2w.core.selection import headline
 from w2w.core.selection.advice import best_single
 from w2w.core.selection.answer import Scored, answer
 from w2w.core.selection.headline import CANNOT_RANK, confidence_sentence, mean_caution, short
@@ -141,7 +142,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
     assert second == f"rank 1 of {len(patches)}, as good as the best; on these clips {utility.mean[best]:.2f}"
     assert study.regions[0].high == 0
-    for module in (results, scores):
+    for module in (headline, scores):
         monkeypatch.setattr(module, "mean_caution", lambda _: "")
     first, second = scores.patch_lines(study, utility, best)
     low, high = utility.expected_low[best], utility.expected_high[best]

@@ -22,7 +22,7 @@ from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.headline import as_good_as
 from w2w.headless.app import APP
 from w2w.headless.runs.folder import only_run
-from w2w.scene.files.study_record import read_record
+from w2w.scene.files.study_file import read_record
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

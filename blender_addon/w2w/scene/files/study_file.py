@@ -1,29 +1,47 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A finished study as a .blend file that opens complete in any Blender, with or without W2W."""
+"""A finished study as a .blend file that opens complete in any Blender, with or without W2W.
+
+For W2W's panel it holds the small files of the results folder, packed as a text beside the body: this record
+is only data; nothing in it is ever run.
+"""
 
 from __future__ import annotations
 
+import base64
+import io
+import json
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import bpy
 import numpy as np
 
 from ...core.body.body import Body
+from ...core.clip_files import WORK, signals_key
 from ...core.colours import LEAST_SPAN
-from ...core.files import UNFINISHED
+from ...core.files import DAMAGED, UNFINISHED
 from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
-from ...core.results_folder import StudyResults
+from ...core.results_folder import UTILITY, StudyResults
 from .. import heatmap
 from ..base.actions import set_scene_rate, show_action, write_action
 from ..base.body import BodyObjects, add_body
 from ..base.patches import patch_empties, place_patches
-from .study_record import write_record
+from .packing import MOST_PACKED
 
 EMPTY_SIZE, CHOSEN_SIZE = 0.006, 0.018
 """Size of the empties, metres: small, so that they do not hide the heatmap, but for the chosen ones."""
+
+RECORD = "W2W study"
+"""Custom property of a body's mesh: the text that holds its study."""
+
+FILES = ("summary.json", "config.json", UTILITY, f"{WORK}/patches.npz")
+"""Files of a results folder that the record holds."""
+
+NAMES = "names.json"
 
 
 def write_study(
@@ -71,7 +89,7 @@ def write_study(
     collections = _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
     actions = _add_actions(objects, motions)
     if results is not None:
-        write_record(objects.mesh, results, collections, actions)
+        _add_record(objects.mesh, results, collections, actions)
     _set_up_view(objects.mesh, body.height)
     _save(Path(path))
 
@@ -124,23 +142,37 @@ def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, b
     return actions
 
 
+def _add_record(
+    mesh: bpy.types.Object,
+    study: StudyResults,
+    collections: tuple[str, str],
+    actions: Mapping[str, bpy.types.Action],
+) -> None:
+    """Put the record of a results folder into the open file, beside a body."""
+    names = {clip: action.name for clip, action in actions.items()}
+    packed = io.BytesIO()
+    with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
+        for name in FILES:
+            archive.writestr(ZipInfo(name), (study.out / name).read_bytes(), ZIP_DEFLATED)
+        content = {"collections": collections, "actions": names, "signals": keys_of(study)}
+        archive.writestr(ZipInfo(NAMES), json.dumps(content), ZIP_DEFLATED)
+    text = bpy.data.texts.new(RECORD)
+    text.from_string(base64.encodebytes(packed.getvalue()).decode("ascii"))
+    mesh[RECORD] = text
+
+
 def _set_up_view(mesh: bpy.types.Object, height: float) -> None:
     """Show the heatmap and the whole body in every 3D view of the file's window."""
     bpy.context.view_layer.objects.active = mesh
-    for screen in bpy.data.screens:
-        for area in screen.areas:
-            if area.type == "VIEW_3D":
-                _set_up_space(area.spaces.active, height)
-
-
-def _set_up_space(space: bpy.types.SpaceView3D, height: float) -> None:
-    space.shading.type = "SOLID"
-    space.shading.color_type = "VERTEX"
-    space.shading.show_specular_highlight = False
-    space.region_3d.view_perspective = "PERSP"
-    space.region_3d.view_location = (0.0, 0.0, height / 2)
-    space.region_3d.view_rotation = (0.7071, 0.7071, 0.0, 0.0)
-    space.region_3d.view_distance = 1.8 * height
+    areas = [area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D"]
+    for space in (area.spaces.active for area in areas):
+        space.shading.type = "SOLID"
+        space.shading.color_type = "VERTEX"
+        space.shading.show_specular_highlight = False
+        space.region_3d.view_perspective = "PERSP"
+        space.region_3d.view_location = (0.0, 0.0, height / 2)
+        space.region_3d.view_rotation = (0.7071, 0.7071, 0.0, 0.0)
+        space.region_3d.view_distance = 1.8 * height
 
 
 def _save(path: Path) -> None:
@@ -150,3 +182,49 @@ def _save(path: Path) -> None:
         temporary = Path(folder) / "study.blend"
         bpy.ops.wm.save_as_mainfile(filepath=str(temporary), compress=True, copy=True)
         temporary.replace(path)
+
+
+class SceneNames(NamedTuple):
+    """Names in a run's .blend file."""
+
+    collections: tuple[str, str]  # of all patches, and of the chosen ones
+    actions: Mapping[str, str]  # by clip
+    signals: Mapping[str, str]  # by clip, the key of `core.clip_files.signals_key`
+
+
+def keys_of(study: StudyResults) -> dict[str, str]:
+    """The key by which each clip's stored signals are recognised."""
+    return {clip.name: signals_key(study.out, clip.name) for clip in study.clips}
+
+
+def has_record(mesh: bpy.types.Object) -> bool:
+    """Whether a record lies beside a mesh."""
+    return isinstance(mesh.get(RECORD), bpy.types.Text)
+
+
+def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
+    """The study that a record holds, without large files, and names in the file; ValueError if damaged."""
+    try:
+        packed = base64.b64decode(mesh[RECORD].as_string())
+        with ZipFile(io.BytesIO(packed)) as archive, tempfile.TemporaryDirectory() as folder:
+            if sum(archive.getinfo(name).file_size for name in (*FILES, NAMES)) > MOST_PACKED:
+                raise ValueError("it unpacks to too much")
+            for name in FILES:  # no other: a file's word leads nowhere
+                archive.extract(name, folder)
+            study = StudyResults.load(Path(folder))
+            study.summary, study.source_hashes  # noqa: B018 - kept, for the folder does not stay
+            names = json.loads(archive.read(NAMES))
+            placed, chosen = map(str, names["collections"])
+            actions, signals = (
+                {clip: str(name) for clip, name in names[part].items()} for part in ("actions", "signals")
+            )
+            return study, SceneNames((placed, chosen), actions, signals)
+    except (ValueError, AttributeError, RecursionError, OSError, *DAMAGED) as error:
+        raise ValueError(f"what the file says of '{mesh.name}' is damaged: {error}") from error
+
+
+def remove_record(mesh: bpy.types.Object) -> None:
+    """Take the record away: what it said is now the panel's."""
+    text = mesh[RECORD]
+    del mesh[RECORD]
+    bpy.data.texts.remove(text)

@@ -257,9 +257,7 @@ class W2W_MT_export(bpy.types.Menu):
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("w2w.export_map", text="Map (png)", icon="IMAGE_DATA")
         layout.operator("w2w.export_table", text="Table (utility.csv)", icon="SPREADSHEET")
-        picked = layout.operator("w2w.export_signals", text="Signals of Picked Patch", icon="GRAPH")
-        picked.which = "PICKED"
-        whole = layout.operator("w2w.export_signals", text="Signals of All Patches", icon="GRAPH")
-        whole.which = "ALL"
+        for which, text in (("PICKED", "Signals of Picked Patch"), ("ALL", "Signals of All Patches")):
+            layout.operator("w2w.export_signals", text=text, icon="GRAPH").which = which
         layout.operator("w2w.export_report", text="Report (html)", icon="WORLD")
         layout.operator("w2w.save_results", text="Results Folder", icon="FILE_FOLDER")

@@ -12,12 +12,11 @@ from bpy.props import StringProperty
 
 from ...core.body.body import Body
 from ...core.clip_files import STORED
-from ...core.patches.patches import PatchSet
 from ...core.results_folder import StudyResults
 from ...scene.base.actions import show_action, write_action
 from ...scene.base.patches import place_patches
 from ...scene.files.packing import pack
-from ...scene.files.study_record import has_record, keys_of
+from ...scene.files.study_file import has_record, keys_of
 from ...scene.motion.takes import existing_data, new_data
 from ..jobs import jobs
 from ..jobs.jobs import EXPECTED, Step, Steps, in_thread
@@ -33,6 +32,8 @@ from ..study.state import bodies, current_body
 
 TITLE = "Open Results"
 
+Context = bpy.types.Context
+
 
 class ChoosesResults(AsksForFile):
     """Asks for a results folder, or takes a dropped one at once."""
@@ -47,7 +48,7 @@ class ChoosesResults(AsksForFile):
     )
     filter_glob: StringProperty(default=SUMMARY, options={"HIDDEN"})
 
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
         if self.filepath:
             return self.execute(context)
         return super().invoke(context, event)
@@ -65,11 +66,9 @@ class W2W_OT_open_results(ChoosesResults, bpy.types.Operator):
     bl_idname = "w2w.open_results"
     bl_label = TITLE
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return jobs.can_start(cls, context)
+    poll = classmethod(jobs.can_start)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: Context) -> set[str]:
         return jobs.start(self, context, TITLE, open_steps(self.folder))
 
 
@@ -81,23 +80,21 @@ class W2W_OT_locate_results(ChoosesResults, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
+    def poll(cls, context: Context) -> bool:
         body = current_body(context)
         cls.poll_message_set("Only for signals in a results folder that is no longer where it was")
         return jobs.running is None and body is not None and misses_folder(body.w2w)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: Context) -> set[str]:
         study, folder = current_body(context).w2w, self.folder
         before, study.results_folder = study.results_folder, str(folder.resolve())
         stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
         found = sum(signal_cache.has(clip) for clip in stored)
         if not found:
             study.results_folder = before
-            return jobs.show_error(
-                self,
-                f"{folder} does not hold the signals of this study: choose the results folder that it was "
-                "opened from or saved in",
-            )
+            text = f"{folder} does not hold the signals of this study"
+            hint = "choose the results folder that it was opened from or saved in"
+            return jobs.show_error(self, f"{text}: {hint}")
         text = f"Found the signals of {found} clips in {folder}"
         if found < len(stored):
             text += f"; those of {len(stored) - found} are not there: bake them again (step 4)"
@@ -120,9 +117,7 @@ def misses_folder(study: bpy.types.PropertyGroup) -> bool:
     return not study.results_folder or not (Path(study.results_folder) / SUMMARY).is_file()
 
 
-def draw_locate(
-    layout: bpy.types.UILayout, context: bpy.types.Context, study: bpy.types.PropertyGroup
-) -> None:
+def draw_locate(layout: bpy.types.UILayout, context: Context, study: bpy.types.PropertyGroup) -> None:
     """Say that the results folder is gone, and ask where it is."""
     where = study.results_folder or "the results folder beside this file"
     draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
@@ -131,40 +126,34 @@ def draw_locate(
 
 def open_steps(folder: Path) -> Steps:
     """Read a results folder in a thread, then build its body, patches and actions in the scene."""
-    run, body, signals = yield from in_thread(lambda _told: _read(folder), "reading the results", 0.0, 0.2)
+
+    def read(_told: object) -> tuple[StudyResults, Body, dict[str, str]]:
+        run = StudyResults.load(folder)
+        pack(run.patches)  # here it stops no window
+        pack(run.utility)
+        return run, run.body(), keys_of(run)
+
+    run, body, signals = yield from in_thread(read, "reading the results", 0.0, 0.2)
     yield Step(0.2, "building the body")
     before, shown = existing_data(), bpy.context.scene.w2w.body
-    finished = False
     try:
         mesh = add_study(bpy.context, body, body.name)
         mesh.w2w.results_folder = str(folder.resolve())
         check_fits(mesh, run)
         yield Step(0.25, "placing patches")
-        _place(mesh, run.patches)
+        study, name = mesh.w2w, f"Patches: {mesh.name}"
+        study.show_patches = False  # hundreds of axes need not follow while motions come in
+        home = mesh.users_collection[0]
+        study.patch_collection = place_patches(mesh, run.patches, name, study.patch_size, home)
+        hide_patches(study)
         actions = yield from _act(mesh.parent, run, 0.3, 0.9)
         yield Step(0.9, "painting heatmaps")
         fill(mesh, run, clips_of(run, signals, actions))
-        finished = True
-    finally:
-        if not finished:
-            bpy.data.batch_remove(new_data(before))
-            bpy.context.scene.w2w.body = shown
+    except BaseException:
+        bpy.data.batch_remove(new_data(before))
+        bpy.context.scene.w2w.body = shown
+        raise
     return opened_text(mesh)
-
-
-def _read(folder: Path) -> tuple[StudyResults, Body, dict[str, str]]:
-    """A run, its body, and the keys of its signals."""
-    run = StudyResults.load(folder)
-    pack(run.patches)  # here it stops no window
-    pack(run.utility)
-    return run, run.body(), keys_of(run)
-
-
-def _place(mesh: bpy.types.Object, patches: PatchSet) -> None:
-    study, home = mesh.w2w, mesh.users_collection[0]
-    study.show_patches = False  # hundreds of axes need not follow while motions come in
-    study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
-    hide_patches(study)
 
 
 def _act(
@@ -195,7 +184,14 @@ def loaded(*_: object) -> None:
             find_folder(mesh.w2w)
             list_labels(mesh.w2w)
         elif has_record(mesh):
-            _restore(mesh)
+            try:
+                jobs.message = jobs.Message(restore(mesh), False)
+            except ValueError as error:
+                jobs.message = jobs.Message(f"The run in this file cannot be opened: {error}", True)
+                continue
+            context = bpy.context
+            if current_body(context) is None and context.scene.objects.get(mesh.name) is mesh:
+                make_study(context, mesh)
 
 
 @bpy.app.handlers.persistent
@@ -211,19 +207,7 @@ def saving(path: str, *_: object) -> None:
                 body.w2w.results_near = near
 
 
-def _restore(mesh: bpy.types.Object) -> None:
-    context = bpy.context
-    try:
-        text = restore(mesh)
-    except ValueError as error:
-        jobs.message = jobs.Message(f"The run in this file cannot be opened: {error}", True)
-        return
-    jobs.message = jobs.Message(text, False)
-    if current_body(context) is None and context.scene.objects.get(mesh.name) is mesh:
-        make_study(context, mesh)
-
-
-def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+def _import_menu(self: bpy.types.Menu, _context: Context) -> None:
     self.layout.operator("w2w.open_results", text=f"Results of W2W ({SUMMARY})")
 
 

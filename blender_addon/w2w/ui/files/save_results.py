@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,18 +18,9 @@ from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part, start
 from ..steps.choosing import advised_steps, counted_clips
-from ..study import counting
+from ..study import counting, state
 from ..study.garments import covers_steps
 from ..study.operators import AsksForFile, OnRanking
-from ..study.state import (
-    advice_settings,
-    config_of,
-    current_body,
-    patches_of,
-    rank_settings,
-    sampled_patches,
-    utility_of,
-)
 
 TITLE = "Save Results"
 
@@ -48,18 +39,19 @@ class W2W_OT_save_results(AsksForFile, OnRanking, bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         folder = Path(bpy.path.abspath(self.directory))
-        return start(self, context, TITLE, save_steps(current_body(context), folder, stay=True))
+        return start(self, context, TITLE, save_steps(state.current_body(context), folder, stay=True))
 
 
 @on_body
 def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Steps:
     """Read the study from the scene, clip by clip, then write a folder; `stay`: the study goes on in it."""
     study = mesh.w2w
-    if study.ranked_as != rank_settings(study):
+    if study.ranked_as != state.rank_settings(study):
         raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
     check_new(folder)
-    left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, utility_of(study))
-    config = replace(config_of(study), patches=sampled_patches(study, len(patches_of(mesh))))
+    left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, state.utility_of(study))
+    sampled = state.sampled_patches(study, len(state.patches_of(mesh)))
+    config = replace(state.config_of(study), patches=sampled)
     found, advice = yield from part(advised_steps(mesh, config), 0.0, 0.6)
     clips, armature = counted_clips(study), armature_of(mesh)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
@@ -72,7 +64,10 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
             motions.append(None)
     covers = yield from covers_steps(mesh, found.patches, 0.8)
     saved = tuple(map(_saved, clips, names))
-    library = _library(study, saved, left_out)
+    skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
+    dropped = [(clip.name, clip.activity) for clip in study.clips if clip.activity in left_out]
+    skipped += [(name, f"{activity} is left out") for name, activity in dropped]
+    library = Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
     finished = Study(library, config, found.body(), saved, found.renamed(names), advice)
 
     def write(told: Callable[[float], None]) -> list[str]:
@@ -81,26 +76,18 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
 
     keys = yield from in_thread(write, f"writing {folder.name}", 0.8, 1.0)
     if stay and len(clips) == sum(bool(clip.signals) for clip in study.clips):
-        _move_in(study, folder, zip(clips, keys, names, strict=True))
+        # the study goes on in the folder; ranking and choice are as fresh as before
+        advised = study.advised_as == state.advice_settings(study)
+        study.results_folder = str(folder.resolve())
+        for clip, key, name in zip(clips, keys, names, strict=True):
+            clip.signals, clip.stored_as = key, name
+        study.ranked_as = state.rank_settings(study)
+        if advised:
+            study.advised_as = state.advice_settings(study)
     text = f"Saved {len(clips)} clips and their ranking in {folder}"
     if left_out:
         return f"{text}, ranked anew without {', '.join(sorted(left_out))}"
     return f"{text}, ranked anew by the new weights" if reweighed else text
-
-
-def _move_in(
-    study: bpy.types.PropertyGroup,
-    folder: Path,
-    clips: Iterable[tuple[bpy.types.PropertyGroup, str, str]],
-) -> None:
-    """Let a study work in the folder that it was saved in; ranking and choice are as fresh as before."""
-    advised = study.advised_as == advice_settings(study)
-    study.results_folder = str(folder.resolve())
-    for clip, key, name in clips:
-        clip.signals, clip.stored_as = key, name
-    study.ranked_as = rank_settings(study)
-    if advised:
-        study.advised_as = advice_settings(study)
 
 
 def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
@@ -119,14 +106,6 @@ def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
         },
         clip.source_sha256,
     )
-
-
-def _library(study: bpy.types.PropertyGroup, saved: Iterable[ClipResult], left_out: set[str]) -> Library:
-    skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
-    skipped += [
-        (clip.name, f"{clip.activity} is left out") for clip in study.clips if clip.activity in left_out
-    ]
-    return Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
 
 
 def _export_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

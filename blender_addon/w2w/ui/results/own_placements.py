@@ -16,27 +16,12 @@ from typing import Any
 import bpy
 
 from ...core.findings.summary import own_scores
-from ...core.patches.own_placements import (
-    check_apart,
-    check_names,
-    names_elsewhere,
-    placement_vertices,
-    read_placements,
-)
+from ...core.patches import own_placements as core
 from ...core.wording import plain_words
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
-from ..study.state import (
-    bake_settings,
-    keep_own_placed,
-    own_placed,
-    patches_of,
-    rank_settings,
-    sampled_patches,
-    utility_of,
-    without_updates,
-)
+from ..study import state
 from . import results
 
 Group = bpy.types.PropertyGroup
@@ -49,31 +34,31 @@ def listed(study: Group) -> dict[str, int]:
 
 def is_pending(study: Group) -> bool:
     """Whether the list is no longer what is among the patches."""
-    return listed(study) != dict(own_placed(study))
+    return listed(study) != dict(state.own_placed(study))
 
 
 def patch_of_own(body: bpy.types.Object, own: Group) -> int:
     """The patch of a placement; -1 where it is not among the patches."""
-    patches = patches_of(body)
-    if patches is None or (own.name, own.vertex) not in own_placed(body.w2w):
+    patches = state.patches_of(body)
+    if patches is None or (own.name, own.vertex) not in state.own_placed(body.w2w):
         return -1
     return patches.names.index(own.name)
 
 
 def spot_name(body: bpy.types.Object, patch: int) -> str:
     """Words of a wish for a patch: the name of a placement of one's own, else the patch's region."""
-    patches = patches_of(body)
-    own = {name for name, _ in own_placed(body.w2w)}
+    patches = state.patches_of(body)
+    own = {name for name, _ in state.own_placed(body.w2w)}
     return patches.names[patch] if patches.names[patch] in own else patches.regions[patch]
 
 
 def scores_of_own(body: bpy.types.Object, own: Group) -> dict[str, Any] | None:
     """A placement's scores as core tells them; None where it is not ranked."""
-    utility = utility_of(body.w2w)
+    utility = state.utility_of(body.w2w)
     if utility is None or patch_of_own(body, own) < 0:
         return None
-    names = [name for name, _ in own_placed(body.w2w)]
-    return own_scores(names, utility, patches_of(body))[names.index(own.name)]
+    names = [name for name, _ in state.own_placed(body.w2w)]
+    return own_scores(names, utility, state.patches_of(body))[names.index(own.name)]
 
 
 def add(body: bpy.types.Object, name: str, vertex: int) -> None:
@@ -87,7 +72,7 @@ def load(body: bpy.types.Object, path: Path) -> int:
 
     A table or placement that is not possible is a ValueError and leaves the list as it was.
     """
-    found = placement_vertices(body_of(body), read_placements(path))
+    found = core.placement_vertices(body_of(body), core.read_placements(path))
     known = {name.lower(): name for name in listed(body.w2w)}
     moved = {known.get(name.lower(), name): vertex for name, vertex in found.items()}
     _list(body, (listed(body.w2w) | moved).items())
@@ -99,17 +84,17 @@ def rename(body: bpy.types.Object, own: Group, name: str) -> None:
     study, before, number = body.w2w, own.name, patch_of_own(body, own)
     others = [other for other in study.own if other.name != before]
     vertices = [own.vertex, *(other.vertex for other in others)]
-    name = check_names([name, *(other.name for other in others)], _taken(body, vertices))[0]
-    with without_updates():
+    name = core.check_names([name, *(other.name for other in others)], _taken(body, vertices))[0]
+    with state.without_updates():
         own.name = own.title = name
         for wish in study.wishes:
             words = [part.strip() for part in wish.place.split(",")]
             if before in words:
                 wish.place = ", ".join(name if word == before else word for word in words)
     if number >= 0 and name != before:
-        placed = [(name if other == before else other, vertex) for other, vertex in own_placed(study)]
+        placed = [(name if other == before else other, vertex) for other, vertex in state.own_placed(study)]
         _name_patch(body, number, name)
-        keep_own_placed(study, placed, sampled_patches(study, 0))
+        state.keep_own_placed(study, placed, state.sampled_patches(study, 0))
         results.choose(body)
 
 
@@ -117,7 +102,7 @@ def take_over(study: Group) -> None:
     """List the placements of the run that a study was opened from, where its parameters still hold them."""
     parameters = json.loads(study.parameters) if study.parameters else {}
     given = parameters.pop("placements", ())
-    patches = patches_of(study.id_data)
+    patches = state.patches_of(study.id_data)
     if not given or patches is None:
         return
     known = [name.lower() for name in patches.names]
@@ -126,26 +111,26 @@ def take_over(study: Group) -> None:
     placed = [(patches.names[number], int(patches.vertices[number])) for number in numbers]
     study.parameters = json.dumps(parameters)
     _fill(study, placed)
-    keep_own_placed(study, placed, parameters["patches"])
+    state.keep_own_placed(study, placed, parameters["patches"])
 
 
 def _taken(body: bpy.types.Object, vertices: Iterable[int]) -> list[str]:
     """Names of patches that are not placements of one's own, nor at one of these vertices."""
-    patches = patches_of(body)
-    own = [vertex for _, vertex in own_placed(body.w2w)]
-    return [] if patches is None else names_elsewhere(patches, [*own, *vertices])
+    patches = state.patches_of(body)
+    own = [vertex for _, vertex in state.own_placed(body.w2w)]
+    return [] if patches is None else core.names_elsewhere(patches, [*own, *vertices])
 
 
 def _list(body: bpy.types.Object, placements: Iterable[tuple[str, int]]) -> None:
     """Let the list be these, if they can be."""
     names, vertices = zip(*placements, strict=True)
-    names = check_names(names, _taken(body, vertices))
-    check_apart(names, vertices)
+    names = core.check_names(names, _taken(body, vertices))
+    core.check_apart(names, vertices)
     _fill(body.w2w, zip(names, vertices, strict=True))
 
 
 def _fill(study: Group, placements: Iterable[tuple[str, int]]) -> None:
-    with without_updates():
+    with state.without_updates():
         study.own.clear()
         for name, vertex in placements:
             own = study.own.add()
@@ -155,15 +140,15 @@ def _fill(study: Group, placements: Iterable[tuple[str, int]]) -> None:
 
 def _name_patch(body: bpy.types.Object, number: int, name: str) -> None:
     """Call a patch otherwise; what was baked and ranked with it is as fresh as before."""
-    study, patches = body.w2w, patches_of(body)
-    baked, ranked = bake_settings(study), rank_settings(study)
+    study, patches = body.w2w, state.patches_of(body)
+    baked, ranked = state.bake_settings(study), state.rank_settings(study)
     names = (*patches.names[:number], name, *patches.names[number + 1 :])
     study.patches_text, study.patches_key = pack(replace(patches, own_names=names))
     for clip in study.clips:
         if clip.baked_as == baked:
-            clip.baked_as = bake_settings(study)
+            clip.baked_as = state.bake_settings(study)
     if study.ranked_as == ranked:
-        study.ranked_as = rank_settings(study)
+        study.ranked_as = state.rank_settings(study)
     empty = empties_by_patch(study.patch_collection).get(number)
     if empty is not None:
         empty.name = name

@@ -20,7 +20,7 @@ from ...core.study import StudyConfig
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
-from ...scene.files.study_record import read_record, remove_record
+from ...scene.files.study_file import read_record, remove_record
 from ..study import advice, signal_cache
 from ..study.declared import show_config
 from ..study.lists import take_over
@@ -84,15 +84,12 @@ def clips_of(
         used = [
             {
                 "action": actions.get(clip.name),  # before its activity, which is noted on it
-                "name": clip.name,
+                **vars(clip),
                 "file": entry["file"],
-                "activity": clip.activity,
-                "subject": clip.subject,
                 "n_frames": int(entry["frames"]),
                 "rate": float(entry["frame_rate"]),
                 "skeleton": str(entry.get("skeleton", "")),
                 "scale": float(entry.get("scale", 1.0)),
-                "motion_key": clip.motion_key,
                 "signals": signals.get(clip.name, ""),
                 "stored_as": clip.name,
                 "problem": "" if actions.get(clip.name) is not None else GONE,
@@ -101,26 +98,22 @@ def clips_of(
             for entry, clip in zip(run.summary["used"], run.clips, strict=True)
         ]
     except KeyError as error:
-        raise ValueError(
-            f"{run.out}: summary.json does not say {error} of a clip: run the study again"
-        ) from error
+        reason = f"{run.out}: summary.json does not say {error} of a clip: run the study again"
+        raise ValueError(reason) from error
     except (TypeError, ValueError) as error:
         raise ValueError(f"{run.out}: what summary.json says of clips is damaged: {error}") from error
-    skipped = run.summary.get("skipped", [])
+    skipped = [(entry["file"], entry["reason"]) for entry in run.summary.get("skipped", [])]
     return used + [
-        {"name": shown(Path(entry["file"]).name), "file": entry["file"], "problem": entry["reason"]}
-        for entry in skipped
+        {"name": shown(Path(file).name), "file": file, "problem": reason} for file, reason in skipped
     ]
 
 
 def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:
     """Give a body that has its patches everything else that a run found; `clips` as `clips_of` gives them."""
     study, config = mesh.w2w, run.config()
-    body, own = body_of(mesh), Body.bundled()  # its sliders fit W2W's own body in its average shape
+    body, own = body_of(mesh).vertices, Body.bundled().vertices
     study.is_body = True
-    study.has_shape = body.vertices.shape == own.vertices.shape and np.allclose(
-        body.vertices, own.vertices, atol=1e-6
-    )
+    study.has_shape = body.shape == own.shape and np.allclose(body, own, atol=1e-6)  # as the sliders start
     study.parameters = json.dumps(run.parameters)
     take_over(study)
     study.patches_text, study.patches_key = pack(run.patches)
@@ -142,14 +135,11 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
 
 def find_folder(study: bpy.types.PropertyGroup) -> None:
     """Look for the results folder that has a study's signals: near the .blend file, else where it was."""
-    folders = []
+    folders = [Path(study.results_folder)] if study.results_folder else []
     if study.results_near and bpy.data.filepath:
-        folders.append((Path(bpy.data.filepath).parent / study.results_near).resolve())
-    if study.results_folder:
-        folders.append(Path(study.results_folder))
-    found = [folder for folder in folders if (folder / SUMMARY).is_file()]
-    if found:
-        study.results_folder = str(found[0])
+        folders.insert(0, (Path(bpy.data.filepath).parent / study.results_near).resolve())
+    found = (str(folder) for folder in folders if (folder / SUMMARY).is_file())
+    study.results_folder = next(found, study.results_folder)
 
 
 def opened_text(mesh: bpy.types.Object) -> str:
@@ -161,21 +151,18 @@ def opened_text(mesh: bpy.types.Object) -> str:
     if not lost:
         return text
     where = f"in {study.results_folder}" if study.results_folder else "beside this file"
-    return (
-        f"{text}. The signals of {len(lost)} clips are not {where}: locate the results folder, or bake them "
-        "again (step 4)"
-    )
+    hint = "locate the results folder, or bake them again (step 4)"
+    return f"{text}. The signals of {len(lost)} clips are not {where}: {hint}"
 
 
 def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
     with without_updates():
         show_config(study, config)
         study.patch_seed, study.window_s = config.seed, config.windows.length_s
-        if config.own_sensor is not None and config.own_sensor.name == config.sensor:
+        is_own = config.own_sensor is not None and config.own_sensor.name == config.sensor
+        if is_own:
             keep_own_sensor(study, config.own_sensor)
-            study.sensor = OWN
-        else:
-            study.sensor = config.sensor
+        study.sensor = OWN if is_own else config.sensor
         keep_further(study, config.further)
 
 

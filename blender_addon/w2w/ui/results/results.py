@@ -10,31 +10,19 @@ from ...core.colours import score_range
 from ...core.findings.advice_content import answer_content
 from ...core.findings.sources import Shown, source_caution, system_of
 from ...core.ranking.utility import UtilityMap
+from ...core.selection import headline
 from ...core.selection.advice import best_single
 from ...core.selection.answer import Scored, answer
-from ...core.selection.headline import CANNOT_RANK, confidence_sentence, mean_caution, mean_sentence, short
 from ...core.selection.terms import Terms
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
-from ..study import advice
+from ..jobs import jobs
+from ..study import advice, scores
 from ..study.counting import is_as_ranked, list_activities
 from ..study.lists import list_labels
-from ..study.scores import (
-    EXPECTED,
-    MEAN_VIEW,
-    NOTHING,
-    activity_scores,
-    beside_of,
-    colour_range,
-    expected_mean,
-    mean_scores,
-    minus_index,
-    shown_scores,
-    view_index,
-)
 from ..study.state import config_of, patches_of, run_of, usable, utility_of, without_updates
 from ..viewport import legend, on_character
 
@@ -63,7 +51,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     with without_updates():
         list_activities(study, utility.activities, run_of(study))
         if not same:
-            study.view, study.minus, study.activity_index = MEAN_VIEW, NOTHING, -1
+            study.view, study.minus, study.activity_index = scores.MEAN_VIEW, scores.NOTHING, -1
     if not body.data.materials:
         body.data.materials.append(heatmap.heatmap_material())
     paint(body)
@@ -89,10 +77,11 @@ def clear(body: bpy.types.Object) -> None:
 
 def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, list[str]]:
     """A caution where the clips cannot rank, else empty; and how sure the answer is, by sentence."""
-    caution = "" if utility.can_rank else f"{CANNOT_RANK}."
+    caution = "" if utility.can_rank else f"{headline.CANNOT_RANK}."
     if not is_as_ranked(study, utility):
         return caution, ["Intervals are of all activities alone."]
-    return caution, [f"{text}." for text in (mean_sentence(utility), confidence_sentence(utility)) if text]
+    said = (headline.mean_sentence(utility), headline.confidence_sentence(utility))
+    return caution, [f"{text}." for text in said if text]
 
 
 def fit_range(body: bpy.types.Object) -> None:
@@ -100,8 +89,8 @@ def fit_range(body: bpy.types.Object) -> None:
     study, utility = body.w2w, utility_of(body.w2w)
     with without_updates():
         study.fix_range = True
-        scores = activity_scores(study, utility)
-        study.range_low, study.range_high = score_range(scores, utility.colour_span)
+        f1 = scores.activity_scores(study, utility)
+        study.range_low, study.range_high = score_range(f1, utility.colour_span)
     paint(body)
 
 
@@ -114,22 +103,15 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
     if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
         _waiting.add(body.name)
         return
-    one_scale = study.fix_range or beside_of(study) is not None
-    low, high = colour_range(study, shown_scores(study, utility), utility) if one_scale else (None, None)
-    heatmap.add_heatmaps(
-        body,
-        patches,
-        activity_scores(study, utility),
-        utility.activities,
-        mean_scores(study, utility),
-        low,
-        high,
-        study.colour_map,
-        heatmap.MEAN if study.scores == EXPECTED else heatmap.ON_THESE_CLIPS,
-        utility.colour_span,
-    )
-    if minus_index(study) >= 0:
-        heatmap.add_difference(body, patches, shown_scores(study, utility))
+    ends = (None, None)
+    if study.fix_range or scores.beside_of(study) is not None:
+        ends = scores.colour_range(study, scores.shown_scores(study, utility), utility)
+    f1, mean = scores.activity_scores(study, utility), scores.mean_scores(study, utility)
+    name = heatmap.MEAN if study.scores == scores.EXPECTED else heatmap.ON_THESE_CLIPS
+    look = (*ends, study.colour_map, name, utility.colour_span)
+    heatmap.add_heatmaps(body, patches, f1, utility.activities, mean, *look)
+    if scores.minus_index(study) >= 0:
+        heatmap.add_difference(body, patches, scores.shown_scores(study, utility))
     on_character.paint(body)
     legend.paint(body)
     show(body)
@@ -150,8 +132,8 @@ def show(body: bpy.types.Object) -> None:
     names = heatmap.heatmap_names(body)
     if not names:
         return
-    less = minus_index(body.w2w) >= 0 and heatmap.DIFFERENCE in names
-    name = heatmap.DIFFERENCE if less else names[min(view_index(body.w2w), len(names) - 1)]
+    less = scores.minus_index(body.w2w) >= 0 and heatmap.DIFFERENCE in names
+    name = heatmap.DIFFERENCE if less else names[min(scores.view_index(body.w2w), len(names) - 1)]
     heatmap.show_heatmap(body, name)
     on_character.show(body)
 
@@ -163,8 +145,8 @@ def list_regions(body: bpy.types.Object) -> None:
     study.regions.clear()
     if utility is None or patches is None:
         return
-    mean = expected_mean(study, utility)
-    whole = is_as_ranked(study, utility) and not mean_caution(utility)
+    mean = scores.expected_mean(study, utility)
+    whole = is_as_ranked(study, utility) and not headline.mean_caution(utility)
     for patch in patches.best_of_regions(mean)[:TABLE_ROWS]:
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
@@ -186,7 +168,7 @@ def choose(body: bpy.types.Object) -> None:
         advice.keep_answer(study, {"sentence": f"{capital(error)}."})
         mark_chosen(body)
         return
-    mean = expected_mean(study, utility)
+    mean = scores.expected_mean(study, utility)
     if is_as_ranked(study, utility):
         best = best_single(utility, terms.allowed)
         found = answer(Scored(utility, patches, body_of(body), best, terms.allowed))
@@ -194,7 +176,7 @@ def choose(body: bpy.types.Object) -> None:
         patch = found.patch
     else:
         patch = int(np.where(terms.allowed, mean, -1).argmax())
-        sentence = f"{capital(patches.names[patch])}: F1 {short(mean[patch])} over the activities that count."
+        sentence = f"{capital(patches.names[patch])}: F1 {headline.short(mean[patch])} over the activities that count."
         advice.keep_answer(study, {"sentence": sentence})
     row = study.chosen.add()
     row.patch, row.label, row.f1 = patch, patches.names[patch], mean[patch]
@@ -252,7 +234,6 @@ def hide_patches(study: bpy.types.PropertyGroup) -> None:
 
 def show_colours(context: bpy.types.Context) -> None:
     """Let solid 3D views show colour attributes, or nobody would see the heatmap."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
-                area.spaces.active.shading.color_type = "VERTEX"
+    for area in jobs.views(context):
+        if area.spaces.active.shading.type == "SOLID":
+            area.spaces.active.shading.color_type = "VERTEX"

@@ -41,8 +41,13 @@ def take_along() -> float | None:
     """Remove what deleted bodies leave: patches, sensors on characters, second bodies."""
     if jobs.running is not None:
         return BUSY
-    kept = _kept()
-    lost, beside = {*_lost_empties(kept), *_lost_marks(kept)}, _lost_beside(kept)
+    # collections hold whatever was not deleted; one that is unlinked can be linked again
+    homes = (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes))
+    kept = {item for home in homes for item in home.objects}
+    shown = {item.w2w.beside for item in kept if item.type == "MESH"}
+    copies = [item for item in bpy.data.objects if BESIDE in item and item.library is None]
+    beside = [item for item in copies if item not in shown]
+    lost = {*_lost_empties(kept), *_lost_marks(kept)}
     homes = {collection for item in lost for collection in item.users_collection}
     emptied = [home for home in homes if not home.children and lost.issuperset(home.objects)]
     bpy.data.batch_remove([*lost, *emptied])
@@ -53,25 +58,16 @@ def take_along() -> float | None:
     return None
 
 
-def _kept() -> set[bpy.types.Object]:
-    """Objects that were not deleted: a collection has them, be it unlinked, for it can be linked again."""
-    homes = (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes))
-    return {item for home in homes for item in home.objects}
-
-
 def _lost_empties(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
     """Empties whose body is deleted; where it is no object any more, they were a collection's own."""
     lost: dict[object, bool] = {}
     for item in bpy.data.objects:
         if PATCH not in item or item.library is not None:
             continue
-        if item.parent is not None:
-            key, check = item.parent, lambda item=item: item.parent not in kept
-        else:  # one that people set free is parented as an OBJECT is
-            key, check = item.users_collection[:1], lambda item=item: item.parent_type != "OBJECT"
-        if key not in lost:
-            lost[key] = check()
-        if lost[key]:
+        is_lost = item.parent not in kept
+        if item.parent is None:  # one that people set free is parented as an OBJECT is
+            is_lost = lost.setdefault(item.users_collection[:1], item.parent_type != "OBJECT")
+        if is_lost:
             yield item
 
 
@@ -79,16 +75,8 @@ def _lost_marks(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
     """Sensors on characters whose body is deleted; people may keep them among other things."""
     shown = {item.w2w.marks for item in kept if item.type == "MESH" and item.w2w.marks is not None}
     for home in bpy.data.collections:
-        ours = home.library is None and home not in shown and all(MARK in item for item in home.objects)
-        if ours:
+        if home.library is None and home not in shown and all(MARK in item for item in home.objects):
             yield from home.objects
-
-
-def _lost_beside(kept: set[bpy.types.Object]) -> list[bpy.types.Object]:
-    """Second bodies whose body is deleted."""
-    copies = [item for item in bpy.data.objects if BESIDE in item and item.library is None]
-    shown = {item.w2w.beside for item in kept if item.type == "MESH"}
-    return [item for item in copies if item not in shown]
 
 
 HANDLERS = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from operator import attrgetter
 from pathlib import Path
 
 import bpy
@@ -29,21 +30,9 @@ from ...scene.garments.bake import GarmentBaker
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body
 from ..jobs.preferences import cache_folder
 from ..results import results
-from ..study import signal_cache
+from ..study import signal_cache, state
 from ..study.garments import baker_steps
 from ..study.operators import IsJob
-from ..study.state import (
-    BAKED,
-    FAILED,
-    bake_settings,
-    config_of,
-    missing_for_bake,
-    missing_for_rank,
-    patches_of,
-    rank_settings,
-    selected,
-    state_of,
-)
 
 SHOWN_REASONS = 2
 
@@ -54,54 +43,9 @@ AS_SHOWN = 1e-5
 """How far single precision may be from a position, metres, or a weight."""
 
 
-class W2W_OT_bake_signals(IsJob, bpy.types.Operator):
-    """Simulate accelerometers and gyroscopes on all patches; Esc cancels"""
-
-    bl_idname = "w2w.bake_signals"
-    bl_label = "Bake Signals"
-
-    which: EnumProperty(
-        name="Which",
-        items=(
-            ("ALL", "All", "Bake every clip whose signals are missing or out of date"),
-            ("TICKED", "Ticked", "Bake the ticked clips, or the active one, even if they are up to date"),
-        ),
-    )
-
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return missing_for_bake(body)
-
-    def steps(self, body: bpy.types.Object) -> Steps:
-        study = body.w2w
-        if self.which == "ALL":
-            return bake_steps(body, to_bake(study))
-        ticked = {clip.name for clip in selected(study)}
-        chosen = [index for index, clip in enumerate(study.clips) if clip.name in ticked and clip.action]
-        return bake_steps(body, chosen)
-
-
-class W2W_OT_rank_patches(IsJob, bpy.types.Operator):
-    """Train and test a classifier at every patch, and show where activities are told apart best"""
-
-    bl_idname = "w2w.rank_patches"
-    bl_label = "Rank Patches"
-
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return missing_for_rank(body)
-
-    def steps(self, body: bpy.types.Object) -> Steps:
-        return rank_steps(body)
-
-
 @on_body
 def bake_steps(
-    mesh: bpy.types.Object,
-    indices: Sequence[int],
-    low: float = 0.0,
-    high: float = 1.0,
-    keep: bool = False,
+    mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0, keep: bool = False
 ) -> Steps:
     """Bake clips of a body: the surface through Blender, the signals in a thread.
 
@@ -110,13 +54,10 @@ def bake_steps(
     """
     if not indices:
         return "All signals are up to date"
-    study, patches = mesh.w2w, patches_of(mesh)
-    before = {
-        index: (clip.signals, clip.baked_as, clip.bake_path)
-        for index, clip in ((index, study.clips[index]) for index in indices)
-    }
+    study, patches = mesh.w2w, state.patches_of(mesh)
+    baked = attrgetter("signals", "baked_as", "bake_path")
+    before = {index: baked(study.clips[index]) for index in indices}
     baker, failed = (yield from baker_steps(mesh, patches, low)), []
-    finished = False
     try:
         for number, index in enumerate(indices):
             share = (high - low) / len(indices)
@@ -131,11 +72,11 @@ def bake_steps(
                 _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {reason}")
         if len(failed) == len(indices) and not keep:
             raise ValueError(f"No clip could be baked: {_some(failed)}")
-        finished = True
-    finally:
-        if not (finished or keep) and is_there(mesh):
+    except BaseException:
+        if not keep and is_there(mesh):
             for index, values in before.items():
                 _set_signals(mesh.w2w.clips[index], *values)
+        raise
     return _baked_text([study.clips[index] for index in indices], len(patches), failed)
 
 
@@ -144,7 +85,7 @@ def _bake_clip(
 ) -> Steps:
     """Bake one clip: its signals and features into the cache."""
     study, folder = mesh.w2w, cache_folder()
-    settings, config = bake_settings(study), config_of(study)
+    settings, config = state.bake_settings(study), state.config_of(study)
     clip, between = study.clips[index], low + 0.8 * (high - low)
     name, labels = clip.name, (clip.activity, clip.subject, clip.name)
     bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", low, between)
@@ -182,16 +123,13 @@ def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: 
 def rank_steps(mesh: bpy.types.Object) -> Steps:
     """Rank every patch, after baking again what the cache has lost."""
     study = mesh.w2w
-    names = {clip.name for clip in ranked_clips(study)}
-    lost = [
-        index for index, clip in enumerate(study.clips) if clip.name in names and not signal_cache.has(clip)
-    ]
+    lost = [study.clips.find(clip.name) for clip in ranked_clips(study) if not signal_cache.has(clip)]
     if lost:
         yield from bake_steps(mesh, lost, 0.0, 0.4)
-    ranked_as, config = rank_settings(study), config_of(study)
+    ranked_as, config = state.rank_settings(study), state.config_of(study)
     used = [as_labelled(clip) for clip in ranked_clips(study)]
     places = signal_cache.places_of(ranked_clips(study))
-    body, patches = body_as_run(mesh), patches_of(mesh)
+    body, patches = body_as_run(mesh), state.patches_of(mesh)
 
     def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
         windows = [ClipWindows.read(*place) for place in places]
@@ -211,8 +149,9 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
     """The clips that a ranking is made of: baked, and with an activity."""
-    settings = bake_settings(study)
-    return [clip for clip in study.clips if state_of(clip, settings) == BAKED and clip.activity.strip()]
+    settings = state.bake_settings(study)
+    baked = [clip for clip in study.clips if state.state_of(clip, settings) == state.BAKED]
+    return [clip for clip in baked if clip.activity.strip()]
 
 
 def as_labelled(clip: bpy.types.PropertyGroup) -> LabelledClip:
@@ -236,13 +175,12 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
 
 def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
     """Numbers of the clips whose signals are missing or out of date."""
-    settings = bake_settings(study)
-    states = [state_of(clip, settings) for clip in study.clips]
-    return [
-        index
-        for index, (clip, state) in enumerate(zip(study.clips, states, strict=True))
-        if state != FAILED and not (state == BAKED and signal_cache.has(clip))
-    ]
+    settings, due = state.bake_settings(study), []
+    for index, clip in enumerate(study.clips):
+        now = state.state_of(clip, settings)
+        if now != state.FAILED and not (now == state.BAKED and signal_cache.has(clip)):
+            due.append(index)
+    return due
 
 
 def _some(reasons: list[str]) -> str:
@@ -253,7 +191,7 @@ def _some(reasons: list[str]) -> str:
 
 
 def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
-    """Key of what was baked: equal content, equal key, whichever study it is of."""
+    """Key of baked signals: equal content has an equal key, whichever study it is of."""
     digest = hashlib.sha256(settings.encode())
     for array in (recording.acc, recording.gyr, *recording.further.values(), features):
         digest.update(np.ascontiguousarray(array).tobytes())
@@ -262,3 +200,37 @@ def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
 
 def _set_signals(clip: bpy.types.PropertyGroup, key: str, settings: str, path: str) -> None:
     clip.signals, clip.baked_as, clip.bake_path = key, settings, path
+
+
+class W2W_OT_bake_signals(IsJob, bpy.types.Operator):
+    """Simulate accelerometers and gyroscopes on all patches; Esc cancels"""
+
+    bl_idname = "w2w.bake_signals"
+    bl_label = "Bake Signals"
+
+    which: EnumProperty(
+        name="Which",
+        items=(
+            ("ALL", "All", "Bake every clip whose signals are missing or out of date"),
+            ("TICKED", "Ticked", "Bake the ticked clips, or the active one, even if they are up to date"),
+        ),
+    )
+
+    missing = staticmethod(lambda _context, body: state.missing_for_bake(body))
+
+    def steps(self, body: bpy.types.Object) -> Steps:
+        study = body.w2w
+        if self.which == "ALL":
+            return bake_steps(body, to_bake(study))
+        ticked = [clip.name for clip in state.selected(study) if clip.action]
+        return bake_steps(body, [study.clips.find(name) for name in ticked])
+
+
+class W2W_OT_rank_patches(IsJob, bpy.types.Operator):
+    """Train and test a classifier at every patch, and show where activities are told apart best"""
+
+    bl_idname = "w2w.rank_patches"
+    bl_label = "Rank Patches"
+
+    missing = staticmethod(lambda _context, body: state.missing_for_rank(body))
+    steps = staticmethod(rank_steps)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -57,20 +58,6 @@ class SceneResults(StudyResults):
         return replace(self, clips=tuple(clips))
 
 
-class W2W_OT_choose_sensors(IsJob, bpy.types.Operator):
-    """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
-
-    bl_idname = "w2w.choose_sensors"
-    bl_label = TITLE
-
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return missing_for_choice(body)
-
-    def steps(self, body: bpy.types.Object) -> Steps:
-        return choose_steps(body)
-
-
 def missing_for_choice(body: bpy.types.Object) -> str:
     """What stands in the way of choosing sensors; empty where nothing does."""
     if not is_ranked(body):
@@ -82,10 +69,7 @@ def missing_for_choice(body: bpy.types.Object) -> str:
 
 @on_body
 def choose_steps(mesh: bpy.types.Object) -> Steps:
-    """Choose in a thread, then keep and mark what was chosen.
-
-    Where activities count otherwise than in the ranking, it is made anew, as by `w2w place`.
-    """
+    """Choose in a thread, after ranking again if weights have changed; then keep and mark the choice."""
     missing = missing_for_choice(mesh)
     if missing:
         raise ValueError(missing)
@@ -100,6 +84,15 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     worn = content["worn_together"]
     text = capital(worn["sentence"]) if worn else content["answer"]["sentence"].rstrip(".")
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
+
+
+class W2W_OT_choose_sensors(IsJob, bpy.types.Operator):
+    """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
+
+    bl_idname = "w2w.choose_sensors"
+    bl_label = TITLE
+    missing = staticmethod(lambda _context, body: missing_for_choice(body))
+    steps = staticmethod(choose_steps)
 
 
 def counted_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
@@ -130,10 +123,8 @@ def advised_steps(
     if left_out or reweighed:
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
         inputs, labels = found.inputs(config.classifier), found.labels()
-        anew = yield from in_thread(
-            lambda told: rank_windows(inputs, labels, config, told, pooling=pooling), text, 0.2, 0.3
-        )
-        found = replace(found, utility=anew)
+        rank = partial(rank_windows, inputs, labels, config, pooling=pooling)
+        found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     advice = yield from in_thread(
         lambda _told: advised(found, config, pooling), "choosing what to wear", 0.3, 1.0
     )

@@ -5,22 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
 from ...core.findings.label_notes import label_notes
-from ...core.motion.import_plan import (
-    AUTOMATIC,
-    BY_CSV,
-    BY_FILE,
-    BY_FOLDER,
-    ImportPlan,
-    activity_of_action,
-    plan_files,
-    plan_folder,
-    without_known,
-)
+from ...core.motion import import_plan
 from ...core.motion.library import LibraryError
 from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
 from ..jobs import jobs
@@ -37,21 +28,15 @@ LONGEST = 64
 WIDTH = 460
 """Pixels of a dialog at a scale of 1."""
 
-
 FILES_LABELLED_BY = (
-    (AUTOMATIC, "Automatic", "By labels.csv in the folder, else the folders in it, else file names"),
-    (BY_FOLDER, "Folder", "By the folder that each file lies in"),
-    (
-        BY_FILE,
-        "File Name",
-        "By the name of each file, without what stands before an @ and a number in brackets",
-    ),
-    (BY_CSV, "CSV", "By a csv file with the columns file and activity"),
+    (import_plan.AUTOMATIC, "Automatic", "By labels.csv in the folder, else its folders, else file names"),
+    (import_plan.BY_FOLDER, "Folder", "By the folder that each file lies in"),
+    (import_plan.BY_FILE, "File Name", "By file names, without a prefix up to @ or a number in brackets"),
+    (import_plan.BY_CSV, "CSV", "By a csv file with the columns file and activity"),
 )
 
-
 ALL = "*"
-"""Stands for every armature."""
+"""Every armature."""
 
 BY_ACTION, ONE = "ACTION", "ONE"
 
@@ -60,16 +45,68 @@ TAKES_LABELLED_BY = (
     (ONE, "One for All", "The same activity for all of them"),
 )
 
+Context = bpy.types.Context
+
 _items: list[tuple[str, str, str]] = []
 """Blender keeps no reference to the strings of a dynamic enum: this does."""
 
 
-class W2W_OT_import_labelled(OnBody, bpy.types.Operator):
+class Found(NamedTuple):
+    """Motions that can be imported, those in the list already, and those left out."""
+
+    wanted: Sequence[Wanted] = ()
+    activities: Mapping[str, Sequence[str]] = {}
+    known: Sequence[str] = ()
+    left_out: Sequence[tuple[str, str]] = ()
+    notes: Sequence[str] = ()
+    error: str = ""
+
+
+class ImportDialog(OnBody):
+    """A dialog that shows which clips would get which label, then imports them."""
+
+    bl_options = {"REGISTER"}
+    kind = "files"
+    nothing = ""
+    """Error where there is nothing at all to import."""
+
+    again: BoolProperty(
+        name="Take Again",
+        description="Import motions, too, that are in the list already. One motion twice flatters a ranking: "
+        "it is tested on what it was trained on",
+        options={"SKIP_SAVE"},
+    )
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        return context.window_manager.invoke_props_dialog(self, width=WIDTH)
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        self.draw_settings(layout)
+        found = self.found(context)
+        if found.error:
+            layout.label(text=found.error, icon="ERROR", translate=False)
+            return
+        if found.known or self.again:
+            layout.prop(self, "again")
+        known = [(name, "it is in the list already") for name in found.known]
+        draw_preview(layout, found.activities, [*known, *found.left_out], found.notes)
+
+    def execute(self, context: Context) -> set[str]:
+        found = self.found(context)
+        known = f"All of these {self.kind} are in the list already" if found.known else ""
+        error = known or found.error or self.nothing
+        if error and not found.wanted:
+            return jobs.show_error(self, error)
+        steps = import_steps(current_body(context), found.wanted, found.left_out)
+        return jobs.start(self, context, "Import Motions", steps)
+
+
+class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
     """Import motion files with labels by folder, file name or csv, after a look at what they would be"""
 
     bl_idname = "w2w.import_labelled"
     bl_label = "Import Motions"
-    bl_options = {"REGISTER"}
 
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
@@ -81,68 +118,38 @@ class W2W_OT_import_labelled(OnBody, bpy.types.Operator):
         subtype="FILE_PATH",
         options={"SKIP_SAVE"},
     )
-    again: BoolProperty(
-        name="Take Files Again",
-        description="Import files, too, that are in the list already. One motion twice flatters a ranking: "
-        "it is tested on what it was trained on",
-        options={"SKIP_SAVE"},
-    )
-    planned: tuple[object, ImportPlan | LibraryError] | None = None
-    """The plan made last, and for which settings; another opening of the dialog reads the folder anew."""
+    planned: tuple[object, Found] | None = None
+    """The settings looked at last and what was found; a dialog opened again reads the folder anew."""
 
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        return context.window_manager.invoke_props_dialog(self, width=WIDTH)
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
+    def draw_settings(self, layout: bpy.types.UILayout) -> None:
         layout.row().prop(self, "labelled_by", expand=True)
-        if self.labelled_by == BY_CSV:
+        if self.labelled_by == import_plan.BY_CSV:
             layout.prop(self, "csv")
-        try:
-            plan = self.plan(context)
-        except LibraryError as error:
-            layout.label(text=str(error), icon="ERROR", translate=False)
-            return
-        if plan.known or self.again:
-            layout.prop(self, "again")
-        known = [(name, "it is in the list already") for name in plan.known]
-        draw_preview(layout, plan.activities, [*known, *plan.left_out], label_notes(plan.check))
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        try:
-            plan = self.plan(context)
-        except LibraryError as error:
-            return jobs.show_error(self, str(error))
-        if not plan.clips and plan.known:
-            return jobs.show_error(self, "All of these files are in the list already")
-        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
-        return jobs.start(self, context, "Import Motions", steps)
-
-    def plan(self, context: bpy.types.Context) -> ImportPlan:
-        """Plan of the import as it is set; made anew only when that changes, for it is drawn often."""
+    def found(self, context: Context) -> Found:
+        """The files to import as it is set; looked at anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
         listed = tuple(listed_files(current_body(context)))
         settings = (self.directory, names, self.labelled_by, self.csv, self.again, listed)
         if self.planned is None or self.planned[0] != settings:
-            self.planned = settings, _plan(*settings)
-        if isinstance(self.planned[1], LibraryError):
-            raise self.planned[1]
+            self.planned = settings, _planned(*settings)
         return self.planned[1]
 
 
-def _plan(
+def _planned(
     directory: str, names: tuple[str, ...], by: str, csv: str, again: bool, listed: tuple[Path, ...]
-) -> ImportPlan | LibraryError:
+) -> Found:
     folder, table = Path(directory), Path(bpy.path.abspath(csv)) if csv else None
     try:
-        plan = (
-            plan_files([folder / name for name in names], by, table)
-            if names
-            else plan_folder(folder, by, table)
-        )
+        if names:
+            plan = import_plan.plan_files([folder / name for name in names], by, table)
+        else:
+            plan = import_plan.plan_folder(folder, by, table)
     except LibraryError as error:
-        return error
-    return plan if again else without_known(plan, listed)
+        return Found(error=str(error))
+    if not again:
+        plan = import_plan.without_known(plan, listed)
+    return Found(wanted(plan), plan.activities, plan.known, plan.left_out, label_notes(plan.check))
 
 
 def source_armatures(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -152,67 +159,45 @@ def source_armatures(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return [item for item in armatures if not stands_beside(item)]
 
 
-def _armatures(_self: W2W_OT_use_scene_animation, context: bpy.types.Context) -> list[tuple[str, str, str]]:
+def _armatures(_self: W2W_OT_use_scene_animation, context: Context) -> list[tuple[str, str, str]]:
     found = source_armatures((context or bpy.context).scene)
     _items[:] = [(item.name, item.name, f"The actions of '{item.name}'") for item in found]
     _items.append((ALL, "All Armatures", "The actions of every armature that is not a body's of W2W"))
     return _items
 
 
-class W2W_OT_use_scene_animation(OnBody, bpy.types.Operator):
+class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
     """Take all actions and NLA strips of an armature in the scene as clips; the armature is only read"""
 
     bl_idname = "w2w.use_scene_animation"
     bl_label = "Use Scene Animation"
-    bl_options = {"REGISTER"}
+    kind, nothing = "actions", "There is no action that moves bones"
 
     armature: EnumProperty(
         name="Armature", description="Whose actions and NLA strips become clips", items=_armatures
     )
     labelled_by: EnumProperty(name="Label By", description="What labels the clips", items=TAKES_LABELLED_BY)
     activity: StringProperty(name="Activity", description="What all of them show")
-    again: BoolProperty(
-        name="Take Again",
-        description="Take actions, too, that are in the list already. One motion twice flatters a ranking: "
-        "it is tested on what it was trained on",
-        options={"SKIP_SAVE"},
-    )
 
     @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+    def missing(context: Context, body: bpy.types.Object) -> str:
         found = source_armatures(context.scene)
         return "" if found else "There is no armature in the scene but W2W's own"
 
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
         found = [item for item in source_armatures(context.scene) if self.takes(item)[0]]
         if not found:
             return jobs.show_error(self, "No armature of the scene has an action or strip that moves bones")
         self.armature = (context.object if context.object in found else found[0]).name
-        return context.window_manager.invoke_props_dialog(self, width=WIDTH)
+        return super().invoke(context, event)
 
-    def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
+    def draw_settings(self, layout: bpy.types.UILayout) -> None:
         layout.prop(self, "armature")
         layout.row().prop(self, "labelled_by", expand=True)
         if self.labelled_by == ONE:
             layout.prop(self, "activity")
-        wanted, known, left_out = self.found(context)
-        if known or self.again:
-            layout.prop(self, "again")
-        activities: dict[str, list[str]] = {}
-        for item in sorted(wanted, key=lambda item: item.activity):
-            activities.setdefault(item.activity, []).append(item.name)
-        draw_preview(layout, activities, [*known, *left_out])
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        wanted, known, left_out = self.found(context)
-        if not wanted:
-            text = "All of these are in the list already" if known else "There is no action that moves bones"
-            return jobs.show_error(self, text)
-        steps = import_steps(current_body(context), wanted, left_out)
-        return jobs.start(self, context, "Import Motions", steps)
-
-    def found(self, context: bpy.types.Context) -> tuple[list[Wanted], list[LeftOut], list[LeftOut]]:
+    def found(self, context: Context) -> Found:
         """Takes to import, takes in the list already, and takes left out."""
         listed = {clip.taken_from for clip in current_body(context).w2w.clips}
         wanted, known, left_out = [], [], []
@@ -222,12 +207,18 @@ class W2W_OT_use_scene_animation(OnBody, bpy.types.Operator):
             takes, others = self.takes(armature)
             left_out += others if self.armature != ALL else []  # they are another one's, which is there
             for take in takes:
-                item = Wanted(Path(), take.name, self.label(take.name, armature.name), take=take)
+                activity = import_plan.activity_of_action(take.name, armature.name)
+                if self.labelled_by == ONE:
+                    activity = self.activity.strip()
+                item = Wanted(Path(), take.name, activity, take=take)
                 if item.taken_from in listed and not self.again:
-                    known.append(LeftOut(take.name, "it is in the list already"))
+                    known.append(take.name)
                 else:
                     wanted.append(item)
-        return wanted, known, left_out
+        activities: dict[str, list[str]] = {}
+        for item in sorted(wanted, key=lambda item: item.activity):
+            activities.setdefault(item.activity, []).append(item.name)
+        return Found(wanted, activities, known, left_out)
 
     def takes(self, armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftOut]]:
         """The takes of an armature; looked for once, for the dialog is drawn often."""
@@ -236,12 +227,6 @@ class W2W_OT_use_scene_animation(OnBody, bpy.types.Operator):
         if armature.name not in self._takes:
             self._takes[armature.name] = scene_takes(armature)
         return self._takes[armature.name]
-
-    def label(self, take: str, armature: str) -> str:
-        """The activity of a take."""
-        if self.labelled_by == ONE:
-            return self.activity.strip()
-        return activity_of_action(take, armature)
 
 
 def draw_preview(

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from ...core.motion.source import reason_of
 from ...core.wording import free_name
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
-from ...scene.motion.load import Carried, Source, carry, read_motion
+from ...scene.motion.load import Carried, carry, read_motion
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs.jobs import Step, Steps, as_steps, on_body
 from ..study.lists import list_labels
@@ -67,12 +67,15 @@ def import_steps(
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, wanted)
     failed = unlabelled = 0
-    finished = False
     try:
         for number, item in enumerate(wanted):
             yield Step(number / len(wanted), item.shown)
             try:
-                source = yield from _read(item, number, len(wanted))
+                if item.take is None:
+                    source = read_motion(item.path)
+                else:  # Blender must play it to read it: the window gets its turn after each frame
+                    frames, count = read_scene_take(item.take), len(wanted)
+                    source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
                 add_clip(mesh, armature, carry(source, body), item)
                 unlabelled += not item.activity
             except Exception as error:  # even a fault of ours costs this clip alone
@@ -80,21 +83,12 @@ def import_steps(
                 _add_failed(mesh, item.path, item.shown, reason_of(error))
         for name, reason in left_out:
             _add_failed(mesh, Path(), name, reason)
-        finished = True
-    finally:
-        if not finished:
-            remove_clips(mesh, range(before, len(mesh.w2w.clips)))
+    except BaseException:
+        remove_clips(mesh, range(before, len(mesh.w2w.clips)))
+        raise
     mesh.w2w.clip_index = before
     list_labels(mesh.w2w)
     return _outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice)
-
-
-def _read(item: Wanted, number: int, count: int) -> Generator[Step, None, Source]:
-    """Read a motion; one that Blender must play to be read gives the window its turn after each frame."""
-    if item.take is None:
-        return read_motion(item.path)
-    frames = read_scene_take(item.take)
-    return (yield from as_steps(frames, item.shown, number / count, (number + 1) / count))
 
 
 def _listed_already(mesh: bpy.types.Object, wanted: Sequence[Wanted]) -> list[str]:

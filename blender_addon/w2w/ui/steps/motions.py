@@ -52,7 +52,7 @@ class _Import(AsksForFile, OnBody):
         return jobs.start(self, context, "Import Motions", steps)
 
     def names(self) -> list[str]:
-        """Names of the files that were chosen; of none in a folder."""
+        """Names of the files that were chosen; none where a folder is imported."""
         return []
 
 

@@ -24,6 +24,8 @@ from .body import select_only
 
 Context = bpy.types.Context
 
+CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
+
 
 @jobs.on_body
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
@@ -31,9 +33,8 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     body, study = body_as_run(mesh), mesh.w2w
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(config_of(study), seed=study.patch_seed, placements=tuple(own))
-    patches = yield from jobs.in_thread(
-        lambda _told: sample(body, config), f"spreading {count} patches", 0.0, 0.8
-    )
+    text = f"spreading {count} patches"
+    patches = yield from jobs.in_thread(lambda _told: sample(body, config), text, 0.0, 0.8)
     yield jobs.Step(0.8, "placing empties")
     remove_all(mesh)
     study = mesh.w2w
@@ -88,9 +89,7 @@ class W2W_OT_select_patch(OnPatches, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     patch: IntProperty(name="Patch", description="Number of the patch", min=0)
-    compare: BoolProperty(
-        name="Compare", description="Keep the patch looked at, and compare this one with it"
-    )
+    compare: BoolProperty(name="Compare", description="Keep the patch looked at, and compare with it")
 
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
         self.compare = event.shift
@@ -144,10 +143,9 @@ def pick(
         study.compared = patch
     else:
         study.picked, study.compared = patch, -1
-    empty = empties_by_patch(study.patch_collection).get(patch)
-    if not compare:
         for item in context.selected_objects:
             item.select_set(False)
+    empty = empties_by_patch(study.patch_collection).get(patch)
     if empty is not None and empty.visible_get():
         empty.select_set(True)
         context.view_layer.objects.active = empty
@@ -198,12 +196,8 @@ class W2W_WT_pick(bpy.types.WorkSpaceTool):
     bl_icon = "ops.paint.eyedropper_add"
     bl_cursor = "EYEDROPPER"
     bl_keymap = (
-        ("w2w.pick_patch", {"type": "LEFTMOUSE", "value": "PRESS"}, None),
-        (
-            "w2w.pick_patch",
-            {"type": "LEFTMOUSE", "value": "PRESS", "shift": True},
-            {"properties": [("compare", True)]},
-        ),
+        ("w2w.pick_patch", CLICK, None),
+        ("w2w.pick_patch", {**CLICK, "shift": True}, {"properties": [("compare", True)]}),
     )
 
 
