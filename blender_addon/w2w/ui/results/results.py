@@ -176,8 +176,8 @@ def choose(body: bpy.types.Object) -> None:
         patch = found.patch
     else:
         patch = int(np.where(terms.allowed, mean, -1).argmax())
-        sentence = f"{capital(patches.names[patch])}: F1 {headline.short(mean[patch])} over the activities that count."
-        advice.keep_answer(study, {"sentence": sentence})
+        f1 = f"F1 {headline.short(mean[patch])} over the activities that count"
+        advice.keep_answer(study, {"sentence": f"{capital(patches.names[patch])}: {f1}."})
     row = study.chosen.add()
     row.patch, row.label, row.f1 = patch, patches.names[patch], mean[patch]
     mark_chosen(body)
