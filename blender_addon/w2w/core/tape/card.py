@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a card says beside the spot: where the sensor's arrow points, and how far it may slip."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..body.body import Body
+from ..patches.patches import PatchSet
+from ..patches.strip_graph import StripGraph
+from .segments import SEGMENTS, segments_of, split
+from .spots import locate
+
+STRAIGHT = 10.0
+"""Degrees up to which an arrow is said to run straight along or around a segment."""
+
+DROP, FARTHEST_CM = 0.02, 10.0
+"""Expected F1 that a slip may cost, and the farthest slip that is reported."""
+
+
+def arrow_in_words(body: Body, patches: PatchSet, patch: int) -> str:
+    """Where the x axis of a patch's sensor points on the body at rest.
+
+    It is the frame of the patch's signals: x along v2 - v1 of its triangle, z outward.
+
+    Examples: "along the forearm, towards the hand"; "along the thigh, towards the knee, turned 20° to the
+    outer side"; "around the trunk, towards the left side".
+    """
+    spot = locate(body, int(patches.vertices[patch]))
+    side, rest = split(spot.segment)
+    given, segment = SEGMENTS[rest], segments_of(body)[spot.segment]
+    called = rest if side else given["called"]
+    v1, v2 = body.vertices[patches.triangles[patch, :2]]
+    spoke = segment.axes @ (body.vertices[patches.vertices[patch]] - segment.origin)
+    onward = np.array([0.0, -spoke[2], spoke[1]]) / np.hypot(spoke[1], spoke[2])  # as per cents around grow
+    arrow = segment.axes @ (v2 - v1)
+    ahead, round_it = arrow[0], arrow @ onward
+    (near, far), sides = given["ends"], given["sides"]
+    quarter = round(spot.around / 25)
+    ways = {  # by quarter turns from straight ahead
+        0: f"along the {called}, towards the {far}",
+        1: f"around the {called}, towards the {sides[(quarter + 1) % 4]}",
+        2: f"along the {called}, towards the {near}",
+        3: f"around the {called}, towards the {sides[(quarter - 1) % 4]}",
+    }
+    turn = np.degrees(np.arctan2(round_it, ahead))
+    nearest = round(turn / 90) % 4
+    over = (turn - 90 * nearest + 180) % 360 - 180
+    if abs(over) <= STRAIGHT:
+        return ways[nearest]
+    towards = ways[(nearest + (1 if over > 0 else -1)) % 4].split("towards the ")[1]
+    return f"{ways[nearest]}, turned {abs(over):.0f}° to the {towards}"
+
+
+def slip_cm(body: Body, patches: PatchSet, expected: np.ndarray, patch: int) -> float:
+    """How far a sensor may slip over the skin, any way, before its expected F1 falls by more than .02.
+
+    The distance of the farthest patch up to which no patch's expected F1 (N,) is lower by more; 0 if that of
+    the nearest is, and 10 at most. Patches without an expected F1 (NaN) are not asked. It is as fine as the
+    patches are dense: some 5 cm where there are 512.
+
+    Raises ValueError if the patch itself has none.
+    """
+    if not np.isfinite(expected[patch]):
+        raise ValueError(f"{patches.names[patch]} has no expected F1")
+    graph = StripGraph.of(body.vertices, body.faces)
+    away = 100 * graph.distances(int(patches.vertices[patch]), limit=FARTHEST_CM / 100)[patches.vertices]
+    falls = expected < expected[patch] - DROP - 1e-9
+    end = away[falls].min(initial=np.inf)
+    if np.isinf(end):
+        return FARTHEST_CM
+    return float(away[(away < end) & np.isfinite(expected)].max())
