@@ -87,7 +87,7 @@ def page(
     study: StudyResults, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
 ) -> str:
     """The page's HTML, from a study and what its `summary.json` and `config.json` hold."""
-    if "answer" not in summary:
+    if "cards" not in summary:
         raise ValueError(f"{study.out} is from an earlier W2W: run `w2w place {study.out} --redraw` first")
     utility, answer = study.utility, summary["answer"]
     best, patch = summary["best_single_patch"]["patch"], answer["patch"]
@@ -111,6 +111,7 @@ def page(
         spot_caution=headline.spot_caution(best, utility),
         answer=answer,
         products=answer["products"],
+        cards=summary["cards"],
         still=still_picture(study, body, shown, together),
         repeats=headline.confidence_sentence(utility, best),
         notes=_notes(summary, len(study.patches)),

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from w2w.core.clip_files import WORK
-from w2w.core.files import UNFINISHED, write_json
-from w2w.core.findings.summary import map_content, write_map
+from w2w.core.files import UNFINISHED, write_json, write_text
+from w2w.core.findings.summary import PLACEMENTS, map_content, placement_table, write_map
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import UTILITY, StudyResults
 from w2w.core.study import StudyConfig
@@ -67,13 +67,14 @@ def redraw(
     study = StudyResults.load(out)
     with only_run(out / WORK):
         again = not np.array_equal(utility.weights, study.utility.weights)
-        tables = ["config.json", "summary.json", *([UTILITY, "utility.csv"] if again else [])]
+        tables = ["config.json", "summary.json", PLACEMENTS, *([UTILITY, "utility.csv"] if again else [])]
         check_redraw(study)
         placements = study.config().placements
         content = {**content, **map_content(utility, study.patches, placements)}
         with claimed(out, [draw.BLEND]):
             if again:
                 write_map(out, utility, study.patches, clusters)
+            write_text(out / PLACEMENTS, placement_table(content["cards"], study.patches))
             changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
             for name, change in changes.items():
                 before = json.loads((out / name).read_text(encoding="utf-8"))

@@ -17,6 +17,7 @@ from filelock import FileLock, Timeout
 from w2w.core.body.body import PACKAGE, TEMPLATES
 from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED
+from w2w.core.findings.summary import PLACEMENTS
 from w2w.core.motion.library import Library, unique_names
 
 from .clip_task import recorded
@@ -54,7 +55,7 @@ MEAN, SUBSET = "mean", "subset"
 """The folder of a study's pictures, and the names of two of them."""
 
 SUMMARY = "summary.json"
-TABLES = ("config.json", "utility.npz", "utility.csv", SUMMARY)
+TABLES = ("config.json", "utility.npz", "utility.csv", PLACEMENTS, SUMMARY)
 
 
 def make_folders(out: Path) -> None:

@@ -19,6 +19,7 @@ from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.patches.naming import place, placement_patches, resolve
 from w2w.core.patches.own_placements import patches_at
 from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.patches.spots import Spot, vertex_at
 
 SIDES = ("left", "right")
 SITES = {site.name: site for site in SENSOR_SITES}
@@ -289,3 +290,11 @@ def test_smpl_has_the_same_regions_as_the_bundled_body(bundled_body, smpl_body) 
 def test_well_known_smpl_vertices_have_the_right_regions(smpl_body, vertex, region) -> None:
     codes, names = regions_of(smpl_body)
     assert names[codes[vertex]] == region
+
+
+def test_a_spot_by_a_tape_is_a_place(bundled_body):
+    assert place("Left forearm 85%  50%", bundled_body) == vertex_at(
+        bundled_body, Spot("left forearm", 85, 50)
+    )
+    with pytest.raises(ValueError, match="no segment is called"):
+        place("left tail 85% 50%", bundled_body)

@@ -14,8 +14,9 @@ from w2w.core.imu.virtual import record_motion
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.carriers import random_poses
 from w2w.core.patches.naming import resolve
-from w2w.core.patches.own_placements import patches_at, read_placements, with_placements
+from w2w.core.patches.own_placements import patches_at, placement_vertices, read_placements, with_placements
 from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.patches.spots import Spot, vertex_at
 
 
 def test_placements_keep_their_names_order_and_vertices(bundled_body):
@@ -63,7 +64,7 @@ HEAD = "at most 5 cm are allowed: positions are in metres on the body at rest"
             r"'pod' needs the number of a vertex or a position \(x, y, z\) in metres, not \(0, 0\)",
         ),
         ({"pod": (0, 0, np.nan)}, "'pod' needs the number"),
-        ({"pod": "wrist"}, "'pod' needs the number of a vertex .*not 'wrist'"),
+        ({"pod": "wrist"}, "'wrist' is no spot: write a segment"),
         ({"pod": True}, "'pod' needs the number"),
         ({"pod": 1.5}, "'pod' needs the number"),
         ({"pod": 12, "ring": 4, "cuff": 12}, "'pod' and 'cuff' are both at vertex 12: leave one of them out"),
@@ -119,8 +120,8 @@ def test_placements_are_read_from_tables_of_either_kind(tmp_path):
     ("text", "sentence"),
     [
         ("name,vertex\n", "names no placement"),
-        ("name,vertex\npod,left\n", "line 2: 'pod' needs the number of a vertex, or x, y and z"),
-        ("name,x,y,z\npod,1,2,\n", "line 2: 'pod' needs the number of a vertex, or x, y and z"),
+        ("name,vertex\npod,left\n", "line 2: 'pod' needs the number of a vertex, a spot, or x, y and z"),
+        ("name,x,y,z\npod,1,2,\n", "line 2: 'pod' needs the number of a vertex, a spot, or x, y and z"),
         ("name,vertex\npod,1\npod,2\n", "line 3: 'pod' stands there a second time"),
         ("spot,vertex\npod,1\n", "needs the columns 'name'"),
     ],
@@ -129,3 +130,15 @@ def test_tables_that_are_not_placements_are_refused(tmp_path, text, sentence):
     (tmp_path / "own.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=sentence):
         read_placements(tmp_path / "own.csv")
+
+
+def test_a_table_of_spots_by_a_tape_is_read(bundled_body, tmp_path):
+    table = tmp_path / "places.csv"
+    table.write_text("name,spot\npod,Left forearm  85% 50%\nclip,pelvis 40% 25%\n")
+    placements = read_placements(table)
+    assert placements == {"pod": "left forearm 85% 50%", "clip": "pelvis 40% 25%"}
+    vertices = placement_vertices(bundled_body, placements)
+    assert vertices["pod"] == vertex_at(bundled_body, Spot("left forearm", 85, 50))
+    table.write_text("name,spot\npod,left forarm 85% 50%\n")
+    with pytest.raises(ValueError, match=r"line 2: .*did you mean left forearm"):
+        read_placements(table)

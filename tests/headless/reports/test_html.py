@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 from typer.testing import CliRunner
 
+from w2w.core.patches.own_placements import placement_vertices, read_placements
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
@@ -284,3 +285,17 @@ def test_the_command_writes_it_again_and_refuses_other_folders(drawn_results, tm
 
 def test_titles_are_written_as_people_write():
     assert [title(name) for name in ("arm_raise_band", "T-pose", "")] == ["Arm raise band", "T-pose", ""]
+
+
+def test_cards_say_where_sensors_go_and_their_table_gives_the_same_vertices(drawn_results, page):
+    summary = json.loads((drawn_results / "summary.json").read_text())
+    study = StudyResults.load(drawn_results)
+    text = " ".join(" ".join(Reader(page).texts).split())
+    recommended = [place["patch"] for place in summary["worn_together"]["places"]]
+    assert [card["patch"] for card in summary["cards"]][-len(recommended) :] == recommended
+    for card in summary["cards"]:
+        assert capital(card["words"]) in text
+        assert f"Arrow {card['arrow']}." in text
+    vertices = placement_vertices(study.body(), read_placements(drawn_results / "placements.csv"))
+    there = [int(study.patches.vertices[card["patch"]]) for card in summary["cards"]]
+    assert list(vertices.values()) == there

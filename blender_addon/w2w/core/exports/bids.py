@@ -111,14 +111,14 @@ def _samples(recording: ImuRecording) -> str:
 
 
 def _channels(recording: ImuRecording) -> str:
-    lines = ["name\tcomponent\ttype\ttracked_point\tunits\treference_frame"]
+    lines = ["name\tcomponent\ttype\ttracked_point\tunits\tplacement\treference_frame"]
     for site in recording.sites:
         point = site.replace(" ", "_")
         for reading in recording.readings:
             kind, unit = TYPES[reading.name]
             frame = FRAME_OF.get(reading.name, "sensor")
             lines += [
-                f"{point}_{channel}\t{_component(channel)}\t{kind}\t{point}\t{unit}\t{frame}"
+                f"{point}_{channel}\t{_component(channel)}\t{kind}\t{point}\t{unit}\t{site}\t{frame}"
                 for channel in reading.channels
             ]
     return "\n".join(lines) + "\n"

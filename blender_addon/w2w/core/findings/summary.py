@@ -32,6 +32,9 @@ from .finished_study import ClipResult, Study
 from .label_notes import label_content
 from .sources import shown_in, source_caution
 
+PLACEMENTS = "placements.csv"
+"""Where the recommended sensors go."""
+
 BEFORE_ACTIVITIES = ("patch", "region", "vertex")
 EXPECTED = ("expected_mean", "expected_low", "expected_high")
 AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "rank_high", "cluster")
@@ -44,10 +47,21 @@ LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "bpy")
 
 
 def write_results(study: Study) -> None:
-    """Write `summary.json`, `utility.csv` and `utility.npz` into the study's folder."""
+    """Write `summary.json`, `placements.csv`, `utility.csv` and `utility.npz` into the study's folder."""
     out = study.results.out
+    content = summary(study)
+    write_text(out / PLACEMENTS, placement_table(content["cards"], study.results.patches))
     write_map(out, study.results.utility, study.results.patches, study.advice.clusters)
-    write_json(out / "summary.json", summary(study))
+    write_json(out / "summary.json", content)
+
+
+def placement_table(cards: Sequence[dict[str, Any]], patches: PatchSet) -> str:
+    """The sensors recommended, where each goes; `w2w run --placements` reads it."""
+    rows = [("name", "spot", "words", "arrow", "slip_cm", "patch", "vertex")]
+    for one in cards:
+        at = (one["patch"], int(patches.vertices[one["patch"]]))
+        rows.append((one["sensor"], one["spot"], one["words"], one["arrow"], f"{one['slip_cm']:.0f}", *at))
+    return csv_text(rows)
 
 
 def write_map(out: Path, utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) -> None:

@@ -20,6 +20,7 @@ from ..body.regions import regions_of
 from ..wording import plain_words
 from .body_parts import PLACEMENTS, PRODUCT_NAMED, SIDES, patches_named
 from .patches import PatchSet
+from .spots import Spot, vertex_at
 
 DEFAULT_SIDE = "left"
 """Side meant when a sided placement is named without one: where most people wear a watch."""
@@ -42,14 +43,17 @@ def place(name: str, body: Body) -> int:
     """The vertex of the skin that a name means, whatever patches there are.
 
     A name is a placement ("wrist", "right ankle"; the left one by default), a product ("watch", "shoe"), a
-    published sensor site ("TransPose head"), or words that name a region ("left wrist"). A region's vertex is
-    its landmark (`landmarks.PLACES`) or the one in its middle.
+    published sensor site ("TransPose head"), words that name a region ("left wrist"), or a spot by a tape
+    ("left forearm 85% 50%", see `Spot`). A region's vertex is its landmark (`landmarks.PLACES`) or the one in
+    its middle.
 
     Raises ValueError if nothing is called that; the message names what comes closest.
     """
     if not isinstance(name, str):
         raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
     wanted = plain_words(name)
+    if wanted.endswith("%"):
+        return vertex_at(body, Spot.parse(wanted))
     sites = {site.name.lower(): site for site in SENSOR_SITES}
     region_of = _region_by_name()
     if wanted in sites:

@@ -12,19 +12,21 @@ import numpy as np
 from ..body.body import Body
 from ..csv_tables import read_table
 from .patches import PatchSet, patch_set
+from .spots import Spot, vertex_at
 
 FARTHEST_M = 0.05
 """From the skin that a position may lie: a sensor has a case and a strap."""
 
 
-def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> PatchSet:
+def patches_at(body: Body, placements: Mapping[str, int | str | Sequence[float]]) -> PatchSet:
     """Patches at placements of your own, named as you name them.
 
     Parameters
     ----------
     body : Body
-    placements : mapping of str to int or sequence of 3 floats
-        Name of each placement, and the vertex of the body that it is at or its position (metres, on
+    placements : mapping of str to int, str or sequence of 3 floats
+        Name of each placement, and the vertex of the body that it is at, its spot as on the tape-measure card
+        ("left forearm 85% 50%") or its position (metres, on
         the body at rest; the nearest vertex of the skin is taken).
 
     Returns
@@ -45,7 +47,7 @@ def patches_at(body: Body, placements: Mapping[str, int | Sequence[float]]) -> P
 
 
 def with_placements(
-    body: Body, patches: PatchSet, placements: Mapping[str, int | Sequence[float]]
+    body: Body, patches: PatchSet, placements: Mapping[str, int | str | Sequence[float]]
 ) -> PatchSet:
     """Patches of a body, and placements of your own, as for `patches_at`, after them.
 
@@ -66,7 +68,7 @@ def with_placements(
     return patch_set(body, np.array(centres), tuple(names), patches.seed)
 
 
-def placement_vertices(body: Body, placements: Mapping[str, int | Sequence[float]]) -> dict[str, int]:
+def placement_vertices(body: Body, placements: Mapping[str, int | str | Sequence[float]]) -> dict[str, int]:
     """Vertex of the skin that each placement is at, by its name; parameters and errors as `patches_at`."""
     names, centres = _checked(body, placements)
     return dict(zip(names, centres.tolist(), strict=True))
@@ -112,24 +114,32 @@ def names_elsewhere(patches: PatchSet, vertices: Sequence[int]) -> list[str]:
     ]
 
 
-def read_placements(path: str | Path) -> dict[str, int | tuple[float, float, float]]:
-    """Read placements from a csv file with the columns ``name`` and either ``vertex`` or ``x``, ``y``, ``z``.
+def read_placements(path: str | Path) -> dict[str, int | str | tuple[float, float, float]]:
+    """Read placements from a csv file: ``name`` and either ``vertex``, ``spot`` or ``x``, ``y``, ``z``.
+
+    A spot is written as on the tape-measure card: left forearm 85% 50%.
 
     Raises ValueError, naming the line, if the file cannot be read or is not such a table.
     """
-    found: dict[str, int | tuple[float, float, float]] = {}
-    for line, row in read_table(path, ("name",), ("vertex", "x", "y", "z")).rows:
+    found: dict[str, int | str | tuple[float, float, float]] = {}
+    for line, row in read_table(path, ("name",), ("vertex", "spot", "x", "y", "z")).rows:
         position = (row["x"], row["y"], row["z"])
         if row["name"] in found:
             raise ValueError(f"{path}, line {line}: '{row['name']}' stands there a second time")
+        try:
+            if row["spot"]:
+                found[row["name"]] = str(Spot.parse(row["spot"]))
+                continue
+        except ValueError as error:
+            raise ValueError(f"{path}, line {line}: {error}") from None
         try:
             found[row["name"]] = (
                 int(row["vertex"]) if row["vertex"] else tuple(float(number) for number in position)
             )
         except ValueError:
             raise ValueError(
-                f"{path}, line {line}: '{row['name']}' needs the number of a vertex, or x, y and z in "
-                f"metres, not '{row['vertex'] or ', '.join(position)}'"
+                f"{path}, line {line}: '{row['name']}' needs the number of a vertex, a spot, or x, y and z "
+                f"in metres, not '{row['vertex'] or ', '.join(position)}'"
             ) from None
     if not found:
         raise ValueError(f"{path} names no placement")
@@ -137,7 +147,7 @@ def read_placements(path: str | Path) -> dict[str, int | tuple[float, float, flo
 
 
 def _checked(
-    body: Body, placements: Mapping[str, int | Sequence[float]]
+    body: Body, placements: Mapping[str, int | str | Sequence[float]]
 ) -> tuple[tuple[str, ...], np.ndarray]:
     """Names of placements and the vertices that they are at."""
     if not placements:
@@ -148,8 +158,10 @@ def _checked(
     return names, centres
 
 
-def _vertex(body: Body, name: str, where: int | Sequence[float]) -> int:
+def _vertex(body: Body, name: str, where: int | str | Sequence[float]) -> int:
     """The vertex of the skin at a vertex number or nearest to a position."""
+    if isinstance(where, str):
+        return vertex_at(body, Spot.parse(where))
     skin = np.unique(body.faces)
     if isinstance(where, Integral) and not isinstance(where, bool):
         if where not in skin:

@@ -10,6 +10,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
 from ..body.body import Body
+from ..patches.card import Card, card
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
@@ -88,6 +89,7 @@ class Advice:
     worn: JointSet | None  # the patches to wear together; None where nothing tests sets
     alternatives: tuple[np.ndarray, ...]  # for each of these: at most two patches that can take its place
     clusters: np.ndarray  # (N,), int: as from `redundancy_clusters`
+    cards: tuple[Card, ...]  # where each sensor recommended goes: those of the answer, then of the set
     products: dict[int, str]  # the patches at which usual products sit, with their side and name
     allowed: np.ndarray | None = None  # (N,), bool: patches that the constraints leave; all by default
 
@@ -117,12 +119,16 @@ def advise(
         among = _worn_on_products(terms, products, constraints)
         worn, terms_met = _set_to_wear(tests, utility, terms, among, target, every_activity)
         swaps = interchangeable(tests, worn, terms_met)
+    said = answer(Scored(utility, patches, body, best, terms.allowed))
+    alone = [score.patch for score in said.named] or [said.patch]
+    recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
     return Advice(
         best=best,
-        answer=answer(Scored(utility, patches, body, best, terms.allowed)),
+        answer=said,
         worn=worn,
         alternatives=swaps,
         clusters=redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION),
+        cards=tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended),
         products=products,
         allowed=terms.allowed,
     )

@@ -175,6 +175,8 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
     following = worn["next_sensor"]
     for text in ([following["sentence"]] if following else []) + _alternatives(worn):
         draw_text(layout, context, _sentence(text))
+    for card in content.get("cards") or ():
+        draw_text(layout, context, f"{capital(card['sensor'])}: {card['words']}; arrow {card['arrow']}")
     if left_out(study):
         draw_text(
             layout, context, "Chosen from a ranking without the activities that are left out.", icon="INFO"

@@ -128,7 +128,7 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
                 setattr(clip, name, value)
             clip.baked_as = settings if clip.signals else ""
     results.store(mesh, run.utility, rank_settings(study))
-    _advise(mesh, {"worn_together": run.summary.get("worn_together")})
+    _advise(mesh, {name: run.summary.get(name) for name in ("worn_together", "cards")})
     results.show_colours(bpy.context)
     find_folder(study)
 

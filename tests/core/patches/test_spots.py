@@ -8,8 +8,8 @@ from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
 from w2w.core.patches.naming import place
 from w2w.core.patches.patches import PATCH_ORDER
-from w2w.core.tape.segments import segments_of
-from w2w.core.tape.spots import Spot, locate, locate_point, point_at, vertex_at
+from w2w.core.patches.spots import Spot, locate, locate_point, point_at, vertex_at
+from w2w.core.patches.tape_segments import segments_of
 
 BUILDS = ({"gender": -1.0}, {"gender": 1.0, "muscle": 0.8}, {"arms": 1.1, "legs": 1.1})
 STATURES = (1.40, 1.60, 1.75, 1.90, 2.10)

@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
-from w2w.core.tape.segments import SEGMENT_NAMES, _outline, segments_of
+from w2w.core.patches.tape_segments import SEGMENT_NAMES, _outline, segments_of
 
 
 @pytest.mark.parametrize("shape", [{}, {"height": 1.4}, {"gender": 1.0, "height": 2.1, "weight": 130.0}])

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from w2w.core.patches.card import FARTHEST_CM, arrow_in_words, slip_cm
 from w2w.core.patches.patches import sample_patches
+from w2w.core.patches.spots import Spot, vertex_at
 from w2w.core.patches.strip_graph import StripGraph
-from w2w.core.tape.card import FARTHEST_CM, arrow_in_words, slip_cm
-from w2w.core.tape.spots import Spot, vertex_at
 
 
 @pytest.fixture(scope="module")

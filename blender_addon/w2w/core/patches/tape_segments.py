@@ -25,7 +25,7 @@ from ..body.landmarks import SensorSite
 from ..body.regions import regions_of
 from ..body.shapes import bundled_targets
 from ..body.skeleton import JOINT_INDEX
-from ..patches.body_parts import PARTS, SIDES, great_part
+from .body_parts import PARTS, SIDES, great_part
 
 _DATA: dict[str, Any] = template("tape_segments.json")
 SEGMENTS: dict[str, dict[str, Any]] = _DATA["segments"]

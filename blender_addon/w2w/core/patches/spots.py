@@ -11,7 +11,7 @@ import numpy as np
 
 from ..body.body import Body
 from ..wording import plain_words
-from .segments import MIDDLE, SEGMENT_NAMES, SEGMENTS, Segment, segments_of, split
+from .tape_segments import MIDDLE, SEGMENT_NAMES, SEGMENTS, Segment, segments_of, split
 
 LEAST, MOST = -100.0, 250.0
 """Per cents along that a spot may have: the skin of a segment goes on beyond its landmarks."""
@@ -26,7 +26,7 @@ _NOTATION = re.compile(r"(?P<segment>.*?)\s*(?P<along>[-+]?[\d.]+)\s*%\s*(?P<aro
 class Spot:
     """A place on the skin: `left forearm 85% 50%`, as a string.
 
-    `core.tape.segments` says what the per cents mean.
+    `core.patches.tape_segments` says what the per cents mean.
     """
 
     segment: str  # one of SEGMENT_NAMES

@@ -1,15 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a card says beside the spot: where the sensor's arrow points, and how far it may slip."""
+"""The tape-measure card of a sensor: where it goes, where its arrow points, how far it may slip."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..body.body import Body
-from ..patches.patches import PatchSet
-from ..patches.strip_graph import StripGraph
-from .segments import SEGMENTS, segments_of, split
+from .patches import PatchSet
 from .spots import locate
+from .strip_graph import StripGraph
+from .tape_segments import SEGMENTS, segments_of, split
+
+
+@dataclass(frozen=True)
+class Card:
+    """Where one sensor goes, as a person finds it with a tape."""
+
+    patch: int
+    spot: str  # the notation that `Spot.parse` reads
+    words: str
+    arrow: str  # where the sensor's x axis points
+    slip_cm: float  # how far it may slip before expected F1 falls by more than .02
+
+
+def card(body: Body, patches: PatchSet, expected: np.ndarray, patch: int) -> Card:
+    """The card of a patch, with the expected F1 (N,) of all."""
+    spot = locate(body, int(patches.vertices[patch]))
+    arrow = arrow_in_words(body, patches, patch)
+    return Card(patch, str(spot), spot.in_words(), arrow, slip_cm(body, patches, expected, patch))
+
 
 STRAIGHT = 10.0
 """Degrees up to which an arrow is said to run straight along or around a segment."""
