@@ -29,7 +29,7 @@ from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, cut_windows
 from w2w.core.study import StudyConfig, record
 from w2w.headless.options import sensor_settings
-from w2w.headless.runs.load_clip import load_clip
+from w2w.headless.runs.clip import load_clip
 
 RESAMPLES = 2000
 

@@ -34,7 +34,7 @@ from w2w.core.ranking.pooling import Pooling
 from w2w.core.selection.joint import grow
 from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
-from w2w.headless.runs.rank_in_workers import spread_over
+from w2w.headless.runs.cluster import spread_over
 
 ACTIVITIES = 24
 DISTINCT_BYTES = 100 * 2**20

@@ -3,12 +3,19 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
 import sys
+import tempfile
+from contextlib import suppress
+from importlib.util import find_spec
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from filelock import FileLock, Timeout
 from typer.core import TyperGroup
 
 from .blender import NoBlenderError
@@ -23,12 +30,18 @@ from .commands.status import status
 from .commands.synth import synth
 from .console import NOTHING_TO_DO, too_little_memory
 from .reports.html import report
-from .stopping import ignore_signals, stop_on_signals
-from .studies import add_studies
-from .temporary import use_own_temporary_folder
+from .stopping import always_when_stopped, ignore_signals, stop_on_signals
 
 PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""
+
+STUDIES = ("tables", "sweep", "dsads", "demo-library", "study", "validate")
+"""Commands that need `w2w.studies`."""
+
+PREFIX = "w2w-run-"
+
+_HELD: list[FileLock] = []
+"""The lock in this process's temporary folder, held as long as it lives."""
 
 
 def _show_version(asked: bool) -> None:
@@ -50,6 +63,27 @@ class _Commands(TyperGroup):
                 named = text.rstrip("=") or (before if before in PATHS else "An argument")
                 ctx.fail(f"{named} is empty: name a file or a folder.")
         return super().parse_args(ctx, args)
+
+
+def add_studies(app: typer.Typer) -> None:
+    """Add the commands of the studies or, where these are not installed, hints how to get them."""
+    if find_spec("w2w.studies") is not None:
+        from w2w.studies.commands import add_commands
+
+        add_commands(app, "Studies")
+        return
+    anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+    for name in STUDIES:
+        app.command(name, hidden=True, context_settings=anything)(_say_how_to_get_them)
+
+
+def _say_how_to_get_them(context: typer.Context) -> None:
+    typer.echo(
+        f"w2w {context.info_name} is one of W2W's studies, which Blender's extension does not hold: "
+        "run pip install '.[blender]' in W2W's source folder, and then the same command in a terminal.",
+        err=True,
+    )
+    raise typer.Exit(NOTHING_TO_DO)
 
 
 APP = typer.Typer(
@@ -90,6 +124,51 @@ APP.command()(sensors)
 APP.command(name="calibrate")(calibrate_sensor)
 APP.command()(status)
 add_studies(APP)
+
+
+def use_own_temporary_folder() -> None:
+    """Make a temporary folder for this process and its children, and remove those of killed processes.
+
+    Where none can be made, everything stays as it is.
+    """
+    if _HELD:
+        return
+    for other in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with suppress(OSError, Timeout):  # its process lives
+            _remove_abandoned(other)
+    try:
+        folder = tempfile.mkdtemp(prefix=PREFIX)
+        lock = FileLock(Path(folder, "lock"))
+        lock.acquire(timeout=0)
+    except (OSError, Timeout):
+        return
+    _HELD.append(lock)
+    os.environ.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder))  # where Python and Blender look
+    tempfile.tempdir = folder
+
+    def remove() -> None:
+        lock.release()  # Windows removes no open file
+        shutil.rmtree(folder, ignore_errors=True)
+
+    atexit.register(remove)
+    always_when_stopped(remove)
+    always_when_stopped(_remove_blenders)
+
+
+def _remove_abandoned(folder: Path) -> None:
+    """Remove a folder of this user's whose lock nobody holds; one without a lock is just being made."""
+    mine = not hasattr(os, "getuid") or folder.lstat().st_uid == os.getuid()
+    if mine and (folder / "lock").is_file():
+        with FileLock(folder / "lock", timeout=0):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _remove_blenders() -> None:
+    """Remove the folder that the Blender program made before it started W2W."""
+    if "bpy" in sys.modules:
+        folder = Path(sys.modules["bpy"].app.tempdir)
+        if folder.name.startswith("blender_"):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def main(arguments: list[str] | None = None, program: str = "w2w") -> None:

@@ -18,7 +18,7 @@ from w2w.core.files import write_npz
 from w2w.core.motion.demo_motions import FILE, STEP
 from w2w.core.motion.library import read_library
 from w2w.core.motion.motion import Motion
-from w2w.headless.runs.load_clip import load_clip
+from w2w.headless.runs.clip import load_clip
 
 
 def main() -> None:

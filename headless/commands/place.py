@@ -3,28 +3,40 @@
 
 from __future__ import annotations
 
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 
-from w2w.core.files import write_json
+from w2w.core.clip_files import WORK
+from w2w.core.files import UNFINISHED, write_json, write_text
 from w2w.core.findings.advice_content import advice_content
+from w2w.core.findings.summary import PLACEMENTS, map_content, placement_table, write_map
+from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import check_counting, read_weights
-from w2w.core.results_folder import StudyResults, advised, compared, ranked_again
+from w2w.core.results_folder import UTILITY, StudyResults, advised, compared, ranked_again
 from w2w.core.selection.advice import Advice
 from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
 from ..console import BUSY, USAGE, ending
+from ..reports import draw, html
 from ..reports.console_tables import show_answer, show_places, show_worn
-from ..reports.redraw import check_redraw, copied, redraw
-from ..runs.folder import FolderBusyError
+from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import new_file
+from ..runs.own_files import check, claimed, new_file, note
 from ..study_options import declared
+
+LEFT_BEHIND = ("lock", "holder", "running")
+"""Parts of the work folder that belong to the process at work: they are not copied."""
 
 
 def place(
@@ -134,3 +146,59 @@ def _redraw(
         raise typer.Exit(BUSY) from error
     for name, why in failed.items():
         console.print(f"[yellow]No {name}: {why}[/yellow]")
+
+
+@contextmanager
+def copied(results: Path, folder: Path) -> Iterator[Path]:
+    """A copy of a results folder to work in; it gets its name when the block is done."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(
+        dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
+    ) as temporary:
+        copy = Path(temporary) / folder.name
+        shutil.copytree(results, copy, ignore=shutil.ignore_patterns(*LEFT_BEHIND, f".*{UNFINISHED}"))
+        yield copy
+        if folder.exists():
+            folder.rmdir()
+        copy.replace(folder)
+
+
+def check_redraw(study: StudyResults) -> None:
+    """Refuse a results folder, by a ForeignFileError, in which a foreign file is where a choice is drawn."""
+    files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
+    check(study.out, [draw.BLEND, html.REPORT, *files])
+
+
+def redraw(
+    out: Path,
+    utility: UtilityMap,
+    config: StudyConfig,
+    clusters: np.ndarray,
+    content: Mapping[str, Any],
+    monitor: RunMonitor,
+) -> dict[str, str]:
+    """Write another choice into a results folder: its tables, report and pictures; what failed, and why.
+
+    `utility` is the ranking under the choice's mean, `clusters` are the groups of patches that say the same,
+    and `content` is what `advice_content` makes of the choice. Nothing is touched where a FolderBusyError or
+    ForeignFileError is raised.
+    """
+    study = StudyResults.load(out)
+    with only_run(out / WORK):
+        again = not np.array_equal(utility.weights, study.utility.weights)
+        tables = ["config.json", "summary.json", PLACEMENTS, *([UTILITY, "utility.csv"] if again else [])]
+        check_redraw(study)
+        placements = study.config().placements
+        content = {**content, **map_content(utility, study.patches, placements)}
+        with claimed(out, [draw.BLEND]):
+            if again:
+                write_map(out, utility, study.patches, clusters)
+            write_text(out / PLACEMENTS, placement_table(content["cards"], study.patches))
+            changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
+            for name, change in changes.items():
+                before = json.loads((out / name).read_text(encoding="utf-8"))
+                write_json(out / name, {**before, **change})
+            html.write_report(out)
+            failed = draw.draw_folder(out, study.utility.activities, monitor)
+        note(out, tables)
+    return failed

@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from rich.console import Console
 
 from w2w.core.body.body import Body
+from w2w.core.colours import colour_table
 from w2w.core.files import write_text
 from w2w.core.findings.counts import (
     clip_counts,
@@ -22,19 +25,23 @@ from w2w.core.findings.counts import (
     left_out_sentences,
 )
 from w2w.core.findings.label_notes import copies_sentence
-from w2w.core.findings.summary import best_regions
+from w2w.core.findings.summary import MOST_REGIONS, best_regions
 from w2w.core.garments.caught import caught_sentences
 from w2w.core.garments.cover import garment_sentence
 from w2w.core.imu.wearing import wearing_sentences
+from w2w.core.patches.body_parts import PRODUCT_NAMED
+from w2w.core.patches.body_parts import PRODUCTS as PRODUCT_TABLE
+from w2w.core.patches.naming import resolve
+from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection import headline
+from w2w.core.selection.answer import nearest
 from w2w.core.wording import capital
 
 from ..console import USAGE, ending
 from ..options import window_warning
 from ..runs.own_files import claimed
-from .report_data import as_script_json, title, view_data
 from .still_picture import still_picture
 
 REPORT = "report.html"
@@ -45,6 +52,11 @@ SCRIPTS = ("viewer.js", "page.js")
 
 PRODUCTS = 3
 """Products in the first screen, numbered on the body."""
+
+COLOURS = 256
+
+F1_STEPS = 65535
+"""F1 is kept in 16 bits: steps of 0.000015."""
 
 MAX_CONFUSED = 12
 """Activities up to which a table of mistakes can be read."""
@@ -175,3 +187,97 @@ def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:
         {"name": name, "cells": [(int(count), float(count / max(row.sum(), 1))) for count in row]}
         for name, row in zip(utility.activities, utility.confusion[patch], strict=True)
     ]
+
+
+def view_data(
+    body: Body, patches: PatchSet, utility: UtilityMap, chosen: list[int], best: int
+) -> dict[str, Any]:
+    """All that the 3D view draws, as plain values and `packed` arrays.
+
+    `chosen` are the patches that carry a number, in its order, `best` is the recommended one. Map 0 is the
+    mean over activities, then there is one for each activity: of the expected F1, which has an interval for
+    the mean alone, and of the raw F1 with its interval.
+    """
+    corner = body.vertices.min(axis=0)
+    step = float(np.ptp(body.vertices, axis=0).max()) / 65535
+    spread = patches.interpolation.tocsr()
+    regions = sorted(set(patches.regions))
+    expected = np.column_stack([utility.expected_mean, utility.expected_f1]).T
+    low, raw, high = (
+        np.column_stack([whole, parts]).T
+        for whole, parts in (
+            (utility.mean_low, utility.f1_low),
+            (utility.mean, utility.f1),
+            (utility.mean_high, utility.f1_high),
+        )
+    )
+    return {
+        "titles": [headline.mean_title(utility), *(title(name) for name in utility.activities)],
+        "level": utility.level,
+        "cautions": [headline.mean_caution(utility), *(few_clips(count) for count in utility.tested_clips())],
+        "regions_listed": MOST_REGIONS,
+        "colour_span": utility.colour_span,
+        "corner": corner.round(6).tolist(),
+        "step": step,
+        "positions": packed(np.rint((body.vertices - corner) / step)),
+        "faces": packed(body.faces),
+        "cells": packed(patches.labels),
+        "spread_count": packed(np.diff(spread.indptr)),
+        "spread_patch": packed(spread.indices),
+        "spread_share": packed(np.rint(spread.data * 65535)),
+        "centres": packed(patches.vertices),
+        "names": list(patches.names),
+        "regions": regions,
+        "region": packed(np.searchsorted(regions, patches.regions)),
+        "expected": packed(_steps(expected)),
+        "expected_low": packed(_steps(utility.expected_low)),
+        "expected_high": packed(_steps(utility.expected_high)),
+        "as_good": packed(utility.as_good),
+        "raw": packed(_steps(raw)),
+        "low": packed(_steps(low)),
+        "high": packed(_steps(high)),
+        "rank": packed(np.column_stack([utility.rank_low, utility.rank_high])),
+        "chosen": chosen,
+        "words": _words(body, patches),
+        "products": list(PRODUCT_TABLE),
+        "best": best,
+        "colours": packed(np.rint(255 * colour_table(steps=COLOURS))),
+    }
+
+
+def _words(body: Body, patches: PatchSet) -> dict[str, list[int]]:
+    """Patches that each product, by all its names, and each region stands for, one a side."""
+    found: dict[str, list[int]] = {}
+    for product in PRODUCT_TABLE.values():
+        near = {side: nearest(product, side, patches, body) for side in product.sides}
+        there = {side: patch for side, patch in near.items() if patch is not None}
+        for word in (word for word, meant in PRODUCT_NAMED.items() if meant is product):
+            found[word] = list(there.values())
+            found |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
+    for region in sorted(set(patches.regions)):
+        found.setdefault(region, [resolve(region, body, patches, lambda _: None)])
+    return found
+
+
+def packed(array: np.ndarray, kind: str = "") -> dict[str, str]:
+    """Non-negative integers as base64, in the smallest type that holds them, or in a given one."""
+    array = np.asarray(array)
+    largest = int(array.max(initial=0))
+    kind = kind or next(kind for kind in ("uint8", "uint16", "uint32") if largest <= np.iinfo(kind).max)
+    data = np.ascontiguousarray(array, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
+    return {"type": kind, "data": base64.b64encode(data).decode("ascii")}
+
+
+def as_script_json(content: Any) -> str:
+    """JSON for a ``<script>`` element: nothing in it can end the element or begin a comment."""
+    text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def title(activity: str) -> str:
+    """An activity's label as people write it."""
+    return capital(activity.replace("_", " ").strip())
+
+
+def _steps(f1: np.ndarray) -> np.ndarray:
+    return np.rint(np.clip(np.nan_to_num(f1), 0, 1) * F1_STEPS)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,14 @@ from w2w.core.findings.finished_study import ClipResult
 from w2w.core.garments.caught import caught_content
 from w2w.core.garments.cover import FITTED, Cover, load_covers
 from w2w.core.garments.on_cloth import ClothSensors
+from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
+from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.duplicates import motion_signature
+from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.motion_file import readable_size, unreadable
-from w2w.core.motion.source import UnusableMotion, reason_of
+from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.study import copies_of, describe, measured, record
@@ -30,7 +34,6 @@ from w2w.scene.base.output import quiet_output
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
 from .clip_task import ClipTask, finished, mark_source, marked_source, unfinished, write_record
 from .guard import allowed_memory, guarded, timed_out, untimed
-from .load_clip import load_clip
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -190,6 +193,34 @@ def _make_copies(
         of_before.unlink()
         more += 1
     return features, files
+
+
+def load_clip(
+    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = (), pose: PoseFacts = NO_FACTS
+) -> tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]:
+    """Read a clip's file and retarget it to the body, under the clip's labels.
+
+    Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate, duration. Raises
+    UnusableMotion and NoBlenderError.
+    """
+    forget_scripts_path()
+    from w2w.scene.motion.load import carry, read_motion
+
+    with needs_blender(), quiet_output():
+        source = read_motion(clip.path, pose)
+    carried = carry(source, body, bone_maps)
+    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
+    details = {
+        "take": carried.take,
+        "skeleton": carried.skeleton,
+        "frames": motion.n_frames,
+        "frame_rate": motion.rate,
+        "duration_s": round(motion.duration, 4),
+        "scale": carried.scale,
+    }
+    if isinstance(source, SourceMotion) and source.people > 1:
+        details["people"] = source.people
+    return source, motion, details
 
 
 def _refuse_too_long(motion: Motion, task: ClipTask) -> None:

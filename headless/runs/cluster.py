@@ -14,9 +14,10 @@ from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from w2w.core.findings.finished_study import ClipResult
+from w2w.core.ranking.trial_sums import Spread
 
 from .clip import record_death, work_in_worker
 from .clip_task import ClipTask
@@ -173,3 +174,38 @@ def _alone(client: Client, task: ClipTask) -> ClipResult:
             return record_death(task)
     reason = "not done yet: the cluster's workers were killed while at it; run again to take it up"
     return ClipResult(task.clip, reason, {}, "")
+
+
+def spread_over(scheduler: str) -> Spread | None:
+    """How a ranking's patches are spread over a Dask scheduler's workers; None without a scheduler.
+
+    The workers read the features where the run has written them, and send back sums by patch and the
+    names given to the windows tested.
+    """
+    if not scheduler:
+        return None
+
+    def spread(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
+        with connected(scheduler) as client:
+            from distributed import KilledWorker
+
+            shared = client.submit(_hold, work, pure=False)  # made again where its worker dies
+            futures = [client.submit(_do, shared, item, pure=False) for item in items]
+            futures.reverse()
+            try:
+                while futures:  # in order; no result is kept in memory
+                    yield wait_for(client, futures.pop()).result()
+            except KilledWorker as error:
+                raise EngineError(
+                    "the cluster's workers keep dying while they rank patches (out of memory?)"
+                ) from error
+
+    return spread
+
+
+def _hold(work: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    return work
+
+
+def _do(work: Callable[[Any], Any], item: Any) -> Any:
+    return work(item)

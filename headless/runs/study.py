@@ -27,11 +27,11 @@ from w2w.core.results_folder import StudyResults, advised
 from w2w.core.study import StudyConfig, place_patches
 
 from .clip_task import ClipTask
+from .cluster import spread_over
 from .folder import code_sha256, forget_running, remove_leftovers
 from .garments import fit_garments
 from .monitor import RunMonitor
-from .rank_in_workers import spread_here, spread_over
-from .workers import Engine, clip_workers, run_tasks
+from .workers import Engine, clip_workers, run_tasks, spread_here
 
 
 class StudyError(Exception):

@@ -30,20 +30,23 @@ from w2w.core.motion.library import BLENDER_SUFFIXES, Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.motion_file import unreadable
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of
+from w2w.core.ranking.trial_sums import Spread
 
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor
-from .clip import get_ready, record_death, work_in_worker
+from .clip import get_ready, load_clip, record_death, work_in_worker
 from .clip_task import ClipTask, Engine
 from .cluster import EngineError, run_on_cluster
 from .guard import LIMIT_S, MEMORY, allowed_memory, end_with, guarded, timed_out
-from .load_clip import load_clip
 
 Result = TypeVar("Result")
 
 MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
+
+MANY_WINDOWS = 1000
+"""Windows from which on workers rank patches faster than threads, their start included."""
 
 KILL_S = 5.0
 """Seconds that killed workers are waited for."""
@@ -224,3 +227,27 @@ def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts)
             return unreadable(error)
         except Exception as error:
             return reason_of(error)
+
+
+def spread_here(workers: int, n_windows: int) -> Spread | None:
+    """How a ranking's patches are spread over worker processes; None leaves them to threads of this one.
+
+    A patch's sums take many small steps: threads would spend much of their time waiting for the
+    interpreter's lock.
+    """
+    if workers < 2 or n_windows < MANY_WINDOWS:
+        return None
+
+    def spread(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
+        with local_executor(min(workers, len(items))) as executor:
+            with deaf_children():
+                futures = [executor.submit(work, item) for item in items]
+            try:
+                for future in futures:
+                    yield future.result()
+            except BrokenExecutor as error:
+                raise EngineError(
+                    "worker processes die while they rank patches (out of memory?): try fewer --workers"
+                ) from error
+
+    return spread

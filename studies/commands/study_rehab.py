@@ -23,7 +23,7 @@ from w2w.headless.commands.execute import check_folder, execute, refused
 from w2w.headless.options import sensor_settings
 from w2w.headless.reports.console_tables import show_labels
 from w2w.headless.reports.draw import MAX_LISTED, draw_alone
-from w2w.headless.reports.report_data import title
+from w2w.headless.reports.html import title
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import claimed
 from w2w.headless.runs.study import RunPlan

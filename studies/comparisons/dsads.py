@@ -16,7 +16,7 @@ from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import inputs_of
 from w2w.core.ranking.windows import WindowSpec
-from w2w.headless.runs.load_clip import load_clip
+from w2w.headless.runs.clip import load_clip
 
 from ..datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads
 from ..validation.dsads import DSADS

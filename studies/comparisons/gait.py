@@ -20,7 +20,7 @@ from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion, smoothed_root
 from w2w.core.ranking.agreement import Agreement, rank_agreement
-from w2w.headless.runs.load_clip import load_clip
+from w2w.headless.runs.clip import load_clip
 
 from ..datasets.gait import GaitTrial, read_gait
 from ..datasets.gait_sites import SITES

@@ -27,7 +27,7 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.study import same_clips
-from w2w.headless.runs.load_clip import load_clip
+from w2w.headless.runs.clip import load_clip
 
 from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol

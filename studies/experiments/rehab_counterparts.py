@@ -37,7 +37,7 @@ from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 from w2w.headless.options import parse_bodies
-from w2w.headless.runs.load_clip import load_clip
+from w2w.headless.runs.clip import load_clip
 
 PAIRS = {
     "sit_to_stand": ("standing up or squatting", "squat"),

@@ -5,13 +5,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from w2w.headless import studies
+from w2w.headless import app as command_line
 
 
 def app():
     made = typer.Typer(no_args_is_help=True)
     made.command()(lambda: None)
-    studies.add_studies(made)
+    command_line.add_studies(made)
     return made
 
 
@@ -20,7 +20,7 @@ def w2w(*words):
     return done.exit_code, done.output
 
 
-@pytest.mark.parametrize("command", studies.COMMANDS)
+@pytest.mark.parametrize("command", command_line.STUDIES)
 def test_with_the_studies_each_command_has_its_help(command):
     code, said = w2w(command, "--help")
     assert code == 0
@@ -28,9 +28,9 @@ def test_with_the_studies_each_command_has_its_help(command):
 
 
 @pytest.mark.parametrize("words", [(), ("--help",), ("mhad", "--out", "OUT", "-x")], ids=str)
-@pytest.mark.parametrize("command", studies.COMMANDS)
+@pytest.mark.parametrize("command", command_line.STUDIES)
 def test_without_them_each_says_how_to_get_it(monkeypatch, command, words):
-    monkeypatch.setattr(studies, "find_spec", lambda name: None if name == "w2w.studies" else 1 / 0)
+    monkeypatch.setattr(command_line, "find_spec", lambda name: None if name == "w2w.studies" else 1 / 0)
     code, said = w2w(command, *words)
     assert code == 1
     assert said.startswith(f"w2w {command} is one of W2W's studies")

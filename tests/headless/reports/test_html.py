@@ -25,8 +25,7 @@ from w2w.core.selection.headline import CANNOT_RANK, more_clips
 from w2w.core.wording import capital
 from w2w.headless.app import APP
 from w2w.headless.reports.console_tables import show_answer
-from w2w.headless.reports.html import write_report
-from w2w.headless.reports.report_data import as_script_json, packed, title
+from w2w.headless.reports.html import as_script_json, packed, title, write_report
 
 
 class Reader(HTMLParser):

@@ -6,8 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from w2w.headless.runs.rank_in_workers import MANY_WINDOWS, spread_here
-from w2w.headless.runs.workers import EngineError
+from w2w.headless.runs.workers import MANY_WINDOWS, EngineError, spread_here
 
 from .made_patches import made_patches, ranked
 

@@ -9,7 +9,7 @@ import pytest
 from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import utility_map
-from w2w.headless.runs.rank_in_workers import spread_over
+from w2w.headless.runs.cluster import spread_over
 from w2w.headless.runs.workers import EngineError
 
 from .made_patches import NAMES, made_patches, ranked
