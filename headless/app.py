@@ -135,7 +135,10 @@ def use_own_temporary_folder() -> None:
         return
     for other in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with suppress(OSError, Timeout):  # its process lives
-            _remove_abandoned(other)
+            mine = not hasattr(os, "getuid") or other.lstat().st_uid == os.getuid()
+            if mine and (other / "lock").is_file():  # one without a lock is just being made
+                with FileLock(other / "lock", timeout=0):
+                    shutil.rmtree(other, ignore_errors=True)
     try:
         folder = tempfile.mkdtemp(prefix=PREFIX)
         lock = FileLock(Path(folder, "lock"))
@@ -153,14 +156,6 @@ def use_own_temporary_folder() -> None:
     atexit.register(remove)
     always_when_stopped(remove)
     always_when_stopped(_remove_blenders)
-
-
-def _remove_abandoned(folder: Path) -> None:
-    """Remove a folder of this user's whose lock nobody holds; one without a lock is just being made."""
-    mine = not hasattr(os, "getuid") or folder.lstat().st_uid == os.getuid()
-    if mine and (folder / "lock").is_file():
-        with FileLock(folder / "lock", timeout=0):
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _remove_blenders() -> None:

@@ -24,9 +24,6 @@ SKIPPED = 3
 BUSY = 4
 """Another run works in the output folder."""
 
-INTERRUPTED = 130
-"""Stopped by Ctrl-C, as shells count it: 128 and the signal's number; so SIGTERM is 143, SIGHUP 129."""
-
 
 @contextmanager
 def ending(code: int, console: Console, said: str = "") -> Iterator[None]:
@@ -42,19 +39,6 @@ def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
     """Print which activities were left out and why."""
     for sentence in left_out_sentences(left_out):
         console.print(f"Not ranked: {sentence}.", style="yellow", markup=False)
-
-
-def why_not(error: Exception) -> str:
-    """An error as a sentence for people; for a file which one and why, without the error's number.
-
-    Examples
-    --------
-    >>> why_not(FileNotFoundError(2, "No such file or directory", "acc.npz"))
-    'acc.npz cannot be opened: No such file or directory'
-    """
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename} cannot be opened: {error.strerror}"
-    return str(error)
 
 
 def too_little_memory(error: MemoryError) -> str:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from w2w.headless.reports.draw import draw_alone, write_blend
+from w2w.headless.reports.draw import draw_side_by_side, write_blend
 
 ACTIVITIES = ("bow", "run", "walk-left")
 N_PATCHES = 48
@@ -38,7 +38,7 @@ def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
     )
     if done.returncode:
         raise RuntimeError(done.stdout + done.stderr)
-    why = draw_alone(write_blend, folder / "results")
+    why = draw_side_by_side([write_blend], folder / "results")[0]
     if why:
         raise RuntimeError(why)
     return folder / "results"

@@ -22,7 +22,7 @@ from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
 
 from ..blender import NoBlenderError, check_installed
-from ..console import BUSY, INTERRUPTED, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
+from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
 from ..options import parse_bodies
 from ..reports import console_tables, draw, html
 from ..runs.folder import (
@@ -39,7 +39,6 @@ from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
 from ..runs.study import RunPlan, StudyError, run_study, write_config
 from ..runs.workers import EngineError
-from ..stopping import STOPPED
 from ..study_options import StudyOptions
 
 COMPARISON = "bodies.json"
@@ -100,16 +99,15 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
     except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
         why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
         monitor.announce("failed", why)
+        clips = error.clips if isinstance(error, StudyError) else ()
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
             results = {*TABLES, draw.BLEND, html.REPORT, *plan.more} - {SUMMARY}
             remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
-        write_failure(out, plan.library, why, error.clips if isinstance(error, StudyError) else ())
+        write_failure(out, plan.library, why, clips)
         if isinstance(error, StudyError):
-            console_tables.show_skipped(error.clips, plan.library, monitor.console, plan.verbose)
-            console_tables.show_window_warning(error.clips, plan.config.windows, monitor.console)
+            console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
+            console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
         raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
-    except KeyboardInterrupt as error:
-        raise ended(f"\n{STOPPED}", INTERRUPTED, monitor) from error
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
 
@@ -164,18 +162,18 @@ def execute_bodies(
 
 def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[str, Any]:
     """Write and return `bodies.json`: each body's best spot and set to wear, and how far their maps agree."""
+    bodies = {}
+    for name, study in studies:
+        advice, patches = study.advice, study.results.patches
+        worn = None if advice.worn is None else [patches.names[patch] for patch in advice.worn.order]
+        bodies[name] = {
+            "body": study.body.name,
+            "height_m": round(study.body.height, 3),
+            "best_single_patch": patch_content(advice.best, study.results.utility, patches),
+            "worn_together": worn,
+        }
     content = {
-        "bodies": {
-            name: {
-                "body": study.body.name,
-                "height_m": round(study.body.height, 3),
-                "best_single_patch": patch_content(
-                    study.advice.best, study.results.utility, study.results.patches
-                ),
-                "worn_together": _worn(study),
-            }
-            for name, study in studies
-        },
+        "bodies": bodies,
         "agreement": [
             {"bodies": [first, second], **_agreement(a, b)}
             for (first, a), (second, b) in combinations(studies, 2)
@@ -184,11 +182,6 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
     with claimed(out, [COMPARISON]):
         write_json(out / COMPARISON, content)
     return content
-
-
-def _worn(study: Study) -> list[str] | None:
-    worn = study.advice.worn
-    return None if worn is None else [study.results.patches.names[patch] for patch in worn.order]
 
 
 def _agreement(first: Study, second: Study) -> dict[str, Any]:

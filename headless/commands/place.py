@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +20,6 @@ from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED, write_json, write_text
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.findings.summary import PLACEMENTS, map_content, placement_table, write_map
-from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import check_counting, read_weights
 from w2w.core.results_folder import UTILITY, StudyResults, advised, compared, ranked_again
 from w2w.core.selection.advice import Advice
@@ -118,34 +117,15 @@ def place(
             advice = advised(study, config)
     show_answer(advice, study.utility, console)
     show_worn(advice, study.patches, console)
-    content = advice_content(advice, study.utility, study.patches)
     if redrawn:
-        _redraw(results, study, config, advice, content, console)
+        _redraw(results, study, config, advice, console)
     if folder is not None:
         with copied(results, folder) as copy:
-            _redraw(copy, study, config, advice, content, console)
+            _redraw(copy, study, config, advice, console)
         console.print(f"\nWritten to {folder}")
     elif out is not None:
-        write_json(out, content)
+        write_json(out, advice_content(advice, study.utility, study.patches))
         console.print(f"\nWritten to {out}")
-
-
-def _redraw(
-    folder: Path,
-    study: StudyResults,
-    config: StudyConfig,
-    advice: Advice,
-    content: dict[str, Any],
-    console: Console,
-) -> None:
-    try:
-        with ending(USAGE, console):
-            failed = redraw(folder, study.utility, config, advice.clusters, content, RunMonitor(console))
-    except FolderBusyError as error:
-        console.print(str(error), style="red", markup=False)
-        raise typer.Exit(BUSY) from error
-    for name, why in failed.items():
-        console.print(f"[yellow]No {name}: {why}[/yellow]")
 
 
 @contextmanager
@@ -169,36 +149,40 @@ def check_redraw(study: StudyResults) -> None:
     check(study.out, [draw.BLEND, html.REPORT, *files])
 
 
-def redraw(
+def _redraw(
     out: Path,
-    utility: UtilityMap,
+    ranked: StudyResults,
     config: StudyConfig,
-    clusters: np.ndarray,
-    content: Mapping[str, Any],
-    monitor: RunMonitor,
-) -> dict[str, str]:
-    """Write another choice into a results folder: its tables, report and pictures; what failed, and why.
+    advice: Advice,
+    content: dict[str, Any],
+    console: Console,
+) -> None:
+    """Write a choice, made from a new ranking, into a results folder: its tables, report and pictures.
 
-    `utility` is the ranking under the choice's mean, `clusters` are the groups of patches that say the same,
-    and `content` is what `advice_content` makes of the choice. Nothing is touched where a FolderBusyError or
-    ForeignFileError is raised.
+    Where another run or a foreign file is in the way, nothing is touched.
     """
-    study = StudyResults.load(out)
-    with only_run(out / WORK):
-        again = not np.array_equal(utility.weights, study.utility.weights)
-        tables = ["config.json", "summary.json", PLACEMENTS, *([UTILITY, "utility.csv"] if again else [])]
-        check_redraw(study)
-        placements = study.config().placements
-        content = {**content, **map_content(utility, study.patches, placements)}
-        with claimed(out, [draw.BLEND]):
-            if again:
-                write_map(out, utility, study.patches, clusters)
-            write_text(out / PLACEMENTS, placement_table(content["cards"], study.patches))
-            changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
-            for name, change in changes.items():
-                before = json.loads((out / name).read_text(encoding="utf-8"))
-                write_json(out / name, {**before, **change})
-            html.write_report(out)
-            failed = draw.draw_folder(out, study.utility.activities, monitor)
-        note(out, tables)
-    return failed
+    try:
+        with ending(USAGE, console), only_run(out / WORK):
+            study = StudyResults.load(out)
+            utility, patches = ranked.utility, study.patches
+            again = not np.array_equal(utility.weights, study.utility.weights)
+            tables = ["config.json", "summary.json", PLACEMENTS, *([UTILITY, "utility.csv"] if again else [])]
+            check_redraw(study)
+            content = advice_content(advice, utility, ranked.patches)
+            content |= map_content(utility, patches, study.config().placements)
+            with claimed(out, [draw.BLEND]):
+                if again:
+                    write_map(out, utility, patches, advice.clusters)
+                write_text(out / PLACEMENTS, placement_table(content["cards"], patches))
+                changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
+                for name, change in changes.items():
+                    before = json.loads((out / name).read_text(encoding="utf-8"))
+                    write_json(out / name, {**before, **change})
+                html.write_report(out)
+                failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
+            note(out, tables)
+    except FolderBusyError as error:
+        console.print(str(error), style="red", markup=False)
+        raise typer.Exit(BUSY) from error
+    for name, why in failed.items():
+        console.print(f"[yellow]No {name}: {why}[/yellow]")

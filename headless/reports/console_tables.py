@@ -46,6 +46,12 @@ def _table(title: str, headings: Sequence[str], right: Sequence[str] = ()) -> Ta
     return table
 
 
+def _say(sentence: str, console: Console, style: str = "yellow") -> None:
+    """Print a sentence, if there is one."""
+    if sentence:
+        console.print(f"{sentence}.", style=style, markup=False)
+
+
 def show_labels(library: Library, console: Console, verbose: bool = False) -> None:
     """Print the labelling that was understood."""
     counts = sorted(library.activities.items(), key=lambda entry: -entry[1])
@@ -69,8 +75,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     console.print()
     show_skipped(study.clips, study.library, console, plan.verbose)
     show_left_out(utility.left_out, console)
-    if sentence := copies_sentence(study.copies):
-        console.print(f"{sentence}.", style="yellow", markup=False)
+    _say(copies_sentence(study.copies), console)
     show_window_warning(study.clips, study.config.windows, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
@@ -93,17 +98,15 @@ def _show_garments(study: Study, console: Console) -> None:
     """Say which patches were on cloth, where any was."""
     patches = study.results.patches
     content = garment_content(study.results.out, study.config.garments, patches)
-    if sentence := garment_sentence(content, len(patches)):
-        console.print(f"{sentence}.", style="yellow", markup=False)
+    _say(garment_sentence(content, len(patches)), console)
     for sentence in caught_sentences([(result.clip.name, result.details) for result in study.used]):
-        console.print(f"{sentence}.", style="bold yellow", markup=False)
+        _say(sentence, console, "bold yellow")
 
 
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
     """Say so where most clips are shorter than a window."""
     used = sum(result.used for result in results)
-    if warning := window_warning(window_content(results, spec), used):
-        console.print(f"{warning}.", style="yellow", markup=False)
+    _say(window_warning(window_content(results, spec), used), console)
 
 
 def _show_regions(results: StudyResults, console: Console) -> None:
@@ -156,10 +159,8 @@ def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     if advice.answer.ties:
         console.print(advice.answer.ties)
     show_places(advice.answer.products[:LISTED], console)
-    if caution := headline.spot_caution(advice.best, utility):
-        console.print(f"{caution}.", style="bold yellow")
-    if explained := headline.mean_sentence(utility):
-        console.print(f"{explained}.", markup=False)
+    _say(headline.spot_caution(advice.best, utility), console, "bold yellow")
+    _say(headline.mean_sentence(utility), console, "")
     console.print(f"{headline.confidence_sentence(utility, advice.best)}.")
     if warning := interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")

@@ -65,13 +65,8 @@ def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> di
     return {name: why for name, why in failed.items() if why}
 
 
-def draw_alone(work: Draw, out: Path) -> str:
-    """Draw in a worker process; why it failed, else empty."""
-    return draw_side_by_side([work], out)[0]
-
-
 def draw_side_by_side(works: Sequence[Draw], out: Path) -> list[str]:
-    """As `draw_alone`, several at once, each in a worker process of its own."""
+    """Draw, each in a worker process of its own; why each failed, empty where it did not."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
         said = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
         calls = [partial(_draw, work, out, file) for work, file in zip(works, said, strict=True)]

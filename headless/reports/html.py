@@ -86,23 +86,12 @@ def write_report(out: Path, project: str | None = None) -> Path:
     A ValueError says that the folder holds no finished run, or a foreign `report.html`.
     """
     study = StudyResults.load(out)
-    summary, config = (
-        json.loads((out / name).read_text(encoding="utf-8")) for name in ("summary.json", "config.json")
-    )
-    project = config["parameters"].get("title", "") if project is None else project.strip()
-    with claimed(out, [REPORT]):
-        write_text(out / REPORT, page(study, study.body(), summary, config, project))
-    return out / REPORT
-
-
-def page(
-    study: StudyResults, body: Body, summary: dict[str, Any], config: dict[str, Any], project: str = ""
-) -> str:
-    """The page's HTML, from a study and what its `summary.json` and `config.json` hold."""
+    body, utility, summary = study.body(), study.utility, study.summary
     if "cards" not in summary:
-        raise ValueError(f"{study.out} is from an earlier W2W: run `w2w place {study.out} --redraw` first")
-    utility, answer = study.utility, summary["answer"]
-    best, patch = summary["best_single_patch"]["patch"], answer["patch"]
+        raise ValueError(f"{out} is from an earlier W2W: run `w2w place {out} --redraw` first")
+    config = json.loads((out / "config.json").read_text(encoding="utf-8"))
+    answer, best = summary["answer"], summary["best_single_patch"]["patch"]
+    patch = answer["patch"]
     worn = summary.get("worn_together")
     for sensor in worn["places"] if worn else ():
         sensor["called"] = sensor["product"] or sensor["name"]
@@ -111,8 +100,8 @@ def page(
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
-    return environment.get_template("page.html").render(
-        project=project,
+    text = environment.get_template("page.html").render(
+        project=study.parameters.get("title", "") if project is None else project.strip(),
         summary=summary,
         config=config,
         clips=clips,
@@ -143,6 +132,9 @@ def page(
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in SCRIPTS],
         data=Markup(as_script_json(view_data(body, study.patches, utility, shown, patch))),
     )
+    with claimed(out, [REPORT]):
+        write_text(out / REPORT, text)
+    return out / REPORT
 
 
 def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
@@ -170,10 +162,10 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
 def _notes(summary: dict[str, Any], n_patches: int) -> list[str]:
     """Notes on labels, copies, windows and garments."""
     notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
+    used = summary.get("used", [])
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
     worn = garment_sentence(summary.get("garments", {}), n_patches)
-    caught = caught_sentences([(entry["clip"], entry) for entry in summary.get("used", [])])
-    used = summary.get("used", [])
+    caught = caught_sentences([(entry["clip"], entry) for entry in used])
     copies = [(entry["file"], entry["same_motion_as"]) for entry in used if "same_motion_as" in entry]
     sentences = (copies_sentence(copies), windows, worn, *caught)
     return notes + [f"{sentence}." for sentence in sentences if sentence]
@@ -203,14 +195,9 @@ def view_data(
     spread = patches.interpolation.tocsr()
     regions = sorted(set(patches.regions))
     expected = np.column_stack([utility.expected_mean, utility.expected_f1]).T
-    low, raw, high = (
-        np.column_stack([whole, parts]).T
-        for whole, parts in (
-            (utility.mean_low, utility.f1_low),
-            (utility.mean, utility.f1),
-            (utility.mean_high, utility.f1_high),
-        )
-    )
+    raw = np.column_stack([utility.mean, utility.f1]).T
+    low = np.column_stack([utility.mean_low, utility.f1_low]).T
+    high = np.column_stack([utility.mean_high, utility.f1_high]).T
     return {
         "titles": [headline.mean_title(utility), *(title(name) for name in utility.activities)],
         "level": utility.level,
@@ -259,11 +246,11 @@ def _words(body: Body, patches: PatchSet) -> dict[str, list[int]]:
     return found
 
 
-def packed(array: np.ndarray, kind: str = "") -> dict[str, str]:
-    """Non-negative integers as base64, in the smallest type that holds them, or in a given one."""
+def packed(array: np.ndarray) -> dict[str, str]:
+    """Non-negative integers as base64, in the smallest type that holds them."""
     array = np.asarray(array)
     largest = int(array.max(initial=0))
-    kind = kind or next(kind for kind in ("uint8", "uint16", "uint32") if largest <= np.iinfo(kind).max)
+    kind = next(kind for kind in ("uint8", "uint16", "uint32") if largest <= np.iinfo(kind).max)
     data = np.ascontiguousarray(array, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
     return {"type": kind, "data": base64.b64encode(data).decode("ascii")}
 

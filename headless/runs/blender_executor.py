@@ -61,9 +61,7 @@ class BlenderExecutor(Executor):
             self._waiting.put((future, work, arguments))
         return future
 
-    def shutdown(
-        self, wait: bool = True, *, cancel_futures: bool = False, kill_workers: bool = False
-    ) -> None:
+    def shutdown(self, wait: bool = True, *, kill_workers: bool = False) -> None:
         """End the workers when they have done what is waiting; with `kill_workers`, at once."""
         with self._lock:
             self._closed = True
@@ -71,8 +69,6 @@ class BlenderExecutor(Executor):
                 self._broken.set()
                 for process in self._processes:
                     process.kill()
-        if cancel_futures:
-            self._cancel_waiting()
         for _ in self._threads:
             self._waiting.put(None)
         for thread in self._threads if wait else ():
@@ -86,13 +82,6 @@ class BlenderExecutor(Executor):
         for process in self._processes:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(KILL_S)
-
-    def _cancel_waiting(self) -> None:
-        with contextlib.suppress(queue.Empty):
-            while True:
-                item = self._waiting.get_nowait()
-                if item is not None:
-                    item[0].cancel()
 
     def _serve(self) -> None:
         """Pass calls on to one worker until there are no more."""

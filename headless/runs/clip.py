@@ -68,18 +68,17 @@ def work_in_worker(task: ClipTask) -> ClipResult:
 
 def record_death(task: ClipTask) -> ClipResult:
     """The result of a clip that killed its worker, kept so that no later run tries it again."""
-    source = marked_source(task)
-    if not timed_out(task.marker) and allowed_memory() < task.engine.memory:
-        task.marker.unlink(missing_ok=True)
+    source, late = marked_source(task), timed_out(task.marker)
+    task.marker.unlink(missing_ok=True)
+    if not late and allowed_memory() < task.engine.memory:
         return _out_of_memory(task, source)
-    if timed_out(task.marker):
+    if late:
         reason = f"it took longer than the limit of {task.engine.limit_s:g} s (see --clip-limit)"
     else:
         reason = (
             "Blender crashed on it: it is damaged in a way that the importer does not survive, or it needs "
             f"more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
         )
-    task.marker.unlink(missing_ok=True)
     if not source:  # it died while reading the file's bytes: nothing to know it by
         return ClipResult(task.clip, reason, {}, "")
     return _conclude(task, ClipResult(task.clip, reason, {}, source))
@@ -123,8 +122,7 @@ def _do_clip(task: ClipTask) -> ClipResult:
     except NoBlenderError:
         raise  # no fault of the clip's, so no record of it
     except Exception as error:  # even a fault of ours costs this clip, not the night
-        no_room = isinstance(error, ImportError)  # for a library
-        if no_room and allowed_memory() < task.engine.memory:
+        if isinstance(error, ImportError) and allowed_memory() < task.engine.memory:  # no room for a library
             return _out_of_memory(task, source)
         return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source))
     return _conclude(task, ClipResult(task.clip, "", details, source), files)

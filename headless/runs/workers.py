@@ -12,7 +12,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
+from concurrent.futures import BrokenExecutor, Executor, as_completed
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import partial
 from multiprocessing.connection import wait
@@ -124,14 +124,8 @@ def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | Non
         executors = [stack.enter_context(local_executor(1)) for _ in works]
         with deaf_children():
             futures = [executor.submit(work) for executor, work in zip(executors, works, strict=True)]
-        return [_unless_dead(future) for future in futures]
-
-
-def _unless_dead(future: Future[Result]) -> Result | None:
-    try:
-        return future.result()
-    except BrokenExecutor:
-        return None
+        died = [isinstance(future.exception(), BrokenExecutor) for future in futures]
+        return [None if dead else future.result() for dead, future in zip(died, futures, strict=True)]
 
 
 def _alone(task: ClipTask) -> ClipResult:

@@ -11,10 +11,9 @@ import typer
 from rich.console import Console
 
 from w2w.core.results_folder import StudyResults
-from w2w.headless.console import INTERRUPTED, NOTHING_TO_DO, USAGE
+from w2w.headless.console import NOTHING_TO_DO, USAGE
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import check, claimed
-from w2w.headless.stopping import STOPPED
 
 from ..sweep.cases import FACTORS, cases
 from ..sweep.maps import SweepMaps
@@ -83,7 +82,4 @@ def _sweep(maps: SweepMaps, wanted: list, n_clips: int, console: Console) -> lis
     except ValueError as error:
         console.print(f"[red]{case.title}: {error}[/red]")
         raise typer.Exit(NOTHING_TO_DO) from error
-    except KeyboardInterrupt as error:
-        console.print(f"\n{STOPPED}")
-        raise typer.Exit(INTERRUPTED) from error
     return swept

@@ -15,7 +15,7 @@ from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 from w2w.headless.commands.execute import refused
-from w2w.headless.console import USAGE, why_not
+from w2w.headless.console import USAGE
 from w2w.headless.options import chosen_sensor
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
@@ -32,7 +32,7 @@ from ..comparisons.utd import POSE_CUTOFF_HZ, compare_utd, write_utd
 from ..datasets.mmfit import NON_ACTIVITY
 from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import Found, Protocol
-from .consoles import wide_console
+from .consoles import why_not, wide_console
 
 VALIDATE = typer.Typer(
     no_args_is_help=True,

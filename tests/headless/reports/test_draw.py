@@ -12,7 +12,7 @@ import pytest
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
-from w2w.headless.reports.draw import draw_alone, marked, write_pictures
+from w2w.headless.reports.draw import draw_side_by_side, marked, write_pictures
 from w2w.studies.commands.study_rehab import FIGURE, draw_figure
 from w2w.studies.paper.subsets import Subset
 
@@ -25,13 +25,13 @@ def _abort(_out):
 
 
 def test_blender_aborts_while_it_draws(tmp_path):
-    assert draw_alone(_abort, tmp_path) == "Blender crashed; its last words: Fatal: no display"
+    assert draw_side_by_side([_abort], tmp_path)[0] == "Blender crashed; its last words: Fatal: no display"
 
 
 @pytest.mark.slow
 def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
     subset = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
-    assert draw_alone(partial(draw_figure, subset=subset), drawn_results) == ""
+    assert draw_side_by_side([partial(draw_figure, subset=subset)], drawn_results)[0] == ""
     assert (drawn_results / FIGURE).read_bytes().startswith(b"\x89PNG")
 
 
@@ -76,7 +76,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
 
 
 def test_what_cannot_be_drawn_says_why(tmp_path):
-    assert "is not the results folder of a finished run" in draw_alone(write_pictures, tmp_path)
+    assert "is not the results folder of a finished run" in draw_side_by_side([write_pictures], tmp_path)[0]
 
 
 def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
