@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -36,38 +37,41 @@ BETAS = re.compile(r"(?P<file>.*\S)\s+betas=(?P<betas>\S+)")
 
 EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
 
+CORES = os.cpu_count() or 1
+
 PANEL = "Joint positions from video (csv, npy, npz, json)"
 
-PoseRate = Annotated[
-    float | None,
-    typer.Option(
-        min=1,
-        max=2000,
-        help="Frames per second, where the files do not say them (of amc files 120 otherwise).",
-        rich_help_panel=PANEL,
-    ),
-]
-PoseUnit = Annotated[
-    str, typer.Option(help=f"Unit of the positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)
-]
-PoseUp = Annotated[
-    str,
-    typer.Option(
-        help=f"Axis that points up: {', '.join(UPS)}.  [default: where the trunk points]",
-        rich_help_panel=PANEL,
-    ),
-]
-PoseJoints = Annotated[str, typer.Option(help=f"Joint set: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)]
 
-Stride = Annotated[
+def option(kind: Any, about: str, *names: str, **other: Any) -> Any:
+    """The annotation of an option with its help, names other than its parameter's, and more for Typer."""
+    return Annotated[kind, typer.Option(*names, help=about, **other)]
+
+
+def argument(kind: Any, name: str, about: str) -> Any:
+    """The annotation of an argument with its name on the screen and its help."""
+    return Annotated[kind, typer.Argument(metavar=name, help=about)]
+
+
+PoseRate = option(
     float | None,
-    typer.Option(
-        min=0.05,
-        help="Stride of the training windows, seconds.  [default: half the window]",
-        show_default=False,
-        rich_help_panel=RANKING,
-    ),
-]
+    "Frames per second, where the files do not say them (of amc files 120 otherwise).",
+    min=1,
+    max=2000,
+    rich_help_panel=PANEL,
+)
+PoseUnit = option(str, f"Unit of the positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)
+PoseUp = option(
+    str, f"Axis that points up: {', '.join(UPS)}.  [default: where the trunk points]", rich_help_panel=PANEL
+)
+PoseJoints = option(str, f"Joint set: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
+
+Stride = option(
+    float | None,
+    "Stride of the training windows, seconds.  [default: half the window]",
+    min=0.05,
+    show_default=False,
+    rich_help_panel=RANKING,
+)
 
 
 def words(text: str) -> tuple[str, ...]:

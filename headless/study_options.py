@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, make_dataclass
@@ -25,6 +24,7 @@ from w2w.core.selection.constraints import Constraints
 from w2w.core.study import FILES, StudyConfig
 
 from . import options
+from .options import option
 from .runs.garments import parse_garments
 from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
@@ -88,71 +88,46 @@ DEFAULTS = DeclaredOptions()
 class StudyOptions(DeclaredOptions):
     """The options of a study: its parameters, and how it is run."""
 
-    bodies: Annotated[
+    bodies: option(
         str,
-        typer.Option(
-            help="One or more bodies, comma-separated: neutral, female, male, with height=1.6 (m) "
-            "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with "
-            "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end."
-        ),
-    ] = "neutral"
-    augment: Annotated[
+        "One or more bodies, comma-separated: neutral, female, male, with height=1.6 (m) "
+        "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with "
+        "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end.",
+    ) = "neutral"
+    augment: option(
         str,
-        typer.Option(
-            help=f"Train on altered copies of every clip (never test on them): {', '.join(SWITCHES)}, "
-            "comma-separated, or all; mirror exchanges left and right, except where an activity names a side."
-        ),
-    ] = ""
-    workers: Annotated[int, typer.Option(min=1, help="Clips processed in parallel.")] = os.cpu_count() or 1
+        f"Train on altered copies of every clip (never test on them): {', '.join(SWITCHES)}, "
+        "comma-separated, or all; mirror exchanges left and right, except where an activity names a side.",
+    ) = ""
+    workers: option(int, "Clips processed in parallel.", min=1) = options.CORES
     stride: options.Stride = None
-    bone_map: Annotated[
+    bone_map: option(
         list[Path] | None,
-        typer.Option(
-            help="Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable.",
-            rich_help_panel=FILES,
-        ),
-    ] = None
-    exact_labels: Annotated[
-        bool,
-        typer.Option(
-            help="Keep labels apart that differ only in case, spaces or underscores.", rich_help_panel=FILES
-        ),
-    ] = False
+        "Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable.",
+        rich_help_panel=FILES,
+    ) = None
+    exact_labels: option(
+        bool, "Keep labels apart that differ only in case, spaces or underscores.", rich_help_panel=FILES
+    ) = False
     pose_rate: options.PoseRate = None
     pose_unit: options.PoseUnit = ""
     pose_up: options.PoseUp = ""
     pose_joints: options.PoseJoints = ""
-    pictures: Annotated[
-        bool, typer.Option(help="Render heatmaps and save study.blend.", rich_help_panel=RUN)
-    ] = True
-    report: Annotated[bool, typer.Option(help="Write report.html.", rich_help_panel=RUN)] = True
-    clip_limit: Annotated[
-        float, typer.Option(min=1, help="Time limit per clip, seconds.", rich_help_panel=RUN)
-    ] = LIMIT_S
-    clip_memory: Annotated[
-        float, typer.Option(min=0.5, help="Memory limit per clip, GiB.", rich_help_panel=RUN)
-    ] = MEMORY / 2**30
-    scheduler: Annotated[
-        str,
-        typer.Option(
-            help="Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.",
-            rich_help_panel=RUN,
-        ),
-    ] = ""
-    strict: Annotated[
-        bool, typer.Option(help="Fail (exit code 3) if any clip is skipped.", rich_help_panel=RUN)
-    ] = False
-    verbose: Annotated[
-        bool, typer.Option("--verbose", help="List every clip, activity and region.", rich_help_panel=RUN)
-    ] = False
-    log_json: Annotated[
+    pictures: option(bool, "Render heatmaps and save study.blend.", rich_help_panel=RUN) = True
+    report: option(bool, "Write report.html.", rich_help_panel=RUN) = True
+    clip_limit: option(float, "Time limit per clip, seconds.", min=1, rich_help_panel=RUN) = LIMIT_S
+    clip_memory: option(float, "Memory limit per clip, GiB.", min=0.5, rich_help_panel=RUN) = MEMORY / 2**30
+    scheduler: option(
+        str, "Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.", rich_help_panel=RUN
+    ) = ""
+    strict: option(bool, "Fail (exit code 3) if any clip is skipped.", rich_help_panel=RUN) = False
+    verbose: option(bool, "List every clip, activity and region.", "--verbose", rich_help_panel=RUN) = False
+    log_json: option(
         bool,
-        typer.Option(
-            "--log-json",
-            help="Print machine-readable events instead: one JSON object per line.",
-            rich_help_panel=RUN,
-        ),
-    ] = False
+        "Print machine-readable events instead: one JSON object per line.",
+        "--log-json",
+        rich_help_panel=RUN,
+    ) = False
 
     def config(self) -> StudyConfig:
         """The study's parameters; a ValueError or OSError says which option is wrong."""

@@ -4,10 +4,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 from rich.console import Console
 
 from w2w.core.file_names import shown
@@ -16,7 +14,7 @@ from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.sensor_file import write_sensor
 
 from ..console import NOTHING_TO_DO, USAGE, ending
-from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, chosen_sensor, pose_facts
+from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, chosen_sensor, option, pose_facts
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
 from ..runs.own_sensor import Simulate, files_together, read_pairs
@@ -24,27 +22,21 @@ from ..study_options import DEFAULTS, declared
 
 
 def calibrate_sensor(
-    real: Annotated[
+    real: argument(
         Path,
-        typer.Argument(
-            metavar="REAL",
-            help="What the worn sensor recorded: csv, Xsens txt, x-io folder or npz; or a folder of such.",
-        ),
-    ],
-    motion: Annotated[
+        "REAL",
+        "What the worn sensor recorded: csv, Xsens txt, x-io folder or npz; or a folder of such.",
+    ),
+    motion: argument(
         Path,
-        typer.Argument(
-            metavar="MOTION",
-            help="The motion of its wearer at that time (FBX, BVH, npz, joints from video); or a folder with "
-            "a file of the same name for each in REAL.",
-        ),
-    ],
-    patch: Annotated[str, typer.Option(help="Where it was worn: 'left wrist', 'sternum', a patch's name.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="JSON file to write, for --sensor.")],
+        "MOTION",
+        "The motion of its wearer at that time (FBX, BVH, npz, joints from video); or a folder with "
+        "a file of the same name for each in REAL.",
+    ),
+    patch: option(str, "Where it was worn: 'left wrist', 'sternum', a patch's name."),
+    out: option(Path, "JSON file to write, for --sensor.", "--out", "-o"),
     sensor: declared("sensor") = DEFAULTS.sensor,
-    shift: Annotated[
-        float, typer.Option(min=0.02, max=10, help="Most seconds that sensor and motion may be apart.")
-    ] = 0.5,
+    shift: option(float, "Most seconds that sensor and motion may be apart.", min=0.02, max=10) = 0.5,
     band: declared("band") = DEFAULTS.band,
     root_band: declared("root_band") = None,
     pose_rate: PoseRate = None,

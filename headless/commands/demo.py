@@ -3,12 +3,9 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 
 from w2w.core.body.body import Body
@@ -18,6 +15,7 @@ from w2w.core.motion.demo_motions import CLIPS, demo_motions
 from w2w.core.motion.library import Library, read_library
 from w2w.core.study import StudyConfig
 
+from ..options import CORES, option
 from ..reports.console_tables import show_labels
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import claimed
@@ -32,13 +30,10 @@ TARGET = 0.99
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the library and the results.")] = Path(
-        "demo_output"
-    ),
-    clips: Annotated[int, typer.Option(min=2, max=CLIPS, help="Clips an activity.")] = CLIPS,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the study.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
-    or 1,
+    out: option(Path, "Folder for the library and the results.", "--out", "-o") = Path("demo_output"),
+    clips: option(int, "Clips an activity.", min=2, max=CLIPS) = CLIPS,
+    seed: option(int, "Seed of the study.", min=0) = 0,
+    workers: option(int, "Clips worked on at the same time.", min=1) = CORES,
 ) -> None:
     """Find the best spots for four rehabilitation activities, from motions that come with W2W.
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 from rich.markup import escape
 
@@ -18,7 +16,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital
 
 from ..console import NOTHING_TO_DO, USAGE, ending
-from ..options import chosen_sensor, words
+from ..options import argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published
 
 WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch}
@@ -28,29 +26,20 @@ TOOLS = (*WINDOWED, *pose_packs.METHODS, *RECORDED, *WORN)
 
 
 def export(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
-    tool: Annotated[str, typer.Option("--for", help=f"Who reads it: {', '.join(TOOLS)}.")],
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", "-o", help="New folder.  [default: export/TOOL in RESULTS]", show_default=False
-        ),
-    ] = None,
-    places: Annotated[
+    results: argument(Path, "RESULTS", "Results folder of a finished run."),
+    tool: option(str, f"Who reads it: {', '.join(TOOLS)}.", "--for"),
+    out: option(
+        Path | None, "New folder.  [default: export/TOOL in RESULTS]", "--out", "-o", show_default=False
+    ) = None,
+    places: option(
         str,
-        typer.Option(
-            help="Sensors, comma-separated: 'left wrist, sternum', a patch's name, 'all'; for pose "
-            "estimators, opensim and xsens also numbers of the body's vertices.  [default: those the run "
-            "chose; for pose estimators the method's own]"
-        ),
-    ] = "",
-    sensor: Annotated[
-        str,
-        typer.Option(
-            help="For pose estimators, opensim and xsens: another sensor, such as 'ideal'.  "
-            "[default: the run's]"
-        ),
-    ] = "",
+        "Sensors, comma-separated: 'left wrist, sternum', a patch's name, 'all'; for pose "
+        "estimators, opensim and xsens also numbers of the body's vertices.  [default: those the run "
+        "chose; for pose estimators the method's own]",
+    ) = "",
+    sensor: option(
+        str, "For pose estimators, opensim and xsens: another sensor, such as 'ideal'.  [default: the run's]"
+    ) = "",
 ) -> None:
     """Write a finished run's signals for another tool: arrays, training data, BIDS, OpenSim, Xsens, Parquet.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 import typer
@@ -28,19 +27,15 @@ from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.ranking.windows import WindowSpec
 
 from ..console import NOTHING_TO_DO, USAGE, ending
-from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, pose_facts
+from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
 from ..runs.workers import load_alone
 
 
 def inspect(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A motion file: FBX, BVH, AMC, npz, or joints.")
-    ],
-    library: Annotated[
-        Path | None, typer.Option(help="The library that FILE is part of, to see how 'w2w run' labels it.")
-    ] = None,
-    labels: Annotated[Path | None, typer.Option(help="The csv with its labels, as for 'w2w run'.")] = None,
-    bone_map: Annotated[list[Path] | None, typer.Option(help="Bone map of your own rig (JSON).")] = None,
+    file: argument(Path, "FILE", "A motion file: FBX, BVH, AMC, npz, or joints."),
+    library: option(Path | None, "The library that FILE is part of, to see how 'w2w run' labels it.") = None,
+    labels: option(Path | None, "The csv with its labels, as for 'w2w run'.") = None,
+    bone_map: option(list[Path] | None, "Bone map of your own rig (JSON).") = None,
     pose_rate: PoseRate = None,
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -27,6 +26,7 @@ from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
 from ..console import BUSY, USAGE, ending
+from ..options import argument, option
 from ..reports import draw, html
 from ..reports.console_tables import show_answer, show_places, show_worn
 from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
@@ -39,7 +39,7 @@ LEFT_BEHIND = ("lock", "holder", "running")
 
 
 def place(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    results: argument(Path, "RESULTS", "Results folder of a finished run."),
     target: declared("target", or_none=True) = None,
     every_activity: declared("every_activity", or_none=True) = None,
     only: declared("only", or_none=True) = None,
@@ -47,38 +47,29 @@ def place(
     must: declared("must", or_none=True) = None,
     max_places: declared("max_places") = None,
     costs: declared("costs") = None,
-    background: Annotated[
+    background: option(
         str | None,
-        typer.Option(
-            help="Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
-            show_default=False,
-            rich_help_panel=WISHES,
-        ),
-    ] = None,
+        "Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
+        show_default=False,
+        rich_help_panel=WISHES,
+    ) = None,
     weights: declared("weights") = None,
-    compare: Annotated[
-        str,
-        typer.Option(
-            help="Compare these, one sensor each, and choose nothing: 'ring, necklace, left thigh front'."
-        ),
-    ] = "",
-    out: Annotated[
+    compare: option(
+        str, "Compare these, one sensor each, and choose nothing: 'ring, necklace, left thigh front'."
+    ) = "",
+    out: option(
         Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            help="Where to write the choice: a json file, or a new folder, which becomes a copy of RESULTS "
-            "with this choice in summary, report, pictures and study.blend.",
-        ),
-    ] = None,
-    redrawn: Annotated[
+        "Where to write the choice: a json file, or a new folder, which becomes a copy of RESULTS "
+        "with this choice in summary, report, pictures and study.blend.",
+        "--out",
+        "-o",
+    ) = None,
+    redrawn: option(
         bool,
-        typer.Option(
-            "--redraw",
-            help="Put this choice in the place of the run's, in RESULTS itself: config, summary, report, "
-            "pictures and study.blend.",
-        ),
-    ] = False,
+        "Put this choice in the place of the run's, in RESULTS itself: config, summary, report, "
+        "pictures and study.blend.",
+        "--redraw",
+    ) = False,
 ) -> None:
     """Choose sensors from a finished ranking under constraints, without baking anything again.
 
@@ -149,14 +140,7 @@ def check_redraw(study: StudyResults) -> None:
     check(study.out, [draw.BLEND, html.REPORT, *files])
 
 
-def _redraw(
-    out: Path,
-    ranked: StudyResults,
-    config: StudyConfig,
-    advice: Advice,
-    content: dict[str, Any],
-    console: Console,
-) -> None:
+def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice, console: Console) -> None:
     """Write a choice, made from a new ranking, into a results folder: its tables, report and pictures.
 
     Where another run or a foreign file is in the way, nothing is touched.

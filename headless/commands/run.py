@@ -5,16 +5,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 
 from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
 
-from ..options import words
+from ..options import argument, option, words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
 from ..runs.study import RunPlan
@@ -24,26 +22,19 @@ from .execute import execute_bodies, ready_for, refused
 
 @with_study_options
 def run(
-    library: Annotated[
+    library: argument(
         Path,
-        typer.Argument(
-            metavar="LIBRARY",
-            help="Folder of motion files (FBX, BVH, AMC, npz; csv, npy or json of joints), searched with "
-            "its subfolders.",
-        ),
-    ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
-    labels: Annotated[
+        "LIBRARY",
+        "Folder of motion files (FBX, BVH, AMC, npz; csv, npy or json of joints), searched with "
+        "its subfolders.",
+    ),
+    out: option(Path, "Folder for the results; made if missing.", "--out", "-o"),
+    labels: option(
         Path | None,
-        typer.Option(
-            help="csv with columns file, activity[, subject, source].  [default: labels from folder or file "
-            "names]",
-            show_default=False,
-        ),
-    ] = None,
-    leave_out: Annotated[
-        str, typer.Option(help="Activities to leave out, comma-separated, e.g. 'other,unknown'.")
-    ] = "",
+        "csv with columns file, activity[, subject, source].  [default: labels from folder or file names]",
+        show_default=False,
+    ) = None,
+    leave_out: option(str, "Activities to leave out, comma-separated, e.g. 'other,unknown'.") = "",
     *,
     asked: StudyOptions,
 ) -> None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import fields
 from math import degrees
 from pathlib import Path
-from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -21,19 +20,15 @@ from w2w.core.imu.sensor_file import write_sensor
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 
 from ..console import NOTHING_TO_DO, USAGE
-from ..options import chosen_sensor
+from ..options import argument, chosen_sensor, option
 from ..runs.own_files import new_file
 
 
 def sensors(
-    sensor: Annotated[
-        str,
-        typer.Argument(metavar="[SENSOR]", help="A preset, or a JSON file of your own part, to see whole."),
-    ] = "",
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Write SENSOR as a JSON file, to alter and give to `run --sensor`."),
-    ] = None,
+    sensor: argument(str, "[SENSOR]", "A preset, or a JSON file of your own part, to see whole.") = "",
+    out: option(
+        Path | None, "Write SENSOR as a JSON file, to alter and give to `run --sensor`.", "--out", "-o"
+    ) = None,
 ) -> None:
     """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated
 
 import typer
 from filelock import FileLock, Timeout
@@ -14,11 +13,12 @@ from rich.console import Console
 from w2w.core.clip_files import WORK
 
 from ..console import USAGE
+from ..options import argument
 from ..runs.monitor import RunState, read_state
 
 
 def status(
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="The results folder of a run.")],
+    out: argument(Path, "OUT", "The results folder of a run."),
 ) -> None:
     """Say how far the run in a results folder has come.
 

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 from rich.markup import escape
 
@@ -21,21 +19,18 @@ from w2w.core.study import record as record_at
 
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, ending
+from ..options import argument, option
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
 from ..study_options import DEFAULTS, declared
 
 
 def synth(
-    clip: Annotated[Path, typer.Argument(metavar="CLIP", help="A motion file: FBX, BVH or npz.")],
-    patch: Annotated[
-        str, typer.Option(help="Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name.")
-    ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="File to write (x-io: a folder).")],
-    kind: Annotated[
-        str, typer.Option("--format", help=f"{', '.join(FORMATS)}; the last two have units of their own.")
-    ] = "csv",
-    plot: Annotated[Path | None, typer.Option(help="png file to draw the signal to.")] = None,
+    clip: argument(Path, "CLIP", "A motion file: FBX, BVH or npz."),
+    patch: option(str, "Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name."),
+    out: option(Path, "File to write (x-io: a folder).", "--out", "-o"),
+    kind: option(str, f"{', '.join(FORMATS)}; the last two have units of their own.", "--format") = "csv",
+    plot: option(Path | None, "png file to draw the signal to.") = None,
     sensor: declared("sensor") = DEFAULTS.sensor,
     rate: declared("rate") = 100.0,
     band: declared("band") = DEFAULTS.band,
@@ -43,8 +38,8 @@ def synth(
     convention: declared("convention") = DEFAULTS.convention,
     record: declared("record") = "",
     magnetic_dip: declared("magnetic_dip") = DEFAULTS.magnetic_dip,
-    acc_unit: Annotated[str, typer.Option(help="m/s2 or g.")] = "m/s2",
-    gyr_unit: Annotated[str, typer.Option(help="rad/s or deg/s.")] = "rad/s",
+    acc_unit: option(str, "m/s2 or g.") = "m/s2",
+    gyr_unit: option(str, "rad/s or deg/s.") = "rad/s",
     seed: declared("seed", help="Seed of the sensor's errors.") = 0,
 ) -> None:
     """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.

@@ -6,10 +6,9 @@ from __future__ import annotations
 import base64
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from rich.console import Console
@@ -40,7 +39,7 @@ from w2w.core.selection.answer import nearest
 from w2w.core.wording import capital
 
 from ..console import USAGE, ending
-from ..options import window_warning
+from ..options import argument, option, window_warning
 from ..runs.own_files import claimed
 from .still_picture import still_picture
 
@@ -63,10 +62,8 @@ MAX_CONFUSED = 12
 
 
 def report(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
-    project: Annotated[
-        str | None, typer.Option("--title", help="Project name on the page.  [default: the run's]")
-    ] = None,
+    results: argument(Path, "RESULTS", "Results folder of a finished run."),
+    project: option(str | None, "Project name on the page.  [default: the run's]", "--title") = None,
 ) -> None:
     """Write `report.html` into a finished results folder: the heatmaps in 3D, the choice, the tables.
 
