@@ -87,16 +87,14 @@ def parse_bodies(text: str) -> list[tuple[str, Body]]:
     """
     if not (parts := words(text)):
         raise ValueError(f"give at least one body, such as {EXAMPLE}")
-    bodies = [_named_body(part) for part in parts]
+    bodies = []
+    for part in parts:
+        with_betas = BETAS.fullmatch(part)
+        file, betas = with_betas.group("file", "betas") if with_betas else (part, "")
+        bodies.append((_folder_name(file, betas), _body(part, file, betas)))
     if len({name.lower() for name, _ in bodies}) < len(bodies):
         raise ValueError(f"two of the bodies are the same: {text}")
     return bodies
-
-
-def _named_body(text: str) -> tuple[str, Body]:
-    with_betas = BETAS.fullmatch(text)
-    file, betas = (with_betas["file"], with_betas["betas"]) if with_betas else (text, "")
-    return _folder_name(file, betas), _body(text, file, betas)
 
 
 def _folder_name(file: str, betas: str = "") -> str:

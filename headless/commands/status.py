@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import typer
@@ -35,12 +36,9 @@ def status(
 
 def is_running(out: Path) -> bool:
     """Whether a process holds the folder."""
-    lock = FileLock(out / WORK / "lock")
-    try:
-        with lock.acquire(timeout=0):
-            return False
-    except Timeout:
-        return True
+    with suppress(Timeout), FileLock(out / WORK / "lock").acquire(timeout=0):
+        return False
+    return True
 
 
 def describe(state: RunState, running: bool) -> str:

@@ -57,7 +57,5 @@ def _draw(axes: Axes, time: np.ndarray, values: np.ndarray, names: Sequence[str]
     axes.margins(x=0)
     axes.tick_params(colors=FAINT, labelcolor=INK, labelsize=8.5)
     axes.ticklabel_format(axis="y", useOffset=False)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color(HAIRLINE)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(HAIRLINE)

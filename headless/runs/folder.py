@@ -127,8 +127,7 @@ def code_sha256() -> str:
 
 def picture_names(activities: Sequence[str]) -> list[str]:
     """File names of the activities' pictures, distinct from each other and from the other two."""
-    names = unique_names([MEAN, SUBSET, *(f"{activity}." for activity in activities)])
-    return names[2:]
+    return unique_names([MEAN, SUBSET, *(f"{activity}." for activity in activities)])[2:]
 
 
 def picture_files(activities: Sequence[str]) -> list[str]:
