@@ -15,9 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import Body
 from w2w.core.files import write_npz
-from w2w.core.motion.demo_motions import FILE, STEP
 from w2w.core.motion.library import read_library
-from w2w.core.motion.motion import Motion
+from w2w.core.motion.motion import DEMO, DEMO_STEP, Motion
 from w2w.headless.runs.clip import load_clip
 
 
@@ -29,8 +28,8 @@ def main() -> None:
     for clip in sorted(clips, key=lambda clip: (clip.activity, clip.subject)):
         _, motion, _ = load_clip(clip, body)
         motions[PurePosixPath(clip.file).with_suffix(".npz").as_posix()] = motion
-    write_npz(FILE, stored(motions), compress=True)
-    print(f"{len(motions)} motions, {FILE.stat().st_size / 1e6:.1f} MB: {FILE}")
+    write_npz(DEMO, stored(motions), compress=True)
+    print(f"{len(motions)} motions, {DEMO.stat().st_size / 1e6:.1f} MB: {DEMO}")
 
 
 def stored(motions: Mapping[str, Motion]) -> dict[str, np.ndarray]:
@@ -39,7 +38,7 @@ def stored(motions: Mapping[str, Motion]) -> dict[str, np.ndarray]:
     for motion in motions.values():
         turns = Rotation.from_matrix(motion.rotations.reshape(-1, 3, 3)).as_rotvec()
         values = np.hstack([motion.pelvis, turns.reshape(motion.n_frames, -1)])
-        steps = np.round(values / STEP).astype(np.int64)
+        steps = np.round(values / DEMO_STEP).astype(np.int64)
         differences.append(np.diff(steps, n=2, axis=0, prepend=np.zeros((2, steps.shape[1]), np.int64)))
     return {
         "files": np.array(list(motions)),

@@ -15,8 +15,7 @@ from .core.body.body import Body
 from .core.keypoints.facts import PoseFacts
 from .core.keypoints.pose_files import NO_FACTS
 from .core.motion.bone_maps import BoneMap
-from .core.motion.joint_files import is_joint_file
-from .core.motion.library import activity_of, read_library
+from .core.motion.library import activity_of, is_joint_file, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
 from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion

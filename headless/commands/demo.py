@@ -11,8 +11,8 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.motion.demo_motions import CLIPS, demo_motions
 from w2w.core.motion.library import Library, read_library
+from w2w.core.motion.motion import DEMO_CLIPS, demo_motions
 from w2w.core.study import StudyConfig
 
 from ..options import CORES, option
@@ -31,7 +31,7 @@ TARGET = 0.99
 
 def demo(
     out: option(Path, "Folder for the library and the results.", "--out", "-o") = Path("demo_output"),
-    clips: option(int, "Clips an activity.", min=2, max=CLIPS) = CLIPS,
+    clips: option(int, "Clips an activity.", min=2, max=DEMO_CLIPS) = DEMO_CLIPS,
     seed: option(int, "Seed of the study.", min=0) = 0,
     workers: option(int, "Clips worked on at the same time.", min=1) = CORES,
 ) -> None:

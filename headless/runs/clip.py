@@ -23,8 +23,7 @@ from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.motion_file import readable_size, unreadable
-from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of
+from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.study import copies_of, describe, measured, record

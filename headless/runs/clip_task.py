@@ -17,8 +17,7 @@ from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.joint_files import is_joint_file
-from w2w.core.motion.library import Clip
+from w2w.core.motion.library import Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig
 

@@ -28,8 +28,7 @@ from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import BLENDER_SUFFIXES, Clip
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.motion_file import unreadable
-from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of
+from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
 from w2w.core.ranking.trial_sums import Spread
 
 from ..blender import NoBlenderError, inside_blender

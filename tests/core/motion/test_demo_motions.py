@@ -5,17 +5,17 @@ from collections import Counter
 
 import numpy as np
 
-from w2w.core.motion.demo_motions import CLIPS, demo_motions
+from w2w.core.motion.motion import DEMO_CLIPS, demo_motions
 
 ACTIVITIES = {"arm_raise_band", "one_leg_stand", "sit_to_stand", "stair_climbing"}
 
 
 def test_everybody_does_every_exercise():
     motions = demo_motions()
-    assert Counter(motion.activity for motion in motions.values()) == dict.fromkeys(ACTIVITIES, CLIPS)
+    assert Counter(motion.activity for motion in motions.values()) == dict.fromkeys(ACTIVITIES, DEMO_CLIPS)
     for activity in ACTIVITIES:
         subjects = [motion.subject for motion in motions.values() if motion.activity == activity]
-        assert subjects == [f"S{number:02d}" for number in range(1, CLIPS + 1)]
+        assert subjects == [f"S{number:02d}" for number in range(1, DEMO_CLIPS + 1)]
     assert motions["sit_to_stand/Sit To Stand (3).npz"].subject == "S03"
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import w2w
-from w2w.core.motion.gltf_check import check_gltf
+from w2w.core.motion.import_checks import check_gltf
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
+from w2w.core.motion.import_checks import check_usd
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.motion.usd_check import check_usd
 
 HEADER = "#usda 1.0\n(\n    timeCodesPerSecond = 30\n)\n"
 BODY = 'def Xform "a"\n{\n}\n'

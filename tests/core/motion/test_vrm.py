@@ -9,7 +9,7 @@ import pytest
 
 import w2w
 from w2w.core.motion.bone_maps import BONE_MAPS
-from w2w.core.motion.gltf_check import as_plain_glb
+from w2w.core.motion.import_checks import as_plain_glb
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 

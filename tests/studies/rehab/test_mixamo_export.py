@@ -14,7 +14,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from w2w.core.motion.demo_motions import demo_motions  # noqa: E402
+from w2w.core.motion.motion import demo_motions  # noqa: E402
 from w2w.scene.motion.load import carry, read_motion  # noqa: E402
 from w2w.studies.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
 from w2w.studies.rehab import mixamo_export  # noqa: E402

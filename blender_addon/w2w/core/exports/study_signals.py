@@ -51,8 +51,7 @@ class StudySignals:
         if not places.strip():
             chosen = (study.summary.get("worn_together") or {}).get("places")
             return cls(
-                study,
-                tuple(int(patch["patch"]) for patch in chosen or [study.summary["best_single_patch"]]),
+                study, tuple(int(patch["patch"]) for patch in chosen or [study.summary["best_single_patch"]])
             )
         names = [name.strip() for name in places.split(",") if name.strip()]
         found = [resolve(name, study.body(), study.patches, say, 0.0) for name in names]

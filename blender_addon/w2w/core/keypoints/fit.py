@@ -211,11 +211,7 @@ def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: di
 
 
 def _arm_rotations(
-    world: np.ndarray,
-    points: dict[str, np.ndarray],
-    joints: dict[str, np.ndarray],
-    side: str,
-    rate: float,
+    world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray], side: str, rate: float
 ) -> None:
     upper, fore, hand = (JOINT_INDEX[f"{side}_{part}"] for part in ("shoulder", "elbow", "wrist"))
     bones = _bones(joints, side, ("shoulder", "elbow", "wrist", "hand"))
@@ -253,11 +249,7 @@ def _arm_rotations(
 
 
 def _leg_rotations(
-    world: np.ndarray,
-    points: dict[str, np.ndarray],
-    joints: dict[str, np.ndarray],
-    side: str,
-    rate: float,
+    world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray], side: str, rate: float
 ) -> None:
     thigh, shank, foot = (JOINT_INDEX[f"{side}_{part}"] for part in ("hip", "knee", "ankle"))
     bones = _bones(joints, side, ("hip", "knee", "ankle", "toe"))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..rotations import smallest_rotation, turn_about, unit
-from .smoothing import smooth
+from .paths import smooth
 
 DIRECTION_NOISE = 0.1
 """Error of a segment's direction, radians: how fast a hinge's plane becomes certain as it bends."""
@@ -73,12 +73,7 @@ def swing_and_twist(
 
 
 def hinge_bend(
-    rest: np.ndarray,
-    hinge: np.ndarray,
-    direction: np.ndarray,
-    least: float,
-    most: float,
-    aside: float,
+    rest: np.ndarray, hinge: np.ndarray, direction: np.ndarray, least: float, most: float, aside: float
 ) -> np.ndarray:
     """Rotation of a hinged segment in its parent's frame, within the joint's limits, shape (T, 3, 3).
 

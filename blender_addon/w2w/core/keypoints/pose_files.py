@@ -12,9 +12,16 @@ import numpy as np
 from ..body.body import Body
 from ..file_names import shown
 from ..files import array_names, read_arrays, read_npy
-from ..motion.joint_files import POSITION_KEYS
-from ..motion.motion_file import size_and_head, unreadable
-from ..motion.source import UnusableMotion, reason_of, refuse_few_frames, refuse_rate, refuse_too_long
+from ..motion.library import POSITION_KEYS
+from ..motion.source import (
+    UnusableMotion,
+    reason_of,
+    refuse_few_frames,
+    refuse_rate,
+    refuse_too_long,
+    size_and_head,
+    unreadable,
+)
 from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import KeypointFit, Up, fit_keypoints, guess_up
 from .joint_sets import JOINT_SETS, JointSet

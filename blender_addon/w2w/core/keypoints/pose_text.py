@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..csv_tables import SEPARATORS, CsvError, decoded
-from ..motion.joint_files import split_column
+from ..motion.library import split_column
 from ..motion.source import UnusableMotion
 from .facts import PoseFacts, facts_of
 from .naming import RawPose

@@ -12,8 +12,15 @@ from scipy.spatial.transform import Rotation
 
 from ..body.skeleton import Y_UP_TO_Z_UP
 from ..file_names import shown
-from .motion_file import size_and_head, unreadable
-from .source import SourceMotion, UnusableMotion, refuse_few_frames, refuse_rate, refuse_too_long
+from .source import (
+    SourceMotion,
+    UnusableMotion,
+    refuse_few_frames,
+    refuse_rate,
+    refuse_too_long,
+    size_and_head,
+    unreadable,
+)
 
 AMC_SUFFIX, ASF_SUFFIX = ".amc", ".asf"
 

@@ -14,7 +14,6 @@ from typing import NoReturn
 
 import numpy as np
 
-from .motion_file import size_and_head, unreadable
 from .source import (
     HIGHEST_RATE,
     LOWEST_RATE,
@@ -22,6 +21,8 @@ from .source import (
     NOT_FINITE,
     UnusableMotion,
     refuse_too_long,
+    size_and_head,
+    unreadable,
 )
 
 MOST = 1e10

@@ -11,12 +11,20 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
+from ..body.body import TEMPLATES
 from ..body.skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import array_names, read_arrays, write_npz
 from ..filtering import butterworth, count_resampled
 from ..rotations import in_axes
-from .motion_file import size_and_head, unreadable
-from .source import UnusableMotion, reason_of, refuse_few_frames, refuse_rate, refuse_too_long
+from .source import (
+    UnusableMotion,
+    reason_of,
+    refuse_few_frames,
+    refuse_rate,
+    refuse_too_long,
+    size_and_head,
+    unreadable,
+)
 
 SMPL_PELVIS = np.array([-0.00179506, -0.22333382, 0.02821918])
 """Pelvis of SMPL's neutral template in its own y-up axes, metres: AMASS's ``trans`` is
@@ -298,3 +306,30 @@ def at_rate(motion: Motion, rate: float) -> Motion:
         axis=1,
     )
     return replace(motion, rotations=rotations, pelvis=CubicSpline(own, motion.pelvis)(times), rate=rate)
+
+
+DEMO = TEMPLATES / "demo.npz"
+DEMO_CLIPS = 12
+"""Clips of each activity: one of each person."""
+
+DEMO_STEP = 1e-7
+"""Pelvis (m) and rotation vectors (rad) are stored in whole steps, each frame by its second difference."""
+
+
+def demo_motions(clips: int = DEMO_CLIPS) -> dict[str, Motion]:
+    """The first clips of each activity, each under the name of the file it is for."""
+    with np.load(DEMO, allow_pickle=False) as stored:
+        arrays = dict(stored)
+    found: dict[str, Motion] = {}
+    names = ("files", "activities", "subjects")
+    ends = np.cumsum(arrays["frames"])
+    for end, frames, *labels in zip(ends, arrays["frames"], *(arrays[name] for name in names), strict=True):
+        file, activity, subject = map(str, labels)
+        if sum(motion.activity == activity for motion in found.values()) == clips:
+            continue
+        differences = arrays["differences"][end - frames : end].astype(np.int64)
+        values = DEMO_STEP * np.cumsum(np.cumsum(differences, axis=0), axis=0)
+        turns = Rotation.from_rotvec(values[:, 3:].reshape(-1, 3)).as_matrix()
+        rotations = turns.reshape(-1, N_JOINTS, 3, 3)
+        found[file] = Motion(rotations, values[:, :3], float(arrays["rate"]), activity, subject)
+    return found

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .motion_file import size_and_head, unreadable
 from .source import (
     MOST_BONE_FRAMES,
     SourceMotion,
@@ -18,6 +17,8 @@ from .source import (
     refuse_few_frames,
     refuse_rate,
     refuse_too_long,
+    size_and_head,
+    unreadable,
 )
 
 MVNX_SUFFIX = ".mvnx"

@@ -13,7 +13,7 @@ from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ...core.motion.asf_amc import AMC_SUFFIX, read_amc
 from ...core.motion.bone_maps import BoneMap
 from ...core.motion.bvh import BVH_SUFFIX, read_bvh
-from ...core.motion.joint_files import is_joint_file
+from ...core.motion.library import is_joint_file
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
 from ...core.motion.mvnx import MVNX_SUFFIX, read_mvnx
 from ...core.motion.retarget import retarget

@@ -15,6 +15,7 @@ import numpy as np
 from ...core.motion.bone_maps import best_match, missing_joints
 from ...core.motion.bvh import BVH_SUFFIX
 from ...core.motion.bvh_text import read_bvh_text
+from ...core.motion.import_checks import USD_SUFFIXES
 from ...core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
 from ...core.motion.retarget import is_crumpled
 from ...core.motion.source import (
@@ -28,7 +29,6 @@ from ...core.motion.source import (
     refuse_rate,
     refuse_too_long,
 )
-from ...core.motion.usd_check import USD_SUFFIXES
 from ..base.actions import key_rate
 from ..base.fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
 from ..base.playback import same_timing
