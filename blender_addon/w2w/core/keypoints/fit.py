@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -39,6 +39,30 @@ Surgeons, Joint Motion, 1965), so that noise about a straight knee is not cut on
 
 TOE_TRUST = 0.1
 """How far toes show a hip's twist, against a bent knee: the shank and foot turn too."""
+
+
+class _Limb(NamedTuple):
+    """How an arm or a leg hangs on the trunk and bends."""
+
+    carrier: str  # joint that carries it
+    joints: tuple[str, ...]
+    landmarks: tuple[str, ...]
+    left_hinge: np.ndarray  # axis of the elbow or knee in the T-pose
+    right_hinge: np.ndarray
+    twist: float  # greatest angles, radians
+    bend: np.ndarray
+    cone: float
+
+
+_ARM_PARTS = ("shoulder", "elbow", "wrist", "hand")
+_ARM = _Limb(
+    "{}_collar", _ARM_PARTS, _ARM_PARTS, np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0]),
+    SHOULDER_TWIST, ELBOW, WRIST_CONE,
+)  # fmt: skip
+_LEG = _Limb(
+    "pelvis", ("hip", "knee", "ankle", "foot"), ("hip", "knee", "ankle", "toe"),
+    np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), HIP_TWIST, KNEE, ANKLE_CONE,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -81,8 +105,8 @@ def fit_keypoints(
         for start, end, parent in (("hip", "knee", "pelvis"), ("shoulder", "elbow", "spine3")):
             found = pelvis + carried[f"{side} {start}"]
             _anchor(points, f"{side} {start}", f"{side} {end}", found, world[:, JOINT_INDEX[parent]])
-        _arm_rotations(world, points, joints, side, rate)
-        _leg_rotations(world, points, joints, side, rate)
+        for limb in (_ARM, _LEG):
+            _limb_rotations(world, points, joints, side, rate, limb)
     motion = Motion(relative_to_parents(world), pelvis, rate)
     return KeypointFit(on_the_ground(body, motion), scale, paths)
 
@@ -210,74 +234,47 @@ def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: di
     world[:, JOINT_INDEX["head"]] = chest @ lean @ turned
 
 
-def _arm_rotations(
-    world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray], side: str, rate: float
+def _limb_rotations(
+    world: np.ndarray,
+    points: dict[str, np.ndarray],
+    joints: dict[str, np.ndarray],
+    side: str,
+    rate: float,
+    limb: _Limb,
 ) -> None:
-    upper, fore, hand = (JOINT_INDEX[f"{side}_{part}"] for part in ("shoulder", "elbow", "wrist"))
-    bones = _bones(joints, side, ("shoulder", "elbow", "wrist", "hand"))
-    seen = _bones(points, side, ("shoulder", "elbow", "wrist", "hand"))
-    sign = 1.0 if side == "left" else -1.0
-    hinge = np.array([0.0, 0.0, -sign])
-    trunk = world[:, JOINT_INDEX[f"{side}_collar"]]
+    """An arm's or a leg's segments, from the trunk outwards."""
+    upper, lower, end, tip = (JOINT_INDEX[f"{side}_{joint}"] for joint in limb.joints)
+    bones, seen = (_bones(found, side, limb.landmarks) for found in (joints, points))
+    hinge = limb.left_hinge if side == "left" else limb.right_hinge
+    trunk = world[:, JOINT_INDEX[limb.carrier.format(side)]]
     if seen[0] is None:
-        world[:, [upper, fore, hand]] = trunk[:, None]
+        world[:, [upper, lower, end, tip]] = trunk[:, None]
         return
     direction = _seen_from(trunk, seen[0])
     evidence = []
     if seen[1] is not None:
-        lower = unit(_seen_from(trunk, seen[1]))
-        evidence = [Evidence(np.cross(unit(direction), lower))]
-    world[:, upper] = trunk @ swing_and_twist(bones[0], hinge, direction, evidence, SHOULDER_TWIST, rate)
-    world[:, fore] = world[:, upper]
+        below = unit(_seen_from(trunk, seen[1]))
+        evidence.append(Evidence(np.cross(unit(direction), below)))
+        if limb is _LEG and seen[2] is not None:
+            evidence.append(Evidence(np.cross(unit(_seen_from(trunk, seen[2])), below), TOE_TRUST))
+    world[:, upper] = trunk @ swing_and_twist(bones[0], hinge, direction, evidence, limb.twist, rate)
+    world[:, lower] = world[:, upper]
     if seen[1] is not None:
-        elbow = hinge_bend(bones[1], hinge, _seen_from(world[:, upper], seen[1]), *ELBOW, OUT_OF_PLANE)
-        world[:, fore] = world[:, upper] @ elbow
+        bend = hinge_bend(bones[1], hinge, _seen_from(world[:, upper], seen[1]), *limb.bend, OUT_OF_PLANE)
+        world[:, lower] = world[:, upper] @ bend
     palm = [points.get(f"{side} {part}") for part in ("thumb side", "little finger side")]
-    if palm[0] is not None and palm[1] is not None:
+    if limb is _ARM and palm[0] is not None and palm[1] is not None:
         # across the T-pose's hand, from little finger to thumb, is forward
-        across = _seen_from(world[:, fore], unit(palm[0] - palm[1]))
+        across = _seen_from(world[:, lower], unit(palm[0] - palm[1]))
         along = np.broadcast_to(bones[1], across.shape)
-        world[:, fore] = world[:, fore] @ swing_and_twist(
+        world[:, lower] = world[:, lower] @ swing_and_twist(
             bones[1], np.array([0.0, -1.0, 0.0]), along, [Evidence(across)], FOREARM_TWIST, rate
         )
-    world[:, hand] = world[:, fore]
+    world[:, end] = world[:, lower]
     if seen[2] is not None:
-        world[:, hand] = world[:, fore] @ cone_swing(
-            bones[2], _seen_from(world[:, fore], seen[2]), WRIST_CONE
-        )
-    world[:, JOINT_INDEX[f"{side}_hand"]] = world[:, hand]
-
-
-def _leg_rotations(
-    world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray], side: str, rate: float
-) -> None:
-    thigh, shank, foot = (JOINT_INDEX[f"{side}_{part}"] for part in ("hip", "knee", "ankle"))
-    bones = _bones(joints, side, ("hip", "knee", "ankle", "toe"))
-    seen = _bones(points, side, ("hip", "knee", "ankle", "toe"))
-    hinge = np.array([1.0, 0.0, 0.0])
-    trunk = world[:, 0]
-    toes = JOINT_INDEX[f"{side}_foot"]
-    if seen[0] is None:
-        world[:, [thigh, shank, foot, toes]] = trunk[:, None]
-        return
-    direction = _seen_from(trunk, seen[0])
-    evidence = []
-    if seen[1] is not None:
-        lower = unit(_seen_from(trunk, seen[1]))
-        evidence.append(Evidence(np.cross(unit(direction), lower)))
-        if seen[2] is not None:
-            evidence.append(Evidence(np.cross(unit(_seen_from(trunk, seen[2])), lower), TOE_TRUST))
-    world[:, thigh] = trunk @ swing_and_twist(bones[0], hinge, direction, evidence, HIP_TWIST, rate)
-    world[:, shank] = world[:, thigh]
-    if seen[1] is not None:
-        knee = hinge_bend(bones[1], hinge, _seen_from(world[:, thigh], seen[1]), *KNEE, OUT_OF_PLANE)
-        world[:, shank] = world[:, thigh] @ knee
-    world[:, foot] = world[:, shank]
-    if seen[2] is not None:
-        world[:, foot] = world[:, shank] @ cone_swing(
-            bones[2], _seen_from(world[:, shank], seen[2]), ANKLE_CONE
-        )
-    world[:, toes] = world[:, foot]
+        turned = cone_swing(bones[2], _seen_from(world[:, lower], seen[2]), limb.cone)
+        world[:, end] = world[:, lower] @ turned
+    world[:, tip] = world[:, end]
 
 
 def _bones(found: dict[str, np.ndarray], side: str, parts: tuple[str, ...]) -> list[np.ndarray | None]:
