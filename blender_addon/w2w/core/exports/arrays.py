@@ -74,7 +74,7 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
 
     A ValueError says that no clip gives a window.
     """
-    windows, labels, clips, subjects, is_test = [], [], [], [], []
+    windows, labels, is_test = [], [], []
     spec = signals.config.windows
     for recording in signals.recordings():
         try:
@@ -85,20 +85,17 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
             continue
         count = len(cut.is_test)
         windows.append(np.concatenate(parts, axis=2).reshape(count, -1, cut.signals.shape[2]))
-        labels += [recording.activity] * count
-        clips += [recording.clip] * count
-        subjects += [recording.subject] * count
+        labels += [(recording.activity, recording.clip, recording.subject)] * count
         is_test.append(cut.is_test)
         rate = recording.rate
     if not windows:
         raise ValueError("no clip of the run is long enough for a window")
     arrays = {
         "X": np.concatenate(windows).astype(np.float32, copy=False),
-        "y": np.array(labels, dtype=np.str_),
-        "clip": np.array(clips, dtype=np.str_),
-        "subject": np.array(subjects, dtype=np.str_),
         "is_test": np.concatenate(is_test),
     }
+    for name, column in zip(("y", "clip", "subject"), zip(*labels, strict=True), strict=True):
+        arrays[name] = np.array(column, dtype=np.str_)
     for name, values in arrays.items():
         with atomic_write(folder / f"{name}.npy") as stream:
             np.lib.format.write_array(stream, values, allow_pickle=False)
@@ -107,7 +104,7 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
     facts = {
         "channels": names,
         "units": [unit for _, unit in channels] * len(signals.names),
-        "classes": sorted(set(labels)),
+        "classes": sorted({activity for activity, *_ in labels}),
         "rate_hz": rate,
         "sensor": signals.config.sensor,
         "window_s": spec.length_s,

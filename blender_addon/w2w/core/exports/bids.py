@@ -31,7 +31,6 @@ FRAMES = {
     "world": {"RotationRule": "right-hand", "Description": "z up; quaternions turn the sensor's axes to it"},
     "n/a": {"Description": "A reading without a direction"},
 }
-"""Reference frame -> its description, in BIDS's words."""
 
 FRAME_OF = {"orientation": "world", "barometer": "n/a"}
 """Reading -> its reference frame where that is not the sensor's."""
@@ -117,17 +116,11 @@ def _channels(recording: ImuRecording) -> str:
         for reading in recording.readings:
             kind, unit = TYPES[reading.name]
             frame = FRAME_OF.get(reading.name, "sensor")
-            lines += [
-                f"{point}_{channel}\t{_component(channel)}\t{kind}\t{point}\t{unit}\t{site}\t{frame}"
-                for channel in reading.channels
-            ]
+            for channel in reading.channels:
+                axis = channel[-1] if channel[-2] == "_" else "n/a"
+                component = channel if channel.startswith("quat") else axis
+                lines.append(f"{point}_{channel}\t{component}\t{kind}\t{point}\t{unit}\t{site}\t{frame}")
     return "\n".join(lines) + "\n"
-
-
-def _component(channel: str) -> str:
-    if channel.startswith("quat"):
-        return channel
-    return channel[-1] if channel[-2] == "_" else "n/a"
 
 
 def _facts(recording: ImuRecording, signals: StudySignals) -> dict[str, object]:

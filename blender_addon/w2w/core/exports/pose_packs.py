@@ -31,12 +31,7 @@ METHODS = {"transpose": "TransPose", "imuposer": "IMUPoser", "mobileposer": "Mob
 """Methods whose published sites are the default."""
 
 ORDER = (
-    "left forearm",
-    "right forearm",
-    "left lower leg",
-    "right lower leg",
-    "left thigh",
-    "right thigh",
+    *(f"{side} {part}" for part in ("forearm", "lower leg", "thigh") for side in ("left", "right")),
     "head",
     "pelvis",
 )
@@ -110,12 +105,7 @@ def _parts(clip: Worn, body: Body, gravity: np.ndarray, method: str) -> dict[str
     }
     found = {name: values.astype(np.float32) for name, values in parts.items()}
     if method == "mobileposer":
-        found["contact"] = _contact(joints)
+        feet = joints[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
+        still = np.linalg.norm(np.diff(feet, axis=0), axis=2) < CONTACT_M
+        found["contact"] = np.pad(still.astype(np.int32), ((1, 0), (0, 0)))  # never in the first frame
     return found
-
-
-def _contact(joints: np.ndarray) -> np.ndarray:
-    """Contact of the left and the right foot, shape (T, 2), int32; never in the first frame."""
-    feet = joints[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
-    still = np.linalg.norm(np.diff(feet, axis=0), axis=2) < CONTACT_M
-    return np.concatenate([np.zeros((1, 2), dtype=np.int32), still.astype(np.int32)])

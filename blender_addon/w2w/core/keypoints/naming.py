@@ -18,6 +18,8 @@ SIDE_WORDS = {"l": "left", "left": "left", "r": "right", "right": "right"}
 SAME_JOINTS = ("mm-fit-17", "joint-centres")
 """Sets with joints that another one has: only taken where they are named."""
 
+CANDIDATES = [name for name in JOINT_SETS if name not in SAME_JOINTS]
+
 CLEARLY = 0.6
 """A set is chosen by its body where the bones vary in length at most this much of the next best's."""
 
@@ -48,15 +50,11 @@ def told_by(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
         if len(joint_set.joints) != n_joints:
             raise UnusableMotion(f"it holds {n_joints} joints, and {wanted} has {len(joint_set.joints)}")
         return joint_set, positions
-    fitting = [name for name, known in _candidates() if len(known.joints) == n_joints]
+    fitting = [name for name in CANDIDATES if len(JOINT_SETS[name].joints) == n_joints]
     if not fitting:
         known = ", ".join(f"{name} ({len(item.joints)})" for name, item in JOINT_SETS.items())
         raise UnusableMotion(f"it holds {n_joints} joints, and no joint set has so many; there are {known}")
     return JOINT_SETS[_by_steadiness(fitting, positions)], positions
-
-
-def _candidates() -> list[tuple[str, JointSet]]:
-    return [(name, joint_set) for name, joint_set in JOINT_SETS.items() if name not in SAME_JOINTS]
 
 
 def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
@@ -127,7 +125,8 @@ def plain_joint(name: str) -> str:
 def _by_names(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
     place = {plain_joint(name): number for number, name in enumerate(raw.names)}
     best, best_rank = None, (-1.0, 0)
-    for name, joint_set in [(wanted, JOINT_SETS[wanted])] if wanted else _candidates():
+    for name in [wanted] if wanted else CANDIDATES:
+        joint_set = JOINT_SETS[name]
         there = {joint for joint in joint_set.joints if plain_joint(joint) in place}
         needed = {joint for landmark in REQUIRED for joint in joint_set.landmarks[landmark]}
         rank = (len(there) / len(joint_set.joints), len(there))

@@ -76,11 +76,6 @@ def sides_are_exchanged(points: dict[str, np.ndarray]) -> bool:
     return len(seen) > 0 and float(seen.mean()) < -KNEES_SAY
 
 
-def exchanged(points: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The same paths with left and right called the other way round."""
-    return {name: points[mirrored(name)] for name in points}
-
-
 def _smoothest(left: np.ndarray, right: np.ndarray, swap_cost: float) -> np.ndarray:
     """Frames in which left and right (T, L, 3) are to be exchanged; shape (T,), bool."""
     left, right = (_held(values) for values in (left, right))
@@ -155,11 +150,13 @@ def landmark_paths(keypoints: np.ndarray, joint_set: JointSet, rate: float, cuto
     hidden = [name for name in REQUIRED if seen[name] < LEAST_SEEN]
     if hidden:
         raise ValueError(f"the {', '.join(hidden)} can hardly ever be seen: there is no body to fit")
-    trunk = _trunk(points)
+    trunk = float(np.nanmedian(np.linalg.norm(middle(points, "shoulder") - middle(points, "hip"), axis=1)))
+    if not trunk > 0:
+        raise ValueError("the hips and the shoulders are at the same place: there is no body to fit")
     points, swapped = undo_swaps(points, trunk)
     wrong = sides_are_exchanged(points)
     if wrong:
-        points = exchanged(points)
+        points = {name: points[mirrored(name)] for name in points}
     points = {name: path for name, path in points.items() if np.isfinite(path).any()}
     lengths = _bone_lengths(points)
     points = _smoothed(points, trunk, rate, cutoff_hz)
@@ -185,13 +182,6 @@ def _landmarks(keypoints: np.ndarray, joint_set: JointSet) -> dict[str, np.ndarr
 def middle(points: dict[str, np.ndarray], part: str) -> np.ndarray:
     """Halfway between left and right, shape (T, 3)."""
     return (points[f"left {part}"] + points[f"right {part}"]) / 2
-
-
-def _trunk(points: dict[str, np.ndarray]) -> float:
-    length = float(np.nanmedian(np.linalg.norm(middle(points, "shoulder") - middle(points, "hip"), axis=1)))
-    if not length > 0:
-        raise ValueError("the hips and the shoulders are at the same place: there is no body to fit")
-    return length
 
 
 def _bone_lengths(points: dict[str, np.ndarray]) -> dict[tuple[str, str], float]:

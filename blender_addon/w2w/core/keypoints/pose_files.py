@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -63,7 +62,13 @@ def read_c3d_pose(path: Path) -> RawPose:
     names: dict[str, int] = {}
     for number, label in enumerate(labels[: positions.shape[1]]):
         names.setdefault(_joint(label), number)
-    _refuse_markers(labels, names)
+    missing = [name for name in REQUIRED if name not in names]
+    if missing:
+        held = ", ".join(labels[:8]) + (", ..." if len(labels) > 8 else "") or "nothing"
+        raise UnusableMotion(
+            f"it names no joint centre of the {', '.join(missing)} (such as LHJC, LSJC), and holds {held}: "
+            "W2W reads joint centres, not markers; let your gait model write them"
+        )
     chosen = [joint for joint in JOINT_SETS[C3D_JOINTS].joints if plain_joint(joint) in names]
     places = [names[plain_joint(joint)] for joint in chosen]
     facts = PoseFacts(rate if rate > 0 else None, unit if unit in UNITS else None, None, C3D_JOINTS)
@@ -79,16 +84,6 @@ def _joint(label: str) -> str:
     if upper[:1] in ("L", "R") and upper[1:] in C3D_LABELS:
         return f"{'left' if upper[0] == 'L' else 'right'} {C3D_LABELS[upper[1:]]}"
     return plain_joint(plain)
-
-
-def _refuse_markers(labels: list[str], names: Iterable[str]) -> None:
-    missing = [name for name in REQUIRED if name not in set(names)]
-    if missing:
-        held = ", ".join(labels[:8]) + (", ..." if len(labels) > 8 else "") or "nothing"
-        raise UnusableMotion(
-            f"it names no joint centre of the {', '.join(missing)} (such as LHJC, LSJC), and holds {held}: "
-            "W2W reads joint centres, not markers; let your gait model write them"
-        )
 
 
 MAX_BYTES = 2 * 2**30
@@ -189,10 +184,6 @@ def _seen(positions: np.ndarray) -> np.ndarray:
     return positions
 
 
-def _read_npy(path: Path) -> RawPose:
-    return RawPose(read_npy(path), (), PoseFacts())
-
-
 def _read_npz(path: Path) -> RawPose:
     names = array_names(path)
     key = next((key for key in POSITION_KEYS if key in names), None)
@@ -208,6 +199,6 @@ _READERS = {
     ".c3d": read_c3d_pose,
     ".csv": read_csv_pose,
     ".json": read_json_pose,
-    ".npy": _read_npy,
+    ".npy": lambda path: RawPose(read_npy(path), (), NO_FACTS),
     ".npz": _read_npz,
 }

@@ -141,7 +141,7 @@ def _mmpose_frames(info: Any) -> list[Any]:
     return [nobody if frame is None else frame for frame in found]
 
 
-def _array(values: Any) -> np.ndarray:
+def _array(values: list[Any]) -> np.ndarray:
     """Nested lists as an array; null is NaN."""
     try:
         return np.array(_without_null(values), dtype=np.float64)
@@ -151,17 +151,10 @@ def _array(values: Any) -> np.ndarray:
         ) from error
 
 
-def _without_null(values: Any) -> Any:
-    if isinstance(values, list):
-        if any(value is None for value in values):
-            return [_unseen(values, value) for value in values]
-        return [_without_null(value) if isinstance(value, list) else value for value in values]
-    return values
-
-
-def _unseen(values: list[Any], value: Any) -> Any:
-    """NaN for a null coordinate; a null joint is one that was not seen."""
-    if value is not None:
-        return _without_null(value)
-    like = next((other for other in values if isinstance(other, list)), None)
-    return float("nan") if like is None else [float("nan")] * len(like)
+def _without_null(values: list[Any]) -> list[Any]:
+    """Nested lists with NaN for a null coordinate; a null joint is one that was not seen."""
+    if any(value is None for value in values):
+        like = next((other for other in values if isinstance(other, list)), None)
+        unseen = float("nan") if like is None else [float("nan")] * len(like)
+        values = [unseen if value is None else value for value in values]
+    return [_without_null(value) if isinstance(value, list) else value for value in values]

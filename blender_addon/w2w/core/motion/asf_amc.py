@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.skeleton import Y_UP_TO_Z_UP
 from ..file_names import shown
 from .source import (
+    TO_Z_UP,
     SourceMotion,
     UnusableMotion,
     refuse_few_frames,
@@ -91,29 +91,26 @@ def _lines(path: Path) -> list[str]:
     return [line for line in (raw.partition("#")[0].strip() for raw in text.splitlines()) if line]
 
 
-def _sections(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
+def _sections(lines: list[str]) -> dict[str, list[str]]:
     """The parts of an .asf: the word after the colon, in lower case, and the lines below."""
-    name, held = "", list[str]()
+    parts: dict[str, list[str]] = {}
+    held: list[str] = []
     for line in lines:
         if line.startswith(":"):
-            if name:
-                yield name, held
-            words = line[1:].split()
-            name, held = (words[0].lower() if words else ""), [" ".join(words[1:])] if words[1:] else []
+            name, _, rest = " ".join(line[1:].split()).partition(" ")
+            held = parts[name.lower()] = [rest] if rest else []
         else:
             held.append(line)
-    if name:
-        yield name, held
+    return parts
 
 
 def _skeleton(lines: list[str]) -> list[_Bone]:
     """Bones, the root first, parents before children."""
-    parts = dict(_sections(lines))
+    parts = _sections(lines)
     missing = [name for name in ("root", "bonedata", "hierarchy") if name not in parts]
     if missing:
         raise ValueError(f"it lacks :{', :'.join(missing)}")
-    degrees = not any(line.lower().split() == ["angle", "rad"] for line in parts.get("units", ()))
-    if not degrees:
+    if any(line.lower().split() == ["angle", "rad"] for line in parts.get("units", ())):
         raise ValueError("its angles are in radians; only degrees are known")
     found = {ROOT: _root(parts["root"])} | {bone.name: bone for bone in _bones(parts["bonedata"])}
     ordered, place = [found[ROOT]], {ROOT: 0}
@@ -218,11 +215,9 @@ def _source(
         moved[:, number, :3, :3] = turn
         rest_end[number] = rest[number, :3, 3] + reach
         end[:, number] = moved[:, number, :3, 3] + turn @ reach
-    up = np.eye(4)
-    up[:3, :3] = Y_UP_TO_Z_UP
     parents = np.array([bone.parent for bone in bones])
     names = tuple(bone.name for bone in bones)
-    return SourceMotion(names, parents, up @ rest @ up.T, up @ moved @ up.T, rate)
+    return SourceMotion(names, parents, TO_Z_UP @ rest @ TO_Z_UP.T, TO_Z_UP @ moved @ TO_Z_UP.T, rate)
 
 
 def _turn(bone: _Bone, values: np.ndarray | None, n_frames: int) -> np.ndarray:

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..body.skeleton import Y_UP_TO_Z_UP
 from ..file_names import shown
-from .bvh_text import BvhJoint, BvhText, read_bvh_text
+from .bvh_text import BvhText, read_bvh_text
 from .repair import repaired
-from .source import SourceMotion, people_in, refuse_pose
+from .source import TO_Z_UP, SourceMotion, people_in, refuse_pose
 
 BVH_SUFFIX = ".bvh"
 
@@ -34,13 +33,11 @@ def as_it_stands(text: BvhText, take: str) -> SourceMotion:
     joints = text.joints
     local_rest, local = np.tile(np.eye(4), (len(joints), 1, 1)), _local_matrices(text)
     local_rest[:, :3, 3] = [joint.offset for joint in joints]
-    up = np.eye(4)
-    up[:3, :3] = Y_UP_TO_Z_UP
     rest, matrices = np.empty_like(local_rest), np.empty_like(local)
     for number, joint in enumerate(joints):
         root = joint.parent < 0
-        rest[number] = (up if root else rest[joint.parent]) @ local_rest[number]
-        np.matmul(up if root else matrices[:, joint.parent], local[:, number], out=matrices[:, number])
+        rest[number] = (TO_Z_UP if root else rest[joint.parent]) @ local_rest[number]
+        np.matmul(TO_Z_UP if root else matrices[:, joint.parent], local[:, number], out=matrices[:, number])
     parents = np.array([joint.parent for joint in joints])
     names = tuple(joint.name for joint in joints)
     return SourceMotion(names, parents, rest, matrices, text.rate, take, people_in(parents))
@@ -55,7 +52,10 @@ def _local_matrices(text: BvhText) -> np.ndarray:
     local[..., 3, 3] = 1
     local[..., :3, :3] = np.eye(3)
     turning: dict[str, list[tuple[int, list[int]]]] = {}
-    for number, (joint, columns) in enumerate(_columns(text.joints)):
+    start = 0
+    for number, joint in enumerate(text.joints):
+        columns = {name: start + place for place, name in enumerate(joint.channels)}
+        start += len(columns)
         shifts = {"xyz".index(name[0]): column for name, column in columns.items() if POSITION in name}
         if not shifts:
             local[:, number, :3, 3] = joint.offset
@@ -69,15 +69,6 @@ def _local_matrices(text: BvhText) -> np.ndarray:
         numbers, columns = map(list, zip(*those, strict=True))
         local[:, numbers, :3, :3] = _turns(order, text.values[:, columns])
     return local
-
-
-def _columns(joints: list[BvhJoint]) -> list[tuple[BvhJoint, dict[str, int]]]:
-    """Each joint with the column of each of its channels, in their order."""
-    found, column = [], 0
-    for joint in joints:
-        found.append((joint, {name: column + place for place, name in enumerate(joint.channels)}))
-        column += len(joint.channels)
-    return found
 
 
 def _turns(order: str, degrees: np.ndarray) -> np.ndarray:

@@ -10,7 +10,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 
@@ -176,10 +175,7 @@ class _Tree:
             raise UnusableMotion(
                 f"it is damaged: line {number} gives an offset of {len(words)} numbers, and one has 3"
             )
-        try:
-            offset = tuple(map(float, words))
-        except ValueError:
-            _refuse_word(words, number)
+        offset = tuple(_numbers(words, number))
         if not all(abs(value) < MOST for value in offset):  # NaN too
             raise UnusableMotion(NOT_FINITE)
         if self._open[-1] != AN_END:
@@ -271,26 +267,22 @@ def _row(line: str, number: int, channels: int) -> list[float]:
         raise UnusableMotion(
             f"it is damaged: line {number} holds {count} numbers, and its skeleton has {channels} channels"
         )
-    try:
-        return [float(word) for word in words]
-    except ValueError:
-        _refuse_word(words, number)
+    return _numbers(words, number)
 
 
-def _refuse_word(words: list[str], number: int) -> NoReturn:
-    """Say which of the words is no number."""
-    word = next(word for word in words if not _is_number(word))
-    if any(part in word.lower() for part in ("nan", "inf", "#")):  # as C writes them
-        raise UnusableMotion(NOT_FINITE)
-    raise UnusableMotion(f"it is damaged: line {number} holds {_quoted(word)} where a number should stand")
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
+def _numbers(words: list[str], line: int) -> list[float]:
+    """Numbers of a line's words; the first that is none is refused."""
+    found = []
+    for word in words:
+        try:
+            found.append(float(word))
+        except ValueError:
+            if any(part in word.lower() for part in ("nan", "inf", "#")):  # as C writes them
+                raise UnusableMotion(NOT_FINITE) from None
+            raise UnusableMotion(
+                f"it is damaged: line {line} holds {_quoted(word)} where a number should stand"
+            ) from None
+    return found
 
 
 def _instead(wanted: str, words: list[str]) -> str:

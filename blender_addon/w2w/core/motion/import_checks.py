@@ -88,7 +88,12 @@ def as_plain_glb(path: Path) -> bytes:
     length = struct.unpack_from("<I", data, 12)[0]
     content, rest = json.loads(data[20 : 20 + length]), data[20 + length :]
     bones = _bones(content)
-    _name(content["nodes"], bones)
+    taken = set(bones.values())
+    for number, node in enumerate(content["nodes"]):
+        if number in bones:
+            node["name"] = bones[number]
+        elif isinstance(node, dict) and node.get("name") in taken:
+            node["name"] = f"{node['name']} node {number}"
     if not content.get("skins"):
         content["skins"] = [{"joints": _joints(content["nodes"], bones)}]
     text = json.dumps(content).encode()
@@ -119,16 +124,6 @@ def _bones(content: dict[str, Any]) -> dict[int, str]:
     return found
 
 
-def _name(nodes: list[dict[str, Any]], bones: dict[int, str]) -> None:
-    """Give bones their names, and nodes that bear one of those another."""
-    taken = set(bones.values())
-    for number, node in enumerate(nodes):
-        if number in bones:
-            node["name"] = bones[number]
-        elif isinstance(node, dict) and node.get("name") in taken:
-            node["name"] = f"{node['name']} node {number}"
-
-
 def _joints(nodes: list[dict[str, Any]], bones: dict[int, str]) -> list[int]:
     """The bones, and the nodes between them."""
     parent = {child: number for number, node in enumerate(nodes) for child in node.get("children", [])}
@@ -146,7 +141,6 @@ def _joints(nodes: list[dict[str, Any]], bones: dict[int, str]) -> list[int]:
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 TEXT, CRATE, ARCHIVE = b"#usda 1.", b"PXR-USDC", b"PK\x03\x04"
-"""How its three forms begin."""
 
 FALLBACK_RATE = 24.0
 """Time codes a second where the file does not say, by USD's own rule."""

@@ -14,7 +14,6 @@ from .labels import NO_LABELS, LabelCheck, read_labels
 from .library import (
     MOTION_SUFFIXES,
     Clip,
-    Library,
     LibraryError,
     activity_of,
     as_label,
@@ -25,6 +24,8 @@ from .library import (
 
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
+
+NAMED = {BY_FOLDER: "folder names", BY_FILE: "file names"}
 
 LABELS = "labels.csv"
 
@@ -65,9 +66,11 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
     if by == BY_CSV or (by == AUTOMATIC and (folder / LABELS).is_file()):
         labels = csv or folder / LABELS
     library = read_library(folder, labels)
+    plan = ImportPlan(library.clips, library.skipped, (), library.labelled_by, library.check)
     if by in (BY_FOLDER, BY_FILE):
-        library = _labelled_by_name(library, by)
-    return _without_copies(ImportPlan(library.clips, library.skipped, (), library.labelled_by, library.check))
+        clips = tuple(replace(clip, activity=_label(clip.path, by)) for clip in plan.clips)
+        plan = replace(plan, clips=clips, labelled_by=NAMED[by])
+    return _without_copies(plan)
 
 
 def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
@@ -84,8 +87,8 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
     files, names = [shown(path.name) for path in motions], unique_names([path.name for path in motions])
     if by == BY_CSV:
         labels = csv or motions[0].parent / LABELS
-        found = read_labels(labels, motions[0].parent, files)
-        rows, check, labelled_by = found.rows, found.check, f"the file {shown(labels.name)}"
+        rows, check = read_labels(labels, motions[0].parent, files)
+        labelled_by = f"the file {shown(labels.name)}"
         missing = f"{shown(labels.name)} gives it no activity"
         left_out += [(file, missing) for file in files if file not in rows]
     else:
@@ -93,7 +96,7 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
             file: {"activity": _label(path, by), "subject": "", "motion_key": ""}
             for path, file in zip(motions, files, strict=True)
         }
-        check, labelled_by = NO_LABELS, "folder names" if by == BY_FOLDER else "file names"
+        check, labelled_by = NO_LABELS, NAMED.get(by, NAMED[BY_FILE])
     clips = [
         Clip(path, file, name, rows[file]["activity"], rows[file]["subject"], rows[file]["motion_key"])
         for path, file, name in zip(motions, files, names, strict=True)
@@ -156,11 +159,6 @@ def activity_of_action(action: str, armature: str = "") -> str:
     parts = [re.sub(r"\.\d{3}$", "", part).strip() for part in action.split("|")]
     telling = (part for part in parts if part not in own and not SAYS_NOTHING.fullmatch(part))
     return as_label(next(telling, ""))
-
-
-def _labelled_by_name(library: Library, by: str) -> Library:
-    clips = tuple(replace(clip, activity=_label(clip.path, by)) for clip in library.clips)
-    return replace(library, clips=clips, labelled_by="folder names" if by == BY_FOLDER else "file names")
 
 
 def _label(path: Path, by: str) -> str:

@@ -36,16 +36,10 @@ NO_LABELS = LabelCheck()
 """The check of a library that no csv file labels."""
 
 
-@dataclass(frozen=True)
-class Labels:
-    """Rows by path inside the library, and what stood out."""
-
-    rows: dict[str, dict[str, str]]
-    check: LabelCheck
-
-
-def read_labels(path: Path, folder: Path, inside: Sequence[str], exact: bool = False) -> Labels:
-    """Read the labels of a library's files, given by their paths `inside` it.
+def read_labels(
+    path: Path, folder: Path, inside: Sequence[str], exact: bool = False
+) -> tuple[dict[str, dict[str, str]], LabelCheck]:
+    """Rows of labels by path inside a library, of those paths that are `inside` it, and what stood out.
 
     The csv has columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key`` and ``source``.
     `exact` keeps activities apart that differ only in case, spaces or underscores.
@@ -80,7 +74,7 @@ def read_labels(path: Path, folder: Path, inside: Sequence[str], exact: bool = F
         rows = {file: row | {"activity": name_of[row["activity"]]} for file, row in rows.items()}
     missing = tuple(file for file in inside if file not in named | set(rows))
     check = LabelCheck(tuple(strangers), tuple(empty), missing, spellings, exact, table.note)
-    return Labels(rows, check)
+    return rows, check
 
 
 def same_label(label: str) -> str:
@@ -133,14 +127,12 @@ class _Finder:
         if file.as_posix() in self.known:
             return [file.as_posix()]
         same_name = self.by_name.get(file.name, [])
-        return [found for found in same_name if self._above(file, found)] or [
-            found for found in same_name if f"/{found}".endswith(f"/{file}")
-        ]
-
-    def _above(self, file: PurePosixPath, found: str) -> bool:
-        """Whether a row's path is that of a file of the library, the library's folder before it."""
-        before = str(file).removesuffix(f"/{found}")
-        return before != str(file) and PurePosixPath(before).name in self.folders
+        whole = []
+        for found in same_name:
+            before = str(file).removesuffix(f"/{found}")
+            if before != str(file) and PurePosixPath(before).name in self.folders:
+                whole.append(found)
+        return whole or [found for found in same_name if f"/{found}".endswith(f"/{file}")]
 
     def file_of(self, text: str, number: int) -> str | None:
         """The file that is meant; None where the library does not hold it."""

@@ -182,18 +182,18 @@ def _labelled(
     folder: Path, labels: Path, files: list[Path], inside: list[str], names: list[str], exact: bool
 ) -> Library:
     """The library as a csv labels it."""
-    found, named = read_labels(labels, folder, inside, exact), shown(labels.name)
-    not_listed = set(found.check.not_listed)
+    (rows, check), named = read_labels(labels, folder, inside, exact), shown(labels.name)
+    not_listed = set(check.not_listed)
     clips, skipped = [], []
     for path, file, name in zip(files, inside, names, strict=True):
-        row = found.rows.get(file)
+        row = rows.get(file)
         if row is not None:
             told = (row[column] for column in ("activity", "subject", "motion_key", "source"))
             clips.append(Clip(path, file, name, *told))
         else:
             fault = "does not list it" if file in not_listed else "gives it no activity"
             skipped.append((file, f"{named} {fault}"))
-    return Library(folder, tuple(clips), f"the file {named}", tuple(skipped), found.check)
+    return Library(folder, tuple(clips), f"the file {named}", tuple(skipped), check)
 
 
 def _motion_files(folder: Path) -> Iterable[Path]:

@@ -102,9 +102,7 @@ class Motion:
                 "mocap_framerate": np.array(self.rate),
                 "gender": np.array("neutral"),
                 "betas": np.zeros(10),
-                "activity": np.array(self.activity),
-                "subject": np.array(self.subject),
-                "clip": np.array(self.clip),
+                **{name: np.array(getattr(self, name)) for name in LABELS},
             },
         )
 
@@ -131,7 +129,6 @@ LABELS = ("activity", "subject", "clip")
 """Arrays that `Motion.save` adds to those of AMASS."""
 
 SMPL_SUFFIXES = (".npz", ".smpl")
-"""Kinds of files read here, in lower case with the dot."""
 
 RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps", "frameRate")
 TRANS_KEYS = ("trans", "transl", "bodyTranslation")
@@ -190,7 +187,8 @@ def _motion_of(arrays: dict[str, np.ndarray], z_up: bool) -> Motion:
     turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
     rotations[:, 1:BODY_JOINTS] = in_axes(turns[:, 1:], Y_UP_TO_Z_UP.T)
     root, pelvis = turns[:, 0], trans + SMPL_PELVIS
-    if not z_up and _stands_along_y(root):
+    up = root[:, :, 1].mean(axis=0)  # where the body's own up points on average
+    if not z_up and up[1] > np.abs(up[2]):
         root, pelvis = Y_UP_TO_Z_UP @ root, pelvis @ Y_UP_TO_Z_UP.T
     rotations[:, 0] = root @ Y_UP_TO_Z_UP.T
     return Motion(rotations, pelvis, rate)
@@ -261,12 +259,6 @@ def _refuse_beyond(values: np.ndarray, name: str, most: float, unit: str, expect
         raise UnusableMotion(
             f"its '{name}' reach {largest:.3g} {unit}, which no body does: it is damaged, or not {expected}"
         )
-
-
-def _stands_along_y(root: np.ndarray) -> bool:
-    """Whether bodies stand along the world's y, by where the body's own up points on average."""
-    up = root[:, :, 1].mean(axis=0)
-    return bool(up[1] > np.abs(up[2]))
 
 
 ORDER = 3

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,13 +40,8 @@ CRUMPLED = 1e-3
 SEGMENT_END = {
     JOINT_INDEX[f"{side}_{start}"]: JOINT_INDEX[f"{side}_{end}"]
     for side in ("left", "right")
-    for start, end in (
-        ("hip", "knee"),
-        ("knee", "ankle"),
-        ("shoulder", "elbow"),
-        ("elbow", "wrist"),
-        ("wrist", "hand"),
-    )
+    for chain in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist", "hand"))
+    for start, end in pairwise(chain)
 }
 """Joints whose segment is laid along the source's: the joint at its far end."""
 
@@ -164,12 +160,9 @@ def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     left = _unit(_across(rest, "hip")) + _unit(_across(rest, "shoulder"))
     trunk = _unit(trunk_line(rest))
     if trunk[2] >= UPRIGHT:
-        up = np.array([0.0, 0.0, 1.0])
-    else:
-        own = _unit(trunk_line({joint: body.joints[joint] for joint in rest}))
-        own_frame = frame_of(np.array([1.0, 0.0, 0.0]), own)
-        return frame_of(left, trunk) @ own_frame.T
-    return frame_of(left, up)
+        return frame_of(left, np.array([0.0, 0.0, 1.0]))
+    own = _unit(trunk_line({joint: body.joints[joint] for joint in rest}))
+    return frame_of(left, trunk) @ frame_of(np.array([1.0, 0.0, 0.0]), own).T
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

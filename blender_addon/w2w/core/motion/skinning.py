@@ -52,7 +52,10 @@ def skin(body: Body, transforms: np.ndarray, vertices: np.ndarray | slice = slic
     Transforms are those of `skinning_transforms`, or only some axes of the world, (T, 24, A, 4), for (T, N,
     A).
     """
-    return _blend(transforms, _skinning_rows(body.weights[vertices], body.vertices[vertices]))
+    rows = _skinning_rows(body.weights[vertices], body.vertices[vertices])
+    n_frames, n_axes = len(transforms), transforms.shape[2]
+    columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * n_axes)
+    return multiply(rows.T, columns).reshape(-1, n_frames, n_axes).transpose(1, 0, 2)
 
 
 def patch_matrices(body: Body, triangles: np.ndarray, motion: Motion) -> np.ndarray:
@@ -71,7 +74,8 @@ def posed_patches(body: Body, triangles: np.ndarray, transforms: np.ndarray) -> 
     memory entry by entry, as whoever works on all of them at once reads them.
     """
     n_frames, n_patches = len(transforms), len(triangles)
-    rows = _triangle_rows(body, triangles)
+    first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in triangles.T)
+    rows = np.concatenate([(first + second + third) / 3, second - first, third - first], axis=1)
     columns = transforms.transpose(0, 2, 1, 3).reshape(n_frames, 3, -1)
     entries = np.empty((4, 4, n_frames, n_patches))
     for start in range(0, n_frames, FRAME_BLOCK):
@@ -127,19 +131,6 @@ def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Rows (24 * 4, N) that points' posed positions are the product of: w_j * (p, 1)."""
     homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1)
     return (weights.T[:, None] * homogeneous.T).reshape(-1, len(points))
-
-
-def _triangle_rows(body: Body, triangles: np.ndarray) -> np.ndarray:
-    """Rows for the centroids, then the edges v2 - v1, then the edges v3 - v1; (96, 3 N)."""
-    first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in triangles.T)
-    return np.concatenate([(first + second + third) / 3, second - first, third - first], axis=1)
-
-
-def _blend(transforms: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Multiply rows (96, N) with all frames' transforms (T, 24, A, 4) at once; shape (T, N, A)."""
-    n_frames, n_axes = len(transforms), transforms.shape[2]
-    columns = transforms.transpose(1, 3, 0, 2).reshape(N_JOINTS * 4, n_frames * n_axes)
-    return multiply(rows.T, columns).reshape(-1, n_frames, n_axes).transpose(1, 0, 2)
 
 
 def relative_to_parents(world: np.ndarray) -> np.ndarray:

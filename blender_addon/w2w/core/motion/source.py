@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..body.skeleton import Y_UP_TO_Z_UP
 from ..file_names import shown
 
 
@@ -46,6 +47,10 @@ def people_in(parents: np.ndarray) -> int:
     sizes = np.bincount(tree, minlength=1)
     return max(1, int(np.count_nonzero((sizes > 0) & (2 * sizes >= sizes.max()))))
 
+
+TO_Z_UP = np.eye(4)
+TO_Z_UP[:3, :3] = Y_UP_TO_Z_UP
+"""Turns a world whose y axis points up."""
 
 MOST_BONE_FRAMES = 2**24
 """Frames times bones that can be held: 2 GiB of matrices, over an hour of 65 bones at 60 frames/s."""
