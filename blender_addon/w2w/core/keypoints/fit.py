@@ -117,10 +117,9 @@ def guess_up(keypoints: np.ndarray, joint_set: JointSet) -> Up:
     Positions (T, J, 3) are of people who mostly stand or sit, NaN where a joint was not seen. Raises
     ValueError if hips and shoulders are never seen together.
     """
+    keypoints = np.asarray(keypoints)
     hips, shoulders = (
-        sum(
-            np.asarray(keypoints)[:, list(joint_set.members(f"{side} {part}"))].mean(axis=1) for side in SIDES
-        )
+        sum(keypoints[:, list(joint_set.members(f"{side} {part}"))].mean(axis=1) for side in SIDES)
         for part in ("hip", "shoulder")
     )
     trunk = unit(shoulders - hips)
@@ -194,9 +193,8 @@ def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: d
     frames = []
     for found in (points, joints):
         hips, shoulders = middle(found, "hip"), middle(found, "shoulder")
-        waist = found["spine"] if bend else None
-        low = (waist if bend else shoulders) - hips
-        high = shoulders - (waist if bend else hips)
+        low = (found["spine"] if bend else shoulders) - hips
+        high = shoulders - (found["spine"] if bend else hips)
         across = [found[f"left {part}"] - found[f"right {part}"] for part in ("hip", "shoulder")]
         frames.append([frame_of(across[0], low), frame_of(across[1], high)])
     pelvis, chest = (posed @ rest.T for posed, rest in zip(*frames, strict=True))

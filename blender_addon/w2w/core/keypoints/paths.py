@@ -53,19 +53,15 @@ def sides_are_exchanged(points: dict[str, np.ndarray]) -> bool:
 
     Knees bend forwards and toes and noses point there; forward is where up and the left hip say it is.
     """
-    left = points["left hip"] - points["right hip"]
-    middle = (points["left hip"] + points["right hip"]) / 2
-    up = (points["left shoulder"] + points["right shoulder"]) / 2 - middle
-    forward = np.cross(left, up)
+    up = middle(points, "shoulder") - middle(points, "hip")
+    forward = np.cross(points["left hip"] - points["right hip"], up)
     forward /= np.linalg.norm(forward, axis=1, keepdims=True)
     evidence = []
     for side in SIDES:
         hip, knee, ankle = (points[f"{side} {part}"] for part in LEGS[:3])
-        thigh = np.linalg.norm(knee - hip, axis=1)
-        along = np.einsum("ta,ta->t", knee - hip, ankle - hip) / np.einsum(
-            "ta,ta->t", ankle - hip, ankle - hip
-        )
-        offset = knee - hip - along[:, None] * (ankle - hip)
+        thigh, leg = np.linalg.norm(knee - hip, axis=1), ankle - hip
+        along = np.einsum("ta,ta->t", knee - hip, leg) / np.einsum("ta,ta->t", leg, leg)
+        offset = knee - hip - along[:, None] * leg
         evidence.append(np.einsum("ta,ta->t", offset, forward) / thigh)
         toe = points[f"{side} toe"]
         if np.isfinite(toe).any():

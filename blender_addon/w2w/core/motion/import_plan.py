@@ -128,19 +128,14 @@ def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
     for alike in by_size.values():
         first: dict[bytes, Path] = {}
         for path in alike if len(alike) > 1 else ():
-            digest = _digest(path)
-            if digest and first.setdefault(digest, path) != path:
+            try:
+                with path.open("rb") as stream:
+                    digest = hashlib.file_digest(stream, "sha256").digest()
+            except OSError:  # its import says why it cannot be read
+                continue
+            if first.setdefault(digest, path) != path:
                 copies[path] = first[digest]
     return copies
-
-
-def _digest(path: Path) -> bytes:
-    """Hash of a file's content; empty where it cannot be read, and its import says why."""
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").digest()
-    except OSError:
-        return b""
 
 
 def activity_of_action(action: str, armature: str = "") -> str:

@@ -113,11 +113,8 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
         Clip(path, file, name, activity_in(folder, path))
         for path, file, name in zip(files, inside, names, strict=True)
     ]
-    by_folder = sum("/" in file for file in inside)
-    sources = [
-        text for text, uses in (("folder names", by_folder), ("file names", len(inside) - by_folder)) if uses
-    ]
-    return Library(folder, tuple(clips), " and ".join(sources))
+    sources = {"folder names" if "/" in file else "file names" for file in inside}
+    return Library(folder, tuple(clips), " and ".join(sorted(sources, reverse=True)))
 
 
 def activity_in(folder: Path, path: Path) -> str:
