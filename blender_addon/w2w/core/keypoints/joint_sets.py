@@ -44,19 +44,14 @@ def mirrored(landmark: str) -> str:
     return f"{SIDES[1 - SIDES.index(side)]} {rest}" if side in SIDES else landmark
 
 
-def _bundled() -> dict[str, JointSet]:
-    content = template("joint_sets.json")
-    return {
-        key: JointSet(
-            given["name"],
-            tuple(given["joints"]),
-            {landmark: tuple(joints) for landmark, joints in given["landmarks"].items()},
-        )
-        for key, given in content.items()
-    }
-
-
-JOINT_SETS = _bundled()
+JOINT_SETS = {
+    key: JointSet(
+        given["name"],
+        tuple(given["joints"]),
+        {landmark: tuple(joints) for landmark, joints in given["landmarks"].items()},
+    )
+    for key, given in template("joint_sets.json").items()
+}
 """By the names that `--pose-joints` takes."""
 
 _HIDDEN = (

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..csv_tables import SEPARATORS, CsvError, decoded
-from ..motion.library import split_column
+from ..motion.library import joint_columns
 from ..motion.source import UnusableMotion
 from .facts import PoseFacts, facts_of
 from .naming import RawPose
@@ -38,7 +38,7 @@ def read_csv_pose(path: Path) -> RawPose:
     header = lines[0] if lines else ""
     separator = max(SEPARATORS, key=header.count)
     columns = next(csv.reader([header], delimiter=separator), [])
-    places = _coordinates(columns)
+    places = joint_columns(columns)
     if not places:
         raise UnusableMotion(
             "its first line names no joints; the columns must be left_hip_x, left_hip_y, left_hip_z and so on"
@@ -47,16 +47,6 @@ def read_csv_pose(path: Path) -> RawPose:
     wanted = [place for axes in places.values() for place in axes]
     positions = table[:, wanted].reshape(len(table), -1, 3)
     return RawPose(positions, tuple(places), PoseFacts(rate=_rate(columns, table)))
-
-
-def _coordinates(columns: list[str]) -> dict[str, tuple[int, int, int]]:
-    """Joint -> places of its x, y and z, for joints that have all three."""
-    found: dict[str, dict[str, int]] = {}
-    for place, name in enumerate(columns):
-        split = split_column(name)
-        if split is not None:
-            found.setdefault(split[0], {})[split[1]] = place
-    return {joint: tuple(axes[a] for a in "xyz") for joint, axes in found.items() if len(axes) == 3}
 
 
 def _numbers(lines: list[str], separator: str, width: int, decimal_comma: bool) -> np.ndarray:

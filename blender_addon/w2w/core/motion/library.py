@@ -212,10 +212,13 @@ def is_motion(path: Path) -> bool:
     return suffix in MOTION_SUFFIXES or (suffix in TEXT_SUFFIXES and may_hold_joints(path))
 
 
-def split_column(name: str) -> tuple[str, str] | None:
-    """Joint and axis of a column's name; None where it is another kind of column."""
-    found = COLUMN.fullmatch(name.strip().strip('"'))
-    return (found["joint"], found["axis"].lower()) if found else None
+def joint_columns(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
+    """Joint -> places of its x, y and z among a table's columns, for joints that have all three."""
+    found: dict[str, dict[str, int]] = {}
+    for place, name in enumerate(names):
+        if column := COLUMN.fullmatch(name.strip().strip('"')):
+            found.setdefault(column["joint"], {})[column["axis"].lower()] = place
+    return {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in found.items() if len(axes) == 3}
 
 
 def may_hold_joints(path: Path) -> bool:
@@ -231,11 +234,7 @@ def may_hold_joints(path: Path) -> bool:
     if path.suffix.lower() == ".json":
         return any(f'"{key}"' in text for key in JSON_KEYS)
     header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-    columns = [split_column(name) for name in re.split(r"[,;\t]", header)]
-    axes: dict[str, set[str]] = {}
-    for joint, axis in filter(None, columns):
-        axes.setdefault(joint, set()).add(axis)
-    return sum(found == set("xyz") for found in axes.values()) >= FEWEST_JOINTS
+    return len(joint_columns(re.split(r"[,;\t]", header))) >= FEWEST_JOINTS
 
 
 def is_joint_file(path: Path) -> bool:
