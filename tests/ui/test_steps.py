@@ -22,8 +22,7 @@ from w2w.core.selection.headline import CANNOT_RANK, confidence_sentence, mean_c
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import carrier_triangles, patch_empties
 from w2w.ui.jobs import jobs
-from w2w.ui.panels import menus
-from w2w.ui.properties import study as properties
+from w2w.ui.panels import menus, properties
 from w2w.ui.results import results
 from w2w.ui.study import scores
 from w2w.ui.study.advice import answer_of

@@ -10,24 +10,21 @@ import bpy
 from .files import exports, open_results, save_results
 from .jobs import jobs, preferences
 from .jobs import windows as job_windows
-from .panels import character, garments, menus
+from .panels import character, garments, menus, properties, rows
 from .panels import own_placements as own_placement_panel
 from .panels import placement as placement_panels
 from .panels import results as result_panels
 from .panels import sensor as own_sensor_panel
 from .panels import steps as panels
-from .properties import rows
-from .properties import study as properties
 from .results import upkeep
 from .steps import baking, choosing, import_dialog, run_all
 from .steps import body as step1_body
 from .steps import motions as step2_motions
 from .steps import patches as step3_patches
-from .study import garments as garment_properties
-from .viewport import on_character, overlay
+from .viewport import overlay
 
 MODULES: tuple[ModuleType, ...] = (
-    preferences, garment_properties, step1_body, rows, on_character, properties, jobs, job_windows,
+    preferences, step1_body, rows, properties, jobs, job_windows,
     step2_motions, import_dialog, step3_patches, baking, choosing, run_all, menus, open_results,
     save_results, exports, panels, character, own_placement_panel, own_sensor_panel, garments,
     result_panels, placement_panels, overlay, upkeep,

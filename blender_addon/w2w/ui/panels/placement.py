@@ -11,7 +11,6 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text
-from ..properties.rows import KINDS
 from ..results import results
 from ..results.own_placements import spot_name
 from ..steps.choosing import TITLE, missing_for_choice
@@ -23,6 +22,7 @@ from ..study.state import COST, FORBID, current_body, patches_of
 from ..viewport.overlay import NO_PICK, picks
 from .base import ResultPanel
 from .results import can_change_now, draw_rows
+from .rows import KINDS
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout

@@ -27,11 +27,6 @@ def part_of(activity: Group) -> str:
     return BACKGROUND if activity.background else COUNTED
 
 
-def set_part(activity: Group, part: str) -> None:
-    """Let an activity take a part."""
-    activity.use, activity.background = part != LEFT_OUT, part == BACKGROUND
-
-
 def ticked(study: Group) -> np.ndarray:
     """Mask of the activities that are not left out, shape (A,); all True where every one would be."""
     used = np.array([activity.use for activity in study.activities], dtype=bool)

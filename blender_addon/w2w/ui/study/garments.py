@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TypeVar
 
 import bpy
-from bpy.props import CollectionProperty, PointerProperty
 
 from ...core.garments.cover import FITTED, Cover, cover, load_covers
 from ...core.garments.cut import cut
@@ -23,18 +22,6 @@ from ...scene.garments.cloth import KIND, refit
 from ..jobs.jobs import Step, in_thread, is_there
 
 T = TypeVar("T")
-
-
-class W2W_PG_garment(bpy.types.PropertyGroup):
-    """A garment on the body."""
-
-    item: PointerProperty(type=bpy.types.Object, name="Garment")
-
-
-class Wardrobe:
-    """The properties of a study for its garments."""
-
-    garments: CollectionProperty(type=W2W_PG_garment)
 
 
 def worn_by(study: bpy.types.PropertyGroup) -> list[bpy.types.Object]:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, PointerProperty, StringProperty
 
 from ...scene import heatmap
 from ...scene.body import character
@@ -12,41 +11,6 @@ from ..jobs.jobs import is_there
 
 MARK_RADIUS = 1.5
 """Radius of a sensor's ball on a character, in lengths of a patch's axes."""
-
-
-def _repaint(item: W2W_PG_character_mesh, _context: bpy.types.Context) -> None:
-    """Show the map on a mesh, or no longer; the sensors stay on those that show it."""
-    body = item.id_data
-    if not item.use and item.mesh is not None:
-        heatmap.remove_heatmaps(item.mesh)
-    paint(body)
-    show(body)
-    mark(body)
-
-
-class W2W_PG_character_mesh(bpy.types.PropertyGroup):
-    """A mesh of a character."""
-
-    mesh: PointerProperty(type=bpy.types.Object, name="Mesh")
-    use: BoolProperty(
-        name="Use",
-        description="Show the map and the sensors on this mesh: leave out clothes, hair or what is held",
-        default=True,
-        update=_repaint,
-    )
-
-
-class OwnCharacter:
-    """The part of a study's properties that is about the user's own character."""
-
-    character: PointerProperty(
-        type=bpy.types.Object,
-        name="Character",
-        description="Armature of the character that shows the map and the sensors",
-    )
-    character_meshes: CollectionProperty(type=W2W_PG_character_mesh)
-    marks: PointerProperty(type=bpy.types.Collection, name="Sensors on the Character")
-    fit: StringProperty(name="Fit", description="How well the character lies on the body")
 
 
 def meshes_of(body: bpy.types.Object) -> list[bpy.types.Object]:

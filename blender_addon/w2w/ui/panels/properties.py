@@ -20,12 +20,13 @@ from ...scene.base.patches import EMPTY_SIZE
 from ..jobs.jobs import is_there
 from ..steps.body import W2W_PG_shape
 from ..study.declared import declared
-from ..study.garments import Wardrobe
 from ..study.operators import is_ranked
 from ..study.scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
 from ..study.sensors import OWN, SensorProperties
-from ..viewport.on_character import OwnCharacter
-from . import rows, updates
+from . import rows
+
+Context = bpy.types.Context
+Group = bpy.types.PropertyGroup
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
@@ -54,10 +55,11 @@ FIRST_LIMIT = 3
 """Most sensors, when a limit is switched on."""
 
 
-_view_items: list[tuple[str, str, str, int]] = []
-_minus_items: list[tuple[str, str, str, int]] = []
-_beside_items: list[tuple[str, str, str, int]] = []
-"""Blender keeps no reference to the strings of a dynamic enum: these do."""
+ENDS = {"min": 0, "max": 1, "update": rows.repaint}
+"""Of the two ends of the colours."""
+
+_menus: dict[str, list[tuple[str, str, str, int]]] = {}
+"""Items of dynamic menus: Blender keeps no reference to their strings."""
 
 
 def sensor_items() -> list[tuple[str, str, str]]:
@@ -72,34 +74,30 @@ def classifier_items() -> list[tuple[str, str, str]]:
     return [(name, *CLASSIFIER_NAMES.get(name, (name.title(), name))) for name in CLASSIFIERS]
 
 
-def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
-    _view_items[:] = view_items(self)
-    return _view_items
+def _views(self: W2W_PG_study, _context: Context) -> list[tuple[str, str, str, int]]:
+    _menus["view"] = view_items(self)
+    return _menus["view"]
 
 
-def _minuses(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+def _minuses(self: W2W_PG_study, _context: Context) -> list[tuple[str, str, str, int]]:
     views = [
         (key, name, f"Show how far F1 is above that for '{name}'", number + 1)
-        for key, name, _, number in _views(self, _context)
+        for key, name, _, number in view_items(self)
     ]
-    _minus_items[:] = [(NOTHING, "Nothing", "Show the heatmap itself", 0), *views]
-    return _minus_items
+    _menus["minus"] = [(NOTHING, "Nothing", "Show the heatmap itself", 0), *views]
+    return _menus["minus"]
 
 
-def _views_beside(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
-    _beside_items[:] = view_items(beside_of(self) or self)
-    return _beside_items
-
-
-def _is_limited(study: W2W_PG_study) -> bool:
-    return study.max_places > 0
+def _views_beside(self: W2W_PG_study, _context: Context) -> list[tuple[str, str, str, int]]:
+    _menus["beside"] = view_items(beside_of(self) or self)
+    return _menus["beside"]
 
 
 def _limit(study: W2W_PG_study, limited: bool) -> None:
     study.max_places = FIRST_LIMIT if limited else 0
 
 
-def _is_body(_self: bpy.types.PropertyGroup, item: bpy.types.Object) -> bool:
+def _is_body(_self: Group, item: bpy.types.Object) -> bool:
     return item.type == "MESH" and item.w2w.is_body
 
 
@@ -107,7 +105,7 @@ def _is_other(self: W2W_PG_study, item: bpy.types.Object) -> bool:
     return _is_body(self, item) and item != self.id_data and is_there(item) and is_ranked(item)
 
 
-class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyGroup):
+class W2W_PG_study(SensorProperties, Group):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -116,7 +114,7 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
     )
     shape: PointerProperty(type=W2W_PG_shape, name="Shape")
     show_armature: BoolProperty(
-        name="Show Armature", description="Show the body's bones", default=False, update=updates.show_armature
+        name="Show Armature", description="Show the body's bones", default=False, update=rows.show_armature
     )
 
     results_folder: StringProperty(
@@ -129,6 +127,16 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
     clips: CollectionProperty(type=rows.W2W_PG_clip)
     clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
 
+    garments: CollectionProperty(type=rows.W2W_PG_garment)
+    character: PointerProperty(
+        type=bpy.types.Object,
+        name="Character",
+        description="Armature of the character that shows the map and the sensors",
+    )
+    character_meshes: CollectionProperty(type=rows.W2W_PG_character_mesh)
+    marks: PointerProperty(type=bpy.types.Collection, name="Sensors on the Character")
+    fit: StringProperty(name="Fit", description="How well the character lies on the body")
+
     patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
     chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
     patch_count: IntProperty(**declared("patches"))
@@ -140,10 +148,10 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
         min=0.001,
         max=0.1,
         unit="LENGTH",
-        update=updates.resize_patches,
+        update=rows.resize_patches,
     )
     show_patches: BoolProperty(
-        name="Show Patches", description="Show all patches", default=True, update=updates.show_patches
+        name="Show Patches", description="Show all patches", default=True, update=rows.show_patches
     )
     patches_text: StringProperty(options={"HIDDEN"})
     patches_key: StringProperty(options={"HIDDEN"})
@@ -170,74 +178,62 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
         name="Active Activity",
         description="The activity whose heatmap is shown",
         default=-1,
-        update=updates.view_activity,
+        update=rows.view_activity,
     )
     view: EnumProperty(
-        name="Heatmap",
-        description="What the colours of the body show",
-        items=_views,
-        update=updates.show_view,
+        name="Heatmap", description="What the colours of the body show", items=_views, update=rows.show_view
     )
     minus: EnumProperty(
         name="Minus",
         description="Show the difference to another heatmap: where this one's F1 is higher, and where lower",
         items=_minuses,
-        update=updates.repaint,
+        update=rows.repaint,
     )
     scores: EnumProperty(
-        name="Scores", description="Which scores the heatmaps show", items=SCORES, update=updates.repaint
+        name="Scores", description="Which scores the heatmaps show", items=SCORES, update=rows.repaint
     )
     colour_map: EnumProperty(
-        name="Colours", description="Colour map of the heatmaps", items=COLOUR_MAPS, update=updates.repaint
+        name="Colours", description="Colour map of the heatmaps", items=COLOUR_MAPS, update=rows.repaint
     )
     beside: PointerProperty(
         type=bpy.types.Object, name="Second Body", description="The copy that shows the second map"
     )
     beside_view: EnumProperty(
-        name="Beside", description="The map beside", items=_views_beside, update=updates.repaint
+        name="Beside", description="The map beside", items=_views_beside, update=rows.repaint
     )
     beside_body: PointerProperty(
         type=bpy.types.Object,
         name="Of Body",
         description="Body whose map stands beside, such as that of another run; this one where none is given",
         poll=_is_other,
-        update=updates.repaint,
+        update=rows.repaint,
     )
     fix_range: BoolProperty(
         name="Same Range for All",
         description="Give all heatmaps the same colours for the same F1, so that activities can be compared",
-        update=updates.fix_range,
+        update=rows.fix_range,
     )
-    range_low: FloatProperty(
-        name="Low",
-        description="F1 at the low end of the colours",
-        default=0.0,
-        min=0,
-        max=1,
-        update=updates.repaint,
-    )
+    range_low: FloatProperty(name="Low", description="F1 at the low end of the colours", **ENDS)
     range_high: FloatProperty(
-        name="High",
-        description="F1 at the high end of the colours",
-        default=1.0,
-        min=0,
-        max=1,
-        update=updates.repaint,
+        name="High", description="F1 at the high end of the colours", default=1.0, **ENDS
     )
 
-    target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=updates.choose_patches)
+    target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=rows.choose_patches)
     every_activity: FloatProperty(
-        **declared("every_activity"), precision=2, subtype="FACTOR", update=updates.choose_patches
+        **declared("every_activity"), precision=2, subtype="FACTOR", update=rows.choose_patches
     )
-    max_places: IntProperty(**declared("max_places"), soft_max=12, update=updates.choose_patches)
+    max_places: IntProperty(**declared("max_places"), soft_max=12, update=rows.choose_patches)
     limit_places: BoolProperty(
-        name="Limit", description="Limit the number of sensors", get=_is_limited, set=_limit
+        name="Limit",
+        description="Limit the number of sensors",
+        get=lambda study: study.max_places > 0,
+        set=_limit,
     )
     own: CollectionProperty(type=rows.W2W_PG_own)
     own_index: IntProperty(
         name="Active Placement",
         description="The placement of yours that is looked at",
-        update=updates.look_at_own,
+        update=rows.look_at_own,
     )
     own_placed: StringProperty(options={"HIDDEN"})
     wishes: CollectionProperty(type=rows.W2W_PG_wish)
@@ -253,7 +249,7 @@ class W2W_PG_study(SensorProperties, OwnCharacter, Wardrobe, bpy.types.PropertyG
     picked_vertex: IntProperty(options={"HIDDEN"}, default=-1)
 
 
-class W2W_PG_scene(bpy.types.PropertyGroup):
+class W2W_PG_scene(Group):
     """Settings of the panel in a scene."""
 
     body: PointerProperty(
@@ -261,13 +257,13 @@ class W2W_PG_scene(bpy.types.PropertyGroup):
         name="Body",
         description="The body that the panel works on",
         poll=_is_body,
-        update=updates.redraw,
+        update=rows.redraw,
     )
     show_overlay: BoolProperty(
         name="Show Overlay",
         description="Draw the picked patch and the colour bar in the 3D viewport",
         default=True,
-        update=updates.redraw,
+        update=rows.redraw,
     )
 
 
