@@ -19,7 +19,7 @@ from w2w.headless.app import APP
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs, preferences
-from w2w.ui.panels.own_placements import in_short, in_words
+from w2w.ui.panels.wearing import in_short, in_words
 from w2w.ui.results.own_placements import is_pending, listed, patch_of_own, scores_of_own
 from w2w.ui.study.state import (
     BAKED,

@@ -10,8 +10,7 @@ import bpy
 from .files import exports, open_results, save_results
 from .jobs import jobs, preferences
 from .jobs import windows as job_windows
-from .panels import character, garments, menus, properties, rows
-from .panels import own_placements as own_placement_panel
+from .panels import character, menus, properties, rows, wearing
 from .panels import placement as placement_panels
 from .panels import results as result_panels
 from .panels import sensor as own_sensor_panel
@@ -26,7 +25,7 @@ from .viewport import overlay
 MODULES: tuple[ModuleType, ...] = (
     preferences, step1_body, rows, properties, jobs, job_windows,
     step2_motions, import_dialog, step3_patches, baking, choosing, run_all, menus, open_results,
-    save_results, exports, panels, character, own_placement_panel, own_sensor_panel, garments,
+    save_results, exports, panels, character, wearing, own_sensor_panel,
     result_panels, placement_panels, overlay, upkeep,
 )  # fmt: skip
 """Modules with classes to register, in their order, and those that also have a `register` of their own."""

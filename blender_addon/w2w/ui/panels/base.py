@@ -24,6 +24,16 @@ class W2WPanel:
     """Jobs that the panel's buttons start: their outcome is shown beside these."""
 
 
+class PartPanel(W2WPanel):
+    """A part of a step, which needs a body; closed at first."""
+
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return current_body(context) is not None
+
+
 class ResultPanel(W2WPanel):
     """A part of the results."""
 
@@ -46,12 +56,10 @@ class StepPanel(W2WPanel):
 
     def draw(self, context: Context) -> None:
         missing = self.missing(context)
-        content = self.layout.column()
-        content.use_property_split = True
-        content.use_property_decorate = False
+        content = form(self.layout)
         content.enabled = jobs.running is None
         if missing:
-            draw_text(content, context, missing, icon="INFO")
+            draw_info(content, context, missing)
         else:
             self.draw_step(context, content)
         draw_outcome(self.layout, context, self.titles)
@@ -66,6 +74,26 @@ class StepPanel(W2WPanel):
 
     def draw_step(self, context: Context, layout: Layout) -> None:
         """Draw the step itself."""
+
+
+def form(layout: Layout) -> Layout:
+    """A column with names at the left of their values, and nothing to animate them."""
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    return column
+
+
+def draw_info(layout: Layout, context: Context, text: str) -> None:
+    """Draw a text that tells what to do."""
+    draw_text(layout, context, text, icon="INFO")
+
+
+def draw_note(layout: Layout, context: Context, text: str) -> None:
+    """Draw a text in grey."""
+    note = layout.column()
+    note.active = False
+    draw_text(note, context, text)
 
 
 def beside_their_buttons() -> set[str]:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import bpy
 
 from ...core.body.body import Body
@@ -14,13 +16,12 @@ from ...scene.body.adopt import moving_armature
 from ...scene.body.character import character_meshes, read_character, tie, untie
 from ..jobs import jobs
 from ..jobs.jobs import is_there
-from ..jobs.text import draw_text
 from ..results import results
 from ..steps.body import add_study
 from ..steps.import_dialog import source_armatures
 from ..study.state import body_of_object, current_body, without_updates
 from ..viewport import on_character
-from .base import W2WPanel
+from .base import W2WPanel, draw_note
 
 BESIDE = 1.3
 """Distance of our body to the side of the character, in heights of the body."""
@@ -67,10 +68,7 @@ class W2W_OT_use_character(bpy.types.Operator):
             gap = tie(figure, meshes, body_of(body))
         except (UnusableMotion, ValueError) as error:
             return jobs.show_error(self, f"{armature.name}: {error}")
-        for row in body.w2w.character_meshes:
-            if row.mesh is not None and row.mesh not in meshes:
-                untie(row.mesh)
-        forget(body)
+        forget(body, meshes)
         study = body.w2w
         study.character = armature
         with without_updates():
@@ -97,16 +95,15 @@ class W2W_OT_forget_character(bpy.types.Operator):
         return body is not None and body.w2w.character is not None and context.mode == "OBJECT"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        body = current_body(context)
-        for row in body.w2w.character_meshes:
-            if row.mesh is not None:
-                untie(row.mesh)
-        forget(body)
+        forget(current_body(context))
         return {"FINISHED"}
 
 
-def forget(body: bpy.types.Object) -> None:
-    """Let a study know of no character any more."""
+def forget(body: bpy.types.Object, tied: Collection[bpy.types.Object] = ()) -> None:
+    """Let a study know of no character any more; meshes `tied` to the body stay so."""
+    for row in body.w2w.character_meshes:
+        if row.mesh is not None and row.mesh not in tied:
+            untie(row.mesh)
     on_character.remove_marks(body)
     body.w2w.character_meshes.clear()
     body.w2w.character, body.w2w.fit = None, ""
@@ -123,12 +120,8 @@ def _own_likeness(context: bpy.types.Context, figure: Character) -> bpy.types.Ob
             setattr(body.w2w.shape, name, value)
         body.w2w.shape.set_height = "height" in shape
     low, high = figure.vertices.min(axis=0), figure.vertices.max(axis=0)
-    stand = armature_of(body)
-    stand.location = (
-        high[0] + BESIDE / 2 * shape.get("height", plain.height),
-        (low[1] + high[1]) / 2,
-        low[2],
-    )
+    beside = high[0] + BESIDE / 2 * shape.get("height", plain.height)
+    armature_of(body).location = (beside, (low[1] + high[1]) / 2, low[2])
     return body
 
 
@@ -155,6 +148,4 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
         for item in body.w2w.character_meshes:
             if item.mesh is not None:
                 column.prop(item, "use", text=item.mesh.name, translate=False)
-        about = layout.column()
-        about.active = False
-        draw_text(about, context, body.w2w.fit)
+        draw_note(layout, context, body.w2w.fit)

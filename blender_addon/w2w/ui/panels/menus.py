@@ -14,6 +14,12 @@ from ..study.operators import OnDrop
 PRESETS = Path(__file__).parent / "presets"
 PRESET_FOLDER = "w2w/study"
 
+PRESET_PROPERTIES = (
+    "own_sensor_text", "sensor", "rate", "band", "root_band", "convention", "record", "recognise_by",
+    "magnetic_dip", "window_s", "classifier", "folds", "by_subject",
+)  # fmt: skip
+"""Properties of a study that a preset sets, in this order."""
+
 REGISTERS_PRESETS = hasattr(bpy.utils, "register_preset_path")
 """Blender 4.2 looks for presets in its own folders alone."""
 
@@ -93,21 +99,7 @@ class W2W_OT_add_study_preset(AddPresetBase, bpy.types.Operator):
     preset_menu = "W2W_MT_study_presets"
     preset_subdir = PRESET_FOLDER
     preset_defines = ["study = bpy.context.scene.w2w.body.w2w"]
-    preset_values = [
-        "study.own_sensor_text",
-        "study.sensor",
-        "study.rate",
-        "study.band",
-        "study.root_band",
-        "study.convention",
-        "study.record",
-        "study.recognise_by",
-        "study.magnetic_dip",
-        "study.window_s",
-        "study.classifier",
-        "study.folds",
-        "study.by_subject",
-    ]
+    preset_values = [f"study.{name}" for name in PRESET_PROPERTIES]
 
 
 class W2W_FH_motions(OnDrop, bpy.types.FileHandler):

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
@@ -20,7 +18,7 @@ from ..study.lists import add_wish, is_understood
 from ..study.operators import OnPatches
 from ..study.state import COST, FORBID, current_body, patches_of
 from ..viewport.overlay import NO_PICK, picks
-from .base import ResultPanel
+from .base import ResultPanel, draw_info, form
 from .results import can_change_now, draw_rows
 from .rows import KINDS
 
@@ -96,13 +94,17 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: Context) -> None:
         body = current_body(context)
-        study, content = body.w2w, self.layout.column()
+        study, content = body.w2w, form(self.layout)
         content.enabled = can_change_now(context)
-        content.use_property_split = True
-        content.use_property_decorate = False
         content.prop(study, "target", slider=True)
         content.prop(study, "every_activity", slider=True)
-        draw_limit(content, study)
+        limit = content.row(heading="At Most")
+        limit.prop(study, "limit_places", text="")
+        number = limit.row()
+        if study.limit_places:
+            number.prop(study, "max_places", text="sensors")
+        else:
+            number.label(text="no limit")
         draw_wishes(content, context, body)
         row = content.row()
         row.scale_y = 1.2
@@ -112,17 +114,6 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
             worn = self.layout.column()
             worn.enabled = can_change_now(context)
             draw_worn(worn, context, body)
-
-
-def draw_limit(layout: Layout, study: bpy.types.PropertyGroup) -> None:
-    """Draw the most sensors, and whether there is such a limit."""
-    row = layout.row(heading="At Most")
-    row.prop(study, "limit_places", text="")
-    value = row.row()
-    if study.limit_places:
-        value.prop(study, "max_places", text="sensors")
-    else:
-        value.label(text="no limit")
 
 
 def draw_wishes(layout: Layout, context: Context, body: bpy.types.Object) -> None:
@@ -160,38 +151,28 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
         if len(study.wishes) and (said := answer_of(study)):
             draw_text(layout, context, f"One sensor: {said['sentence']}")
         if missing:
-            draw_text(layout, context, missing, icon="INFO")
+            draw_info(layout, context, missing)
         elif study.advice_text:
-            draw_text(layout, context, "The wishes or the ranking have changed: choose again", icon="INFO")
+            draw_info(layout, context, "The wishes or the ranking have changed: choose again")
         return
     worn = content["worn_together"]
     if worn is None:
-        draw_text(
-            layout, context, "Sets to wear together are chosen by the classifier Ridge only", icon="INFO"
-        )
+        draw_info(layout, context, "Sets to wear together are chosen by the classifier Ridge only")
         return
     draw_rows(layout, study, study.worn, numbered=True)
     draw_text(layout, context, _sentence(worn["sentence"]))
     following = worn["next_sensor"]
-    for text in ([following["sentence"]] if following else []) + _alternatives(worn):
-        draw_text(layout, context, _sentence(text))
+    if following:
+        draw_text(layout, context, _sentence(following["sentence"]))
+    together = zip(worn["places"], worn["alternatives"], strict=True)
+    for number, (sensor, names) in enumerate(together, start=1):
+        if names:
+            text = f"instead of {number} ({sensor['name']}): {' or '.join(names)}"
+            draw_text(layout, context, _sentence(text))
     for card in content.get("cards") or ():
         draw_text(layout, context, f"{capital(card['sensor'])}: {card['words']}; arrow {card['arrow']}")
     if left_out(study):
-        draw_text(
-            layout, context, "Chosen from a ranking without the activities that are left out.", icon="INFO"
-        )
-
-
-def _alternatives(worn: dict[str, Any]) -> list[str]:
-    """For each sensor of a set, what can take its place."""
-    return [
-        f"instead of {number} ({sensor['name']}): {' or '.join(names)}"
-        for number, (sensor, names) in enumerate(
-            zip(worn["places"], worn["alternatives"], strict=True), start=1
-        )
-        if names
-    ]
+        draw_info(layout, context, "Chosen from a ranking without the activities that are left out.")
 
 
 def _sentence(text: str) -> str:

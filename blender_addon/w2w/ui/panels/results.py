@@ -23,7 +23,7 @@ from ..study.scores import MEAN_VIEW, NOTHING, activity_scores, beside_of, minus
 from ..study.state import bodies, current_body, utility_of, without_updates
 from ..viewport import legend
 from ..viewport.framing import frame
-from .base import ResultPanel, W2WPanel
+from .base import PartPanel, ResultPanel
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
@@ -131,16 +131,15 @@ def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) 
     )
 
 
-class W2W_PT_activities(W2WPanel, bpy.types.Panel):
+class W2W_PT_activities(PartPanel, bpy.types.Panel):
     """Weights of activities; after the ranking the list stands under Heatmap."""
 
     bl_label = "Activities"
     bl_idname = "W2W_PT_activities"
     bl_parent_id = "W2W_PT_utility"
-    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
+    def poll(cls, context: Context) -> bool:
         body = current_body(context)
         return body is not None and len(body.w2w.activities) > 0 and utility_of(body.w2w) is None
 
@@ -163,8 +162,14 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
         layout.prop(study, "view", text="")
         draw_activities(layout, study, "Weight, Best F1")
         layout.use_property_split = True
-        draw_side_by_side(layout, current_body(context))
-        if beside_of(study) is None:
+        is_double = beside_of(study) is not None
+        layout.operator("w2w.side_by_side", icon="MOD_MIRROR", depress=is_double)
+        if is_double:
+            column = layout.column(align=True)
+            column.prop(study, "beside_view")
+            if len(bodies(context.scene)) > 1:
+                column.prop(study, "beside_body")
+        else:
             layout.prop(study, "minus")
         layout.prop(study, "scores")
         if minus_index(study) >= 0:  # a difference has colours of its own
@@ -187,37 +192,20 @@ class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
 
     def execute(self, context: Context) -> set[str]:
         body = current_body(context)
-        if beside_of(body.w2w) is None:
-            show_beside(body)
-            frame([body, beside_of(body.w2w)])
-        else:
+        study = body.w2w
+        if beside_of(study) is not None:
             legend.remove(body)
+        else:
+            remove_source()  # it would stand where the copy does
+            with without_updates():
+                study.minus = NOTHING  # a difference has a scale of its own
+                study.beside = add_beside(body, body)
+                if not study.is_property_set("beside_view"):  # at first another map than the body's
+                    study.beside_view = MEAN_VIEW if view_index(study) else "A1"
+            frame([body, beside_of(study)])
         results.paint(body)
         jobs.redraw(context)
         return {"FINISHED"}
-
-
-def show_beside(body: bpy.types.Object) -> None:
-    """Put a copy beside a body; at first it shows another map than the body does."""
-    study = body.w2w
-    remove_source()  # it would stand where the copy does
-    with without_updates():
-        study.minus = NOTHING  # a difference has a scale of its own
-        study.beside = add_beside(body, body)
-        if not study.is_property_set("beside_view"):
-            study.beside_view = MEAN_VIEW if view_index(study) else "A1"
-
-
-def draw_side_by_side(layout: Layout, body: bpy.types.Object) -> None:
-    """Draw the button and, while it is on, what stands beside."""
-    study = body.w2w
-    is_on = beside_of(study) is not None
-    layout.operator("w2w.side_by_side", icon="MOD_MIRROR", depress=is_on)
-    if is_on:
-        column = layout.column(align=True)
-        column.prop(study, "beside_view")
-        if len(bodies(bpy.context.scene)) > 1:
-            column.prop(study, "beside_body")
 
 
 class W2W_PT_regions(ResultPanel, bpy.types.Panel):
@@ -242,14 +230,10 @@ def draw_rows(
         row = column.row(align=True)
         split = row.split(factor=0.6 if entry.high > 0 else 0.7, align=True)
         text = f"{number}  {entry.label}" if numbered else entry.label
-        look = split.operator(
-            "w2w.select_patch",
-            text=text,
-            translate=False,
-            depress=entry.patch in (study.picked, study.compared),
-        )
+        is_picked = entry.patch in (study.picked, study.compared)
+        look = split.operator("w2w.select_patch", text=text, translate=False, depress=is_picked)
         look.patch = entry.patch
         value = split.row(align=True)
         value.alignment = "RIGHT"
-        interval = f" ({short(entry.low)}–{short(entry.high)})" if entry.high > 0 else ""
-        value.label(text=f"{short(entry.f1)}{interval}" if interval else f"{entry.f1:.3f}")
+        interval = f"{short(entry.f1)} ({short(entry.low)}–{short(entry.high)})"
+        value.label(text=interval if entry.high > 0 else f"{entry.f1:.3f}")

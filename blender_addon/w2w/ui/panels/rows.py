@@ -199,6 +199,10 @@ class W2W_PG_clip(Group):
     stored_as: StringProperty(name="Stored As", description="Name of its files in the results folder")
 
 
+def _part(activity: W2W_PG_activity) -> int:
+    return [name for name, *_ in PARTS].index(part_of(activity))
+
+
 def _set_part(activity: W2W_PG_activity, number: int) -> None:
     part = PARTS[number][0]
     with without_updates():  # the part's own update follows
@@ -215,7 +219,7 @@ class W2W_PG_activity(Group):
         name="Part",
         description="What this activity counts",
         items=PARTS,
-        get=lambda activity: [name for name, *_ in PARTS].index(part_of(activity)),
+        get=_part,
         set=_set_part,
         update=reweigh,
     )

@@ -19,9 +19,11 @@ from ..study.garments import worn_by
 from ..study.operators import AsksForFile, OnBody
 from ..study.sensors import ITEMS, OWN, TICKS, keep_own_sensor, own_sensor
 from ..study.state import current_body
-from .base import W2WPanel
+from .base import PartPanel, form
 
 Context = bpy.types.Context
+Group = bpy.types.PropertyGroup
+Layout = bpy.types.UILayout
 
 
 class W2W_OT_start_sensor(OnBody, bpy.types.Operator):
@@ -82,28 +84,28 @@ class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
         return jobs.show_done(self, f"Saved {path.name}")
 
 
-class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
+class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     """Bands, convention, further sensors and the figures of a part."""
 
     bl_label = "Sensor and Bands"
     bl_idname = "W2W_PT_sensor"
     bl_parent_id = "W2W_PT_signals"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return current_body(context) is not None
 
     def draw(self, context: Context) -> None:
-        study, layout = current_body(context).w2w, self.layout.column()
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        study, layout = current_body(context).w2w, form(self.layout)
         layout.enabled = jobs.running is None
         for name in ("band", "root_band", "convention"):
             layout.prop(study, name)
         draw_further(study, context, layout)
         if study.sensor == OWN:
-            _draw_part(study, layout)
+            layout.prop(study, "own_sensor_name")
+            for title, kind in (("Accelerometer", "acc"), ("Gyroscope", "gyr")):
+                column = layout.column(align=True)
+                column.use_property_split = False  # names with their units are too long for a split row
+                column.label(text=title)
+                for field in ("range", "noise", "bias", "drift"):
+                    column.prop(study, f"{kind}_{field}")
+            layout.prop(study, "misalignment")
         else:
             draw_text(layout, context, "For a part of your own, start from a preset or load a file")
         column = layout.column(align=True)
@@ -113,7 +115,7 @@ class W2W_PT_sensor(W2WPanel, bpy.types.Panel):
         row.operator("w2w.save_sensor", text="Save", icon="EXPORT")
 
 
-def draw_further(study: bpy.types.PropertyGroup, context: Context, layout: bpy.types.UILayout) -> None:
+def draw_further(study: Group, context: Context, layout: Layout) -> None:
     """Draw the choice, and where it comes to nothing."""
     _draw_ticks(study, layout, "record", set(FURTHER))
     if not study.record:
@@ -129,23 +131,10 @@ def draw_further(study: bpy.types.PropertyGroup, context: Context, layout: bpy.t
     _draw_ticks(study, layout, "recognise_by", study.record)
 
 
-def _draw_ticks(
-    study: bpy.types.PropertyGroup, layout: bpy.types.UILayout, name: str, offered: set[str]
-) -> None:
+def _draw_ticks(study: Group, layout: Layout, name: str, offered: set[str]) -> None:
     """Draw a tick for each of the sensors that are offered."""
     ticks = TICKS[name]
     column = layout.column(heading=study.bl_rna.properties[ticks].name)
     for index, (sensor, text, *_) in enumerate(ITEMS):
         if sensor in offered:
             column.prop(study, ticks, index=index, text=text)
-
-
-def _draw_part(study: bpy.types.PropertyGroup, layout: bpy.types.UILayout) -> None:
-    layout.prop(study, "own_sensor_name")
-    for title, kind in (("Accelerometer", "acc"), ("Gyroscope", "gyr")):
-        column = layout.column(align=True)
-        column.use_property_split = False  # names with their units are too long for a split row
-        column.label(text=title)
-        for field in ("range", "noise", "bias", "drift"):
-            column.prop(study, f"{kind}_{field}")
-    layout.prop(study, "misalignment")

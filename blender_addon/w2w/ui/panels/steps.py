@@ -17,34 +17,15 @@ from ..steps.body import draw_sliders
 from ..steps.motions import has_source
 from ..steps.run_all import TITLE as RUN_ALL
 from ..steps.run_all import draw_run_all
+from ..study import state
 from ..study.counting import is_reweighed
-from ..study.state import (
-    BAKED,
-    FAILED,
-    STALE,
-    bake_settings,
-    bodies,
-    body_of_object,
-    current_body,
-    missing_for_any_rank,
-    missing_for_bake,
-    missing_for_patches,
-    missing_for_rank,
-    patches_of,
-    playing_clip,
-    rank_settings,
-    selected,
-    state_of,
-    unreadable_ranking,
-    usable,
-    utility_of,
-)
-from .base import StepPanel, W2WPanel, beside_their_buttons
+from ..study.state import bodies, body_of_object, current_body, patches_of, playing_clip, usable, utility_of
+from .base import PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
 
-ICONS = {BAKED: "CHECKMARK", STALE: "FILE_REFRESH", FAILED: "ERROR"}
+ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Of the states of a clip."""
 
 
@@ -103,13 +84,12 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
 
 
-class W2W_PT_shape(W2WPanel, bpy.types.Panel):
+class W2W_PT_shape(PartPanel, bpy.types.Panel):
     """The shape of W2W's own body."""
 
     bl_label = "Shape"
     bl_idname = "W2W_PT_shape"
     bl_parent_id = "W2W_PT_body"
-    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -130,17 +110,17 @@ class W2W_UL_clips(bpy.types.UIList):
     def draw_item(
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
     ) -> None:  # fmt: skip
-        state = state_of(item, bake_settings(data))
+        found = state.state_of(item, state.bake_settings(data))
         column = layout.column(align=True)
         row = column.row(align=True)
-        row.alert = state == FAILED
+        row.alert = found == state.FAILED
         tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"
         row.prop(item, "selected", text="", emboss=False, icon=tick)
         row.label(text=Path(item.file).stem or item.name, translate=False)
         playing = playing_clip(data.id_data) == item
-        mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(state, "BLANK1")
+        mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(found, "BLANK1")
         row.label(text="", icon="PLAY" if playing else mark)
-        if state == FAILED:
+        if found == state.FAILED:
             return
         row = column.row(align=True)
         row.scale_y = 0.8
@@ -167,8 +147,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         return body is not None and bool(usable(body.w2w))
 
     def draw_step(self, context: Context, layout: Layout) -> None:
-        body = current_body(context)
-        study = body.w2w
+        study = current_body(context).w2w
         row = layout.row(align=True)
         row.operator("w2w.import_motions", text="Files", icon="FILE")
         row.operator("w2w.import_folder", text="Folder", icon="FILE_FOLDER")
@@ -198,13 +177,9 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         if clip.problem:
             draw_text(layout, context, capital(clip.problem), icon="ERROR")
             return
-        column = layout.column(align=True)
-        column.prop(clip, "subject")
-        about = layout.column()
-        about.active = False
-        draw_text(
-            about, context, f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton"
-        )
+        layout.prop(clip, "subject")
+        about = f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton"
+        draw_note(layout, context, about)
         row = layout.row(align=True)
         row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
         if has_source(clip):
@@ -220,28 +195,24 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
     titles = ("Place Patches",)
 
     def missing(self, context: Context) -> str:
-        return missing_for_patches(current_body(context))
+        return state.missing_for_patches(current_body(context))
 
     def is_done(self, context: Context) -> bool:
         body = current_body(context)
         return body is not None and patches_of(body) is not None
 
     def draw_step(self, context: Context, layout: Layout) -> None:
-        body = current_body(context)
-        study = body.w2w
-        placed = patches_of(body)
+        study, placed = current_body(context).w2w, patches_of(current_body(context))
         layout.prop(study, "patch_count")
         layout.prop(study, "patch_seed")
         row = layout.row(align=True)
         row.scale_y = 1.2
-        row.operator(
-            "w2w.place_patches", text="Place Again" if placed else "Place Patches", icon="STICKY_UVS_DISABLE"
-        )
+        text = "Place Again" if placed else "Place Patches"
+        row.operator("w2w.place_patches", text=text, icon="STICKY_UVS_DISABLE")
         if placed is not None:
             row.operator("w2w.remove_patches", text="", icon="TRASH")
-            column = layout.column()
-            column.prop(study, "patch_size")
-            column.prop(study, "show_patches")
+            layout.prop(study, "patch_size")
+            layout.prop(study, "show_patches")
 
 
 class W2W_PT_signals(StepPanel, bpy.types.Panel):
@@ -252,14 +223,14 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
     titles = ("Bake Signals",)
 
     def missing(self, context: Context) -> str:
-        return missing_for_bake(current_body(context))
+        return state.missing_for_bake(current_body(context))
 
     def is_done(self, context: Context) -> bool:
         body = current_body(context)
         if body is None or self.missing(context) or misses_folder(body.w2w):
             return False
-        settings = bake_settings(body.w2w)
-        return all(state_of(clip, settings) == BAKED for clip in usable(body.w2w))
+        settings = state.bake_settings(body.w2w)
+        return all(state.state_of(clip, settings) == state.BAKED for clip in usable(body.w2w))
 
     def draw_step(self, context: Context, layout: Layout) -> None:
         study = current_body(context).w2w
@@ -268,13 +239,13 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         row.menu("W2W_MT_study_presets", text="", icon="PRESET")
         layout.prop(study, "rate")
         layout.prop(study, "seed")
-        settings = bake_settings(study)
+        settings = state.bake_settings(study)
         clips = usable(study)
-        done = sum(state_of(clip, settings) == BAKED for clip in clips)
+        done = sum(state.state_of(clip, settings) == state.BAKED for clip in clips)
         row = layout.row(align=True)
         row.scale_y = 1.2
         row.operator("w2w.bake_signals", text="Bake All", icon="REC").which = "ALL"
-        row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(selected(study))})").which = "TICKED"
+        row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(state.selected(study))})").which = "TICKED"
         if misses_folder(study):
             draw_locate(layout, context, study)
         else:
@@ -282,7 +253,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         if 0 <= study.clip_index < len(study.clips):
             clip = study.clips[study.clip_index]
             if clip.bake_path.startswith(("general", UNBAKED)):
-                draw_text(layout, context, f"{clip.name}: {clip.bake_path}", icon="INFO")
+                draw_info(layout, context, f"{clip.name}: {clip.bake_path}")
 
 
 class W2W_PT_utility(StepPanel, bpy.types.Panel):
@@ -296,22 +267,19 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         body = current_body(context)
         if body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None:
             return ""
-        return missing_for_any_rank(body)
+        return state.missing_for_any_rank(body)
 
     def is_done(self, context: Context) -> bool:
         body = current_body(context)
-        return (
-            body is not None
-            and utility_of(body.w2w) is not None
-            and body.w2w.ranked_as == rank_settings(body.w2w)
-            and not is_reweighed(body.w2w, utility_of(body.w2w))
-        )
+        utility = utility_of(body.w2w) if body is not None else None
+        if utility is None or body.w2w.ranked_as != state.rank_settings(body.w2w):
+            return False
+        return not is_reweighed(body.w2w, utility)
 
     def draw_step(self, context: Context, layout: Layout) -> None:
         study = current_body(context).w2w
-        layout.prop(study, "window_s")
-        layout.prop(study, "classifier")
-        layout.prop(study, "by_subject")
+        for name in ("window_s", "classifier", "by_subject"):
+            layout.prop(study, name)
         if not study.by_subject:
             layout.prop(study, "folds")
         row = layout.row(align=True)
@@ -320,10 +288,10 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
         if ranked:
             row.menu("W2W_MT_export", text="", icon="EXPORT")
-        missing = missing_for_rank(current_body(context)) or unreadable_ranking(study)
+        missing = state.missing_for_rank(current_body(context)) or state.unreadable_ranking(study)
         if missing:
-            draw_text(layout, context, missing, icon="INFO")
-        elif ranked and study.ranked_as != rank_settings(study):
+            draw_info(layout, context, missing)
+        elif ranked and study.ranked_as != state.rank_settings(study):
             layout.label(text="Settings or clips have changed: rank again", icon="INFO")
         elif ranked and is_reweighed(study, utility_of(study)):
-            draw_text(layout, context, "Activity weights have changed: rank again", icon="INFO")
+            draw_info(layout, context, "Activity weights have changed: rank again")

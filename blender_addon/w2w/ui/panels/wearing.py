@@ -1,26 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Your Placements, below step 3: spots that you name by a click or a table, and how each does."""
+"""Below step 3: your placements, spots that you name by a click or a table; and what the body wears."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import bpy
-from bpy.props import IntProperty, StringProperty
+from bpy.props import EnumProperty, IntProperty, StringProperty
 
+from ...core.garments.cut import KINDS
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.headline import mean_caution
 from ...core.wording import capital, free_name
+from ...scene.garments.bake import check_garment
+from ...scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
 from ..jobs import jobs
 from ..jobs.text import draw_text
 from ..results import own_placements
 from ..results.own_placements import is_pending, patch_of_own, scores_of_own
+from ..study.garments import worn_by
 from ..study.operators import AsksForFile, OnBody, OnPatches
 from ..study.state import current_body, patches_of, utility_of, without_updates
 from ..viewport.overlay import NO_PICK, picks
-from .base import W2WPanel
+from .base import PartPanel, W2WPanel, draw_info, draw_note
 
 Context = bpy.types.Context
+
+GARMENTS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") for kind in KINDS)
 
 
 class W2W_OT_add_placement(OnPatches, bpy.types.Operator):
@@ -145,15 +151,13 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
         column.operator("w2w.remove_placement", text="", icon="REMOVE")
         column.operator("w2w.load_placements", text="", icon="FILE_FOLDER")
         if not len(study.own):
-            draw_text(
-                layout, context, "Click a spot with Pick Patch (Ctrl Alt W), then + names it", icon="INFO"
-            )
+            draw_info(layout, context, "Click a spot with Pick Patch (Ctrl Alt W), then + names it")
         elif 0 <= study.own_index < len(study.own):
             scores = scores_of_own(body, study.own[study.own_index])
             if scores is not None:
                 draw_text(layout, context, in_words(scores, utility_of(study)))
         if is_pending(study):
-            draw_text(layout, context, "Press Place Again or Run All to apply this list", icon="INFO")
+            draw_info(layout, context, "Press Place Again or Run All to apply this list")
 
 
 def in_short(scores: dict[str, Any] | None, patch: int) -> str:
@@ -171,3 +175,103 @@ def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
     rank = f"rank {scores['rank']} of {scores['of']} beside the sampled patches"
     score = f"expected F1 {scores['expected_f1']:.3f} ({interval})"
     return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."
+
+
+class W2W_OT_add_garment(OnBody, bpy.types.Operator):
+    """Put a loose garment on the body, cut for its shape and moved by Blender's cloth"""
+
+    bl_idname = "w2w.add_garment"
+    bl_label = "Add Garment"
+
+    kind: EnumProperty(name="Garment", items=GARMENTS)
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        try:
+            item = dress(body, self.kind)
+        except ValueError as error:
+            return jobs.show_error(self, str(error))
+        body.w2w.garments.add().item = item
+        jobs.dismiss()
+        return {"FINISHED"}
+
+
+class W2W_OT_wear_garment(OnBody, bpy.types.Operator):
+    """Wear the active mesh as a garment: one that follows the body by cloth, shrinkwrap or the like"""
+
+    bl_idname = "w2w.wear_garment"
+    bl_label = "Wear Garment"
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        item = context.object
+        if item is None or item.type != "MESH" or item == body or item in worn_by(body.w2w):
+            return "Select the mesh of a garment that is not worn yet"
+        return ""
+
+    def execute(self, context: Context) -> set[str]:
+        body, item = current_body(context), context.object
+        try:
+            check_garment(item, body)
+        except ValueError as error:
+            return jobs.show_error(self, str(error))
+        if any(modifier.type == "CLOTH" for modifier in item.modifiers):
+            lie_on(body)
+        body.w2w.garments.add().item = item
+        jobs.dismiss()
+        return {"FINISHED"}
+
+
+class W2W_OT_take_off(OnBody, bpy.types.Operator):
+    """Take a garment off: W2W's own is removed, another stays in the scene"""
+
+    bl_idname = "w2w.take_off"
+    bl_label = "Take Off"
+
+    index: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        return "" if len(body.w2w.garments) else "Put a garment on first"
+
+    def execute(self, context: Context) -> set[str]:
+        body = current_body(context)
+        garments = body.w2w.garments
+        if not 0 <= self.index < len(garments):
+            return {"CANCELLED"}
+        item = garments[self.index].item
+        garments.remove(self.index)
+        if item is not None and KIND in item:
+            bpy.data.objects.remove(item)
+        if not len(garments):
+            lies_on_nothing(body)
+        return {"FINISHED"}
+
+
+class W2W_PT_garments(PartPanel, bpy.types.Panel):
+    """What the body wears."""
+
+    bl_label = "Garments"
+    bl_idname = "W2W_PT_garments"
+    bl_parent_id = "W2W_PT_patches"
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout.column()
+        layout.enabled = jobs.running is None
+        study = current_body(context).w2w
+        for index, row in enumerate(study.garments):
+            line = layout.row(align=True)
+            name = row.item.name if row.item is not None else "(removed)"
+            line.label(text=name, icon="MATCLOTH", translate=False)
+            line.operator("w2w.take_off", text="", icon="X").index = index
+        row = layout.row(align=True)
+        for kind in KINDS:
+            row.operator("w2w.add_garment", text=NAMES[kind], icon="ADD").kind = kind
+        layout.operator("w2w.wear_garment", icon="MATCLOTH")
+        if len(study.garments):
+            draw_note(
+                layout,
+                context,
+                "Patches below are baked on the cloth, which takes minutes a clip. Not yet checked against "
+                "worn garments.",
+            )

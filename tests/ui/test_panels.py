@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every panel draws itself, at each stage of a study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
+import bpy
+import pytest
+
+from w2w import ui
+from w2w.ui.study.state import patches_of
+
+from .made_study import ALL_STEPS, make_study
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+PANELS = [
+    cls
+    for module in ui.MODULES
+    for cls in vars(module).values()
+    if isinstance(cls, type) and issubclass(cls, bpy.types.Panel) and cls.__module__ == module.__name__
+]
+
+
+def draw(panel: type, context: SimpleNamespace) -> bool:
+    """Draw a panel on a layout that takes everything; whether it is shown at all."""
+    if not getattr(panel, "poll", lambda _: True)(context):
+        return False
+    drawn = MagicMock(wraps=SimpleNamespace())
+    for name in dir(panel):
+        if not name.startswith("_") and callable(getattr(panel, name)) and not hasattr(bpy.types.Panel, name):
+            setattr(drawn, name, getattr(panel, name).__get__(drawn))
+    drawn.titles = panel.titles
+    drawn.layout = MagicMock()
+    panel.draw(drawn, context)
+    return True
+
+
+@pytest.mark.parametrize("steps", ["", "motions", "motions patches", ALL_STEPS])
+def test_every_panel_draws_itself(library: Path, steps: str) -> None:
+    region = SimpleNamespace(width=300)
+    names = ("scene", "object", "mode", "view_layer", "selected_objects", "preferences")
+    body = make_study(library, steps)
+    study = body.w2w
+    if steps == ALL_STEPS:
+        assert bpy.ops.w2w.side_by_side() == {"FINISHED"}
+        study.own.add().name = "pod"
+        study.picked = int(patches_of(body).labels[0])
+        bpy.ops.w2w.add_wish(kind="COST", place="left wrist")
+        assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+        study.fix_range, study.limit_places = True, True
+        bpy.ops.w2w.add_garment(kind="tshirt")
+        bpy.ops.w2w.start_sensor(like="phone")
+        study.record = {"magnetometer"}
+    context = SimpleNamespace(region=region, **{name: getattr(bpy.context, name) for name in names})
+    shown = {panel.__name__ for panel in PANELS if draw(panel, context)}
+    assert len(shown) >= (len(PANELS) - 1 if steps == ALL_STEPS else 6)
