@@ -35,9 +35,7 @@ def ticked(study: Group) -> np.ndarray:
 
 def left_out(study: Group) -> list[str]:
     """Names of the activities that are left out; none where every one would be."""
-    return [
-        activity.name for activity, taken in zip(study.activities, ticked(study), strict=True) if not taken
-    ]
+    return [row.name for row, taken in zip(study.activities, ticked(study), strict=True) if not taken]
 
 
 def shown_weights(study: Group) -> np.ndarray:
@@ -70,9 +68,7 @@ def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[t
         unranked = {same_label(name) for name in {clip.activity for clip in study.clips}} - listed
         background += [name for name in run.background if same_label(name) in unranked]
         weights += [(name, weight) for name, weight in run.weights if same_label(name) in unranked]
-        names = sorted(
-            {activity.name for activity in study.activities} | {clip.activity for clip in study.clips}
-        )
+        names = sorted({row.name for row in study.activities} | {clip.activity for clip in study.clips})
         if counting(names, background, weights) == counting(names, run.background, run.weights):
             return run.background, run.weights
     return tuple(background), tuple(weights)

@@ -28,11 +28,9 @@ def declared(name: str, **other: Any) -> dict[str, Any]:
     Where Blender shows the `unit`, the label does not.
     """
     parameter = parameters_of(StudyConfig)[name]
-    label = (
-        parameter.title if "unit" in other or not parameter.unit else f"{parameter.title} ({parameter.unit})"
-    )
+    unit = f" ({parameter.unit})" if parameter.unit and "unit" not in other else ""
     about = {
-        "name": label,
+        "name": parameter.title + unit,
         "description": parameter.help.removesuffix(".") + "; 0 for none" * (parameter.default is None),
         "default": 0 if parameter.default is None else parameter.default,
         "min": 0 if _is_optional(parameter) else parameter.least,

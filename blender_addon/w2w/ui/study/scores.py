@@ -14,6 +14,8 @@ from ..jobs.jobs import is_there
 from .counting import is_as_ranked, shown_weights
 from .state import utility_of
 
+Group = bpy.types.PropertyGroup
+
 EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
 """Values of the study's `scores`."""
 
@@ -24,40 +26,33 @@ NOTHING = "NOTHING"
 """Value of the study's `minus` where no difference is shown."""
 
 
-def view_items(study: bpy.types.PropertyGroup) -> list[tuple[str, str, str, int]]:
+def view_items(study: Group) -> list[tuple[str, str, str, int]]:
     """The mean and each activity, for a menu of heatmaps."""
     mean = (MEAN_VIEW, "Mean of Activities", "Mean over the activities that count", 0)
     names = enumerate((activity.name for activity in study.activities), start=1)
     return [mean, *((f"A{number}", name, f"F1 for telling '{name}' apart", number) for number, name in names)]
 
 
-def expected_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+def expected_mean(study: Group, utility: UtilityMap) -> np.ndarray:
     """Expected F1 over the activities that count, shape (N,)."""
-    if is_as_ranked(study, utility):
-        return utility.expected_mean
-    return mean_over(utility.expected_f1, shown_weights(study))
+    return mean_scores(study, utility, EXPECTED)
 
 
-def raw_mean(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
-    """F1 on these clips over the activities that count, shape (N,)."""
-    return utility.mean if is_as_ranked(study, utility) else mean_over(utility.f1, shown_weights(study))
-
-
-def activity_scores(study: bpy.types.PropertyGroup, utility: UtilityMap, kind: str = "") -> np.ndarray:
+def activity_scores(study: Group, utility: UtilityMap, kind: str = "") -> np.ndarray:
     """Scores of the heatmaps of the activities, shape (N, A): expected, or on these clips."""
     return utility.expected_f1 if (kind or study.scores) == EXPECTED else utility.f1
 
 
-def mean_scores(study: bpy.types.PropertyGroup, utility: UtilityMap, kind: str = "") -> np.ndarray:
+def mean_scores(study: Group, utility: UtilityMap, kind: str = "") -> np.ndarray:
     """Scores of the heatmap of the mean over the activities that count, shape (N,)."""
-    if (kind or study.scores) == EXPECTED:
-        return expected_mean(study, utility)
-    return raw_mean(study, utility)
+    if not is_as_ranked(study, utility):
+        return mean_over(activity_scores(study, utility, kind), shown_weights(study))
+    return utility.expected_mean if (kind or study.scores) == EXPECTED else utility.mean
 
 
-def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int) -> tuple[str, ...]:
+def patch_lines(study: Group, utility: UtilityMap, patch: int) -> tuple[str, ...]:
     """A patch's scores in words: what other clips would show, then what these showed."""
-    expected, raw = expected_mean(study, utility), raw_mean(study, utility)
+    expected, raw = expected_mean(study, utility), mean_scores(study, utility, ON_THESE)
     rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
     if not is_as_ranked(study, utility):
         score = f"expected F1 {expected[patch]:.2f} over the activities that count"
@@ -74,13 +69,13 @@ def patch_lines(study: bpy.types.PropertyGroup, utility: UtilityMap, patch: int)
     )
 
 
-def shown_scores(study: bpy.types.PropertyGroup, utility: UtilityMap) -> np.ndarray:
+def shown_scores(study: Group, utility: UtilityMap) -> np.ndarray:
     """Scores of the heatmap that is shown, less those of the other where two are compared, shape (N,)."""
     scores, minus = _scores_of(study, utility, view_index(study)), minus_index(study)
     return scores if minus < 0 else scores - _scores_of(study, utility, minus)
 
 
-def beside_of(study: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
+def beside_of(study: Group) -> Group | None:
     """The study whose map stands beside the one shown; None where none does."""
     if study.beside is None or not is_there(study.beside):
         return None
@@ -88,7 +83,7 @@ def beside_of(study: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
     return other.w2w if other is not None and is_there(other) and utility_of(other.w2w) is not None else study
 
 
-def beside_scores(study: bpy.types.PropertyGroup) -> np.ndarray | None:
+def beside_scores(study: Group) -> np.ndarray | None:
     """Scores of the map beside, of the kind shown, one a patch of its body; None where there is none."""
     other = beside_of(study)
     if other is None or utility_of(other) is None:
@@ -96,24 +91,24 @@ def beside_scores(study: bpy.types.PropertyGroup) -> np.ndarray | None:
     return _scores_of(other, utility_of(other), max(view_of(other, study.beside_view), 0), study.scores)
 
 
-def _scores_of(study: bpy.types.PropertyGroup, utility: UtilityMap, index: int, kind: str = "") -> np.ndarray:
+def _scores_of(study: Group, utility: UtilityMap, index: int, kind: str = "") -> np.ndarray:
     """Scores of a heatmap by its number."""
     if index == 0:
         return mean_scores(study, utility, kind)
     return activity_scores(study, utility, kind)[:, index - 1]
 
 
-def view_index(study: bpy.types.PropertyGroup) -> int:
+def view_index(study: Group) -> int:
     """Number of the heatmap that is shown: 0 is the mean, then the activities."""
     return max(view_of(study, study.view), 0)
 
 
-def minus_index(study: bpy.types.PropertyGroup) -> int:
+def minus_index(study: Group) -> int:
     """Number of the heatmap that is taken off the one shown; -1 is none."""
     return view_of(study, study.minus)
 
 
-def view_of(study: bpy.types.PropertyGroup, view: str) -> int:
+def view_of(study: Group, view: str) -> int:
     """Number of the heatmap that a view names; -1 where it names none."""
     if view in ("", NOTHING):
         return -1
@@ -121,22 +116,20 @@ def view_of(study: bpy.types.PropertyGroup, view: str) -> int:
     return index if index <= len(study.activities) else -1
 
 
-def colour_range(
-    study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap
-) -> tuple[float, float]:
+def colour_range(study: Group, scores: np.ndarray, utility: UtilityMap) -> tuple[float, float]:
     """F1 at the two ends of the colours, which a map beside shares."""
     if study.fix_range:
         return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
     return score_range(_with_beside(study, scores), utility.colour_span)
 
 
-def range_note(study: bpy.types.PropertyGroup, scores: np.ndarray, utility: UtilityMap) -> str:
+def range_note(study: Group, scores: np.ndarray, utility: UtilityMap) -> str:
     """What the colour bar says where its colours span more than the scores; else empty."""
     if study.fix_range:
         return ""
     return span_note(_with_beside(study, scores), *colour_range(study, scores, utility))
 
 
-def _with_beside(study: bpy.types.PropertyGroup, scores: np.ndarray) -> np.ndarray:
+def _with_beside(study: Group, scores: np.ndarray) -> np.ndarray:
     beside = beside_scores(study)
     return scores if beside is None else np.concatenate([scores.ravel(), beside])

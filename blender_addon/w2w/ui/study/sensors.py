@@ -7,7 +7,7 @@ The part is kept whole, as the text of a file that `w2w run --sensor` reads; its
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -24,6 +24,8 @@ from ...core.imu.sensor_file import sensor_content, sensor_from
 from ...core.imu.synthesis import CONVENTIONS
 from ...core.ranking.utility import inputs_of
 from .declared import as_given, declared
+
+Group = bpy.types.PropertyGroup
 
 OWN = "OWN"
 """Choice of the menu of sensors that is no preset."""
@@ -47,12 +49,12 @@ TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
 """The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
 
 
-def own_sensor(study: bpy.types.PropertyGroup) -> SensorModel:
+def own_sensor(study: Group) -> SensorModel:
     """The part of one's own; before anything is said of it, the default part's figures."""
     return _read(study.own_sensor_text)
 
 
-def keep_own_sensor(study: bpy.types.PropertyGroup, model: SensorModel) -> None:
+def keep_own_sensor(study: Group, model: SensorModel) -> None:
     """Make a sensor the part of one's own."""
     name = FIRST_NAME if model.name in PRESETS else model.name
     study.own_sensor_text = json.dumps(sensor_content(replace(model, name=name)))
@@ -65,11 +67,11 @@ def _read(text: str) -> SensorModel:
     return sensor_from(json.loads(text), FIRST_NAME)
 
 
-def _name(study: bpy.types.PropertyGroup) -> str:
+def _name(study: Group) -> str:
     return own_sensor(study).name
 
 
-def _rename(study: bpy.types.PropertyGroup, name: str) -> None:
+def _rename(study: Group, name: str) -> None:
     plain = "".join(letter for letter in name.strip()[:60] if letter.isprintable())
     keep_own_sensor(study, replace(own_sensor(study), name=plain or FIRST_NAME))
 
@@ -78,10 +80,10 @@ def _figure(name: str) -> Any:
     """A field that shows a figure of the own part, in a datasheet's unit."""
     figure = FIGURES[name]
 
-    def get(study: bpy.types.PropertyGroup) -> float:
+    def get(study: Group) -> float:
         return figure.of(own_sensor(study))
 
-    def given(study: bpy.types.PropertyGroup, value: float) -> None:
+    def given(study: Group, value: float) -> None:
         value = min(max(value, 0.0), figure.most)
         keep_own_sensor(study, figure.given(own_sensor(study), value))
 
@@ -90,15 +92,16 @@ def _figure(name: str) -> Any:
     )
 
 
-def _ticked(name: str) -> Callable[[bpy.types.PropertyGroup], list[bool]]:
-    return lambda study: [sensor in getattr(study, name) for sensor in FURTHER]
+def _ticks(name: str, title: str, about: str) -> Any:
+    """Ticks that show and change a set of further sensors."""
 
+    def get(study: Group) -> list[bool]:
+        return [sensor in getattr(study, name) for sensor in FURTHER]
 
-def _tick(name: str) -> Callable[[bpy.types.PropertyGroup, Sequence[bool]], None]:
-    def tick(study: bpy.types.PropertyGroup, ticks: Sequence[bool]) -> None:
+    def tick(study: Group, ticks: Sequence[bool]) -> None:
         setattr(study, name, {sensor for sensor, on in zip(FURTHER, ticks, strict=True) if on})
 
-    return tick
+    return BoolVectorProperty(name=title, description=about, size=len(FURTHER), get=get, set=tick)
 
 
 class SensorProperties:
@@ -122,25 +125,17 @@ class SensorProperties:
     convention: EnumProperty(**declared("convention"), items=CONVENTION_ITEMS)
     record: EnumProperty(**declared("record", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recognise_by: EnumProperty(**declared("recognise_by", default=set()), items=ITEMS, options={"ENUM_FLAG"})
-    recorded: BoolVectorProperty(
-        name="Record",
-        description="Recorded beside accelerometer and gyroscope: orientation as quaternions, as a part with "
+    recorded: _ticks(
+        "record",
+        "Record",
+        "Recorded beside accelerometer and gyroscope: orientation as quaternions, as a part with "
         "sensor fusion gives them; the earth's magnetic field; the air's pressure, which tells height",
-        size=len(FURTHER),
-        get=_ticked("record"),
-        set=_tick("record"),
     )
-    recognised_by: BoolVectorProperty(
-        name="Recognise By",
-        description="Activities are recognised by this, too",
-        size=len(FURTHER),
-        get=_ticked("recognise_by"),
-        set=_tick("recognise_by"),
-    )
+    recognised_by: _ticks("recognise_by", "Recognise By", "Activities are recognised by this, too")
     magnetic_dip: FloatProperty(**declared("magnetic_dip"), precision=1)
 
 
-def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:
+def further_of(study: Group, run: FurtherSensors, dressed: bool) -> FurtherSensors:
     """The sensors beside acc and gyr as core takes them; errors of the parts are those of the run opened.
 
     `dressed` is whether garments carry the sensors: these record acc and gyr alone.
@@ -159,13 +154,13 @@ def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: boo
     )
 
 
-def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> None:
+def keep_further(study: Group, further: FurtherSensors) -> None:
     """Show in the panel what a run recorded."""
     study.record, study.recognise_by = set(further.record), set(further.features)
     study.magnetic_dip = further.dip_deg
 
 
-def further_text(study: bpy.types.PropertyGroup) -> str:
+def further_text(study: Group) -> str:
     """Settings of the further sensors that signals and features depend on; empty where none is recorded."""
     if not study.record:
         return ""

@@ -27,6 +27,8 @@ from .declared import as_given, config_values
 from .garments import wardrobe_text, worn_by
 from .sensors import OWN, further_of, further_text, own_sensor
 
+Group = bpy.types.PropertyGroup
+
 _depth = 0
 
 _unreadable: set[str] = set()
@@ -59,9 +61,7 @@ ONLY, FORBID, MUST, COST = "ONLY", "FORBID", "MUST", "COST"
 def current_body(context: bpy.types.Context) -> bpy.types.Object | None:
     """The body that the panel works on, or None: it may have been deleted, or be of another scene."""
     body = context.scene.w2w.body
-    if body is None or context.scene.objects.get(body.name) is not body:
-        return None
-    return body
+    return body if body is not None and context.scene.objects.get(body.name) is body else None
 
 
 def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -82,16 +82,19 @@ def body_of_object(item: bpy.types.Object | None) -> bpy.types.Object | None:
     return None
 
 
-def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
+def config_of(study: Group) -> StudyConfig:
     """The study's parameters as core takes them; what the panel does not show is as in the run opened."""
     run = run_of(study)
     length = as_given(study.window_s, run.windows.length_s)
     background, weights = counted_in(study, run)
+    sensor: dict[str, str | SensorModel] = {"sensor": study.sensor}
+    if study.sensor == OWN:
+        sensor = {"sensor": own_sensor(study).name, "own_sensor": own_sensor(study)}
     garments = tuple(item.name for item in worn_by(study)) or run.garments
     return replace(
         run,
         **config_values(study, run),
-        **_sensor(study),
+        **sensor,
         further=further_of(study, run.further, bool(garments)),
         windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
         background=background,
@@ -102,19 +105,12 @@ def config_of(study: bpy.types.PropertyGroup) -> StudyConfig:
     )
 
 
-def run_of(study: bpy.types.PropertyGroup) -> StudyConfig:
+def run_of(study: Group) -> StudyConfig:
     """The parameters of the run that a study was opened from; the usual ones where it was not."""
     return StudyConfig.from_dict(json.loads(study.parameters)) if study.parameters else StudyConfig()
 
 
-def _sensor(study: bpy.types.PropertyGroup) -> dict[str, str | SensorModel]:
-    if study.sensor != OWN:
-        return {"sensor": study.sensor}
-    model = own_sensor(study)
-    return {"sensor": model.name, "own_sensor": model}
-
-
-def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
+def constraints_of(study: Group) -> Constraints:
     """The study's wishes as core takes them; one that says nowhere yet is none."""
     found: dict[str, list] = {ONLY: [], FORBID: [], MUST: [], COST: []}
     for wish in study.wishes:
@@ -125,26 +121,24 @@ def constraints_of(study: bpy.types.PropertyGroup) -> Constraints:
     return Constraints(*(tuple(wishes) for wishes in found.values()))
 
 
-def own_placed(study: bpy.types.PropertyGroup) -> tuple[tuple[str, int], ...]:
+def own_placed(study: Group) -> tuple[tuple[str, int], ...]:
     """Name and vertex of the placements of one's own that are among the patches."""
     held = json.loads(study.own_placed) if study.own_placed else {"placements": []}
     return tuple((name, vertex) for name, vertex in held["placements"])
 
 
-def sampled_patches(study: bpy.types.PropertyGroup, total: int) -> int:
+def sampled_patches(study: Group, total: int) -> int:
     """How many of all patches were sampled; the others are placements of one's own."""
     return json.loads(study.own_placed)["sampled"] if study.own_placed else total
 
 
-def keep_own_placed(
-    study: bpy.types.PropertyGroup, placements: Iterable[tuple[str, int]], sampled: int
-) -> None:
+def keep_own_placed(study: Group, placements: Iterable[tuple[str, int]], sampled: int) -> None:
     """Note which placements of one's own are among the patches, beside so many sampled ones."""
     held = [[name, vertex] for name, vertex in placements]
     study.own_placed = json.dumps({"sampled": sampled, "placements": held}) if held else ""
 
 
-def advice_settings(study: bpy.types.PropertyGroup) -> str:
+def advice_settings(study: Group) -> str:
     """All that a choice of sensors depends on, as a hash."""
     config = config_of(study)
     ticks = [activity.name for activity in study.activities if not activity.use]
@@ -161,12 +155,11 @@ def patches_of(body: bpy.types.Object) -> PatchSet | None:
     if not study.patches_key or collection is None:
         return None
     first = next(iter(collection.objects), None)
-    if first is None or first.parent is not body:
-        return None
-    return unpack(study.patches_key, lambda: study.patches_text, PatchSet.load)
+    is_own = first is not None and first.parent is body
+    return unpack(study.patches_key, lambda: study.patches_text, PatchSet.load) if is_own else None
 
 
-def utility_of(study: bpy.types.PropertyGroup) -> UtilityMap | None:
+def utility_of(study: Group) -> UtilityMap | None:
     """The ranking, or None where there is none that can be read."""
     key = study.utility_key
     if not key or key in _unreadable:
@@ -178,21 +171,20 @@ def utility_of(study: bpy.types.PropertyGroup) -> UtilityMap | None:
         return None
 
 
-def unreadable_ranking(study: bpy.types.PropertyGroup) -> str:
+def unreadable_ranking(study: Group) -> str:
     """Says so where the file holds a ranking that this version cannot read; else empty."""
-    if utility_of(study) is not None or not study.utility_key:
-        return ""
-    return "The ranking in this file cannot be read: rank the patches again"
+    is_unreadable = study.utility_key and utility_of(study) is None
+    return "The ranking in this file cannot be read: rank the patches again" if is_unreadable else ""
 
 
-def bake_settings(study: bpy.types.PropertyGroup) -> str:
+def bake_settings(study: Group) -> str:
     """All that signals depend on besides the body and the motion."""
     text = f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
     parts = (text + _signals_text(study), _shape_text(study.shape), wardrobe_text(study))
     return " ".join(part for part in parts if part)
 
 
-def _signals_text(study: bpy.types.PropertyGroup) -> str:
+def _signals_text(study: Group) -> str:
     """The own part, what is not as at first of bands and convention, and what is recorded beside."""
     usual = study.bl_rna.properties
     changed = [name for name in ("band", "root_band") if getattr(study, name) != usual[name].default]
@@ -204,24 +196,23 @@ def _signals_text(study: bpy.types.PropertyGroup) -> str:
     return "".join(f" {part}" for part in parts) + further_text(study)
 
 
-def _shape_text(shape: bpy.types.PropertyGroup) -> str:
+def _shape_text(shape: Group) -> str:
     """The sliders that are not where they were at first; a slider that does not count is left out."""
     counting = [name for name in RANGES if getattr(shape, f"set_{name}", True)]
     values = {name: getattr(shape, name) for name in counting}
-    usual = {
-        name: shape.bl_rna.properties[name].default for name in counting if not hasattr(shape, f"set_{name}")
-    }
+    always = [name for name in counting if not hasattr(shape, f"set_{name}")]
+    usual = {name: shape.bl_rna.properties[name].default for name in always}
     return " ".join(f"{name}={value:g}" for name, value in values.items() if value != usual.get(name))
 
 
-def rank_settings(study: bpy.types.PropertyGroup) -> str:
+def rank_settings(study: Group) -> str:
     """All that a ranking depends on, as a hash."""
     parts = [bake_settings(study), study.classifier, str(study.folds), str(study.by_subject)]
     parts += [f"{clip.signals} {clip.activity} {clip.subject}" for clip in study.clips if not clip.problem]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
 
 
-def state_of(clip: bpy.types.PropertyGroup, settings: str) -> str:
+def state_of(clip: Group, settings: str) -> str:
     """Whether a clip is baked, as one of BAKED, STALE, IMPORTED and FAILED; `settings` of `bake_settings`."""
     if clip.problem or clip.action is None:
         return FAILED
@@ -230,20 +221,18 @@ def state_of(clip: bpy.types.PropertyGroup, settings: str) -> str:
     return BAKED if clip.baked_as == settings else STALE
 
 
-def usable(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+def usable(study: Group) -> list[Group]:
     """Clips with a motion."""
     return [clip for clip in study.clips if clip.action is not None and not clip.problem]
 
 
-def selected(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
+def selected(study: Group) -> list[Group]:
     """The ticked clips, or the active one where none is."""
     ticked = [clip for clip in study.clips if clip.selected]
-    if not ticked and 0 <= study.clip_index < len(study.clips):
-        ticked = [study.clips[study.clip_index]]
-    return ticked
+    return ticked or [clip for index, clip in enumerate(study.clips) if index == study.clip_index]
 
 
-def playing_clip(body: bpy.types.Object) -> bpy.types.PropertyGroup | None:
+def playing_clip(body: bpy.types.Object) -> Group | None:
     """The clip whose action the body's armature plays."""
     armature = next((m.object for m in body.modifiers if m.type == "ARMATURE" and m.object), None)
     data = armature.animation_data if armature is not None else None
@@ -259,13 +248,11 @@ def missing_for_patches(body: bpy.types.Object | None) -> str:
 
 def missing_for_bake(body: bpy.types.Object | None) -> str:
     """What stands in the way of baking signals."""
-    if body is None:
-        return "Add a body first (step 1)"
-    if not usable(body.w2w):
+    if body is not None and not usable(body.w2w):
         return "Import motions first (step 2)"
-    if patches_of(body) is None:
+    if body is not None and patches_of(body) is None:
         return "Place patches first (step 3)"
-    return ""
+    return missing_for_patches(body)
 
 
 def missing_for_rank(body: bpy.types.Object | None) -> str:
@@ -280,12 +267,10 @@ def missing_for_any_rank(body: bpy.types.Object | None) -> str:
         return missing
     settings = bake_settings(body.w2w)
     baked = [clip for clip in usable(body.w2w) if state_of(clip, settings) == BAKED]
-    if not baked:
-        return "Bake the signals first (step 4)"
-    return labels_problem(baked)
+    return labels_problem(baked) if baked else "Bake the signals first (step 4)"
 
 
-def labels_problem(clips: Sequence[bpy.types.PropertyGroup]) -> str:
+def labels_problem(clips: Sequence[Group]) -> str:
     """Why clips cannot be ranked by their labels; empty where they can."""
     labelled = Counter(clip.activity for clip in clips if clip.activity.strip())
     if sum(count > 1 for count in labelled.values()) < 2:
@@ -295,7 +280,7 @@ def labels_problem(clips: Sequence[bpy.types.PropertyGroup]) -> str:
     return ""
 
 
-def classifier_problem(study: bpy.types.PropertyGroup) -> str:
+def classifier_problem(study: Group) -> str:
     """Why the chosen classifier cannot work here; empty where it can."""
     unavailable = getattr(CLASSIFIERS[study.classifier], "unavailable", None)
     text = unavailable() if unavailable is not None else ""

@@ -37,9 +37,7 @@ def bar_of_colours(x: float, y: float, width: float, height: float, colours: np.
     shades = np.column_stack([np.tile(colours, (2, 1)), np.ones(2 * len(levels))]).astype(np.float32)
     low = np.arange(len(levels) - 1, dtype=np.int32)
     right = low + len(levels)
-    triangles = np.concatenate(
-        [np.column_stack([low, right, right + 1]), np.column_stack([low, right + 1, low + 1])]
-    ).astype(np.int32)
+    triangles = np.column_stack([low, right, right + 1, low, right + 1, low + 1]).reshape(-1, 3)
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     batch = batch_for_shader(shader, "TRIS", {"pos": corners, "color": shades}, indices=triangles)
     batch.draw(shader)

@@ -25,6 +25,8 @@ from ..study.scores import (
 )
 from ..study.state import patches_of, utility_of
 
+Group = bpy.types.PropertyGroup
+
 BODIES_APART = 2.0
 """Widths of the legend from the middle of one body to that of the next, for it to stand between them."""
 
@@ -44,7 +46,7 @@ class Legend(NamedTuple):
     """Name of the map beside."""
 
 
-def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
+def legend(study: Group, utility: UtilityMap) -> Legend:
     """The legend of the heatmap that is shown."""
     scores, name = shown_scores(study, utility), map_name(study, view_index(study))
     if minus_index(study) >= 0:
@@ -69,7 +71,7 @@ def left_of_legend(width: float, left: float, right: float, bodies: Sequence[flo
     return right - width
 
 
-def map_name(study: bpy.types.PropertyGroup, index: int) -> str:
+def map_name(study: Group, index: int) -> str:
     """Name of a heatmap by its number."""
     return "Mean of activities" if index == 0 else study.activities[index - 1].name
 
@@ -102,7 +104,7 @@ def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:
     return [item for item in others if item.w2w.beside_body == body and item.w2w.beside is not None]
 
 
-def name_of(study: bpy.types.PropertyGroup) -> str:
+def name_of(study: Group) -> str:
     """Name of the second map; with its body's name where that is another."""
     other = beside_of(study)
     if other is None:
