@@ -20,7 +20,7 @@ from ..results import results
 from ..steps.body import add_study
 from ..steps.import_dialog import source_armatures
 from ..study.state import body_of_object, current_body, without_updates
-from ..viewport import on_character
+from ..viewport import legend
 from .base import W2WPanel, draw_note
 
 BESIDE = 1.3
@@ -104,7 +104,7 @@ def forget(body: bpy.types.Object, tied: Collection[bpy.types.Object] = ()) -> N
     for row in body.w2w.character_meshes:
         if row.mesh is not None and row.mesh not in tied:
             untie(row.mesh)
-    on_character.remove_marks(body)
+    legend.remove_marks(body)
     body.w2w.character_meshes.clear()
     body.w2w.character, body.w2w.fit = None, ""
 

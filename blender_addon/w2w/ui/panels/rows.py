@@ -20,7 +20,7 @@ from ..study import scores
 from ..study.counting import BACKGROUND, COUNTED, LEFT_OUT, part_of
 from ..study.lists import list_labels, suggestions
 from ..study.state import COST, FORBID, MUST, ONLY, is_silent, patches_of, without_updates
-from ..viewport import on_character
+from ..viewport import legend
 
 Context = bpy.types.Context
 Group = bpy.types.PropertyGroup
@@ -163,9 +163,9 @@ def show_on_mesh(item: W2W_PG_character_mesh, _context: Context) -> None:
     body = item.id_data
     if not item.use and item.mesh is not None:
         heatmap.remove_heatmaps(item.mesh)
-    on_character.paint(body)
-    on_character.show(body)
-    on_character.mark(body)
+    legend.paint_character(body)
+    legend.show_on_character(body)
+    legend.mark_character(body)
 
 
 class W2W_PG_clip(Group):

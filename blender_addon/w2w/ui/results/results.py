@@ -24,7 +24,7 @@ from ..study import advice, scores
 from ..study.counting import is_as_ranked, list_activities
 from ..study.lists import list_labels
 from ..study.state import config_of, patches_of, run_of, usable, utility_of, without_updates
-from ..viewport import legend, on_character
+from ..viewport import legend
 
 TABLE_ROWS = 8
 CHOSEN_SCALE = 1.4
@@ -68,7 +68,7 @@ def clear(body: bpy.types.Object) -> None:
     study.regions.clear()
     advice.forget(study)
     study.picked = study.compared = -1
-    on_character.clear(body)
+    legend.clear_character(body)
     legend.remove(body)
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
@@ -112,7 +112,7 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
     heatmap.add_heatmaps(body, patches, f1, utility.activities, mean, *look)
     if scores.minus_index(study) >= 0:
         heatmap.add_difference(body, patches, scores.shown_scores(study, utility))
-    on_character.paint(body)
+    legend.paint_character(body)
     legend.paint(body)
     show(body)
     for other in legend.bodies_beside(body) if follow else ():
@@ -135,7 +135,7 @@ def show(body: bpy.types.Object) -> None:
     less = scores.minus_index(body.w2w) >= 0 and heatmap.DIFFERENCE in names
     name = heatmap.DIFFERENCE if less else names[min(scores.view_index(body.w2w), len(names) - 1)]
     heatmap.show_heatmap(body, name)
-    on_character.show(body)
+    legend.show_on_character(body)
 
 
 def list_regions(body: bpy.types.Object) -> None:
@@ -213,7 +213,7 @@ def carry(body: bpy.types.Object) -> None:
     """Show on the character what the body shows: it has one since now."""
     if patches_of(body) is None or utility_of(body.w2w) is None:
         return
-    on_character.paint(body)
+    legend.paint_character(body)
     show(body)
     _mark_character(body)
     show_colours(bpy.context)
@@ -223,7 +223,7 @@ def _mark_character(body: bpy.types.Object) -> None:
     patches, rows = patches_of(body), list(advice.leading(body.w2w))
     if patches is not None and body.w2w.character is not None:
         vertices = [int(patches.vertices[row.patch]) for row in rows]
-        on_character.mark(body, vertices, [row.label for row in rows])
+        legend.mark_character(body, vertices, [row.label for row in rows])
 
 
 def hide_patches(study: bpy.types.PropertyGroup) -> None:

@@ -29,7 +29,7 @@ def place_of(clip: bpy.types.PropertyGroup) -> tuple[Path, str]:
     folder, name = clip.id_data.w2w.results_folder, clip.stored_as
     if folder and clip.signals.startswith(STORED) and PurePath(name).name == name:
         return Path(folder), name
-    return _cached(clip.signals, cache_folder())
+    return cache_folder(), clip.signals + SIGNALS_SUFFIX
 
 
 def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[tuple[Path, str]]:
@@ -62,7 +62,7 @@ def save(
     folder: Path,
 ) -> None:
     """Keep a baked clip with its windows, as features and whether each may be tested on; safe in a thread."""
-    place, (features, is_test) = _cached(key, folder), windows
+    place, (features, is_test) = (folder, key + SIGNALS_SUFFIX), windows
     for path in (signals_file(*place), features_file(*place)):
         path.parent.mkdir(parents=True, exist_ok=True)
     write_features(features_file(*place), [features], is_test, signature)
@@ -81,7 +81,3 @@ def recording(clip: bpy.types.PropertyGroup) -> ImuRecording | None:
             _recordings.popitem(last=False)
     _recordings.move_to_end(clip.signals)
     return _recordings[clip.signals]
-
-
-def _cached(key: str, folder: Path) -> tuple[Path, str]:
-    return folder, key + SIGNALS_SUFFIX
