@@ -13,7 +13,7 @@ from w2w.scene.body.character import POINT
 from w2w.scene.heatmap import heatmap_names
 from w2w.scene.motion.takes import import_file
 from w2w.ui.results import upkeep
-from w2w.ui.study import advice
+from w2w.ui.study.lists import leading
 from w2w.ui.study.state import current_body, patches_of
 
 from .made_study import make_study
@@ -51,7 +51,7 @@ def test_a_finished_study_is_shown_on_it_and_follows_what_is_chosen(library: Pat
     assert mesh.data.color_attributes.active_color.name == body.data.color_attributes.active_color.name
     assert np.abs(colours(mesh) - mean).max() > 0.1
     marks = body.w2w.marks.objects
-    wanted = [row.label for row in advice.leading(body.w2w)]
+    wanted = [row.label for row in leading(body.w2w)]
     assert [mark.name.split(".")[0] for mark in marks] == wanted
     assert all(mark.parent == mesh for mark in marks)
     body.w2w.target = 1.0

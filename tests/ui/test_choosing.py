@@ -18,8 +18,7 @@ from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.steps.choosing import choose_steps
 from w2w.ui.study import signal_cache
-from w2w.ui.study.advice import advice_of, answer_of, leading
-from w2w.ui.study.lists import is_understood, suggestions
+from w2w.ui.study.lists import advice_of, answer_of, is_understood, leading, suggestions
 from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of
 
 from .made_study import make_study

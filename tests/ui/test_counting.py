@@ -17,8 +17,8 @@ from w2w.ui.jobs import jobs
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.results import results
 from w2w.ui.study import scores
-from w2w.ui.study.advice import advice_of, answer_of
 from w2w.ui.study.counting import is_reweighed
+from w2w.ui.study.lists import advice_of, answer_of
 from w2w.ui.study.state import config_of, utility_of
 
 from .made_study import make_study
@@ -94,7 +94,7 @@ def test_drawn_wishes_with_weights_get_the_same_answer_at_both_doors(
 def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Path) -> None:
     body = make_study(library)
     study, before = body.w2w, utility_of(body.w2w)
-    assert W2W_PT_utility.is_done(None, bpy.context)
+    assert W2W_PT_utility.is_done(None, body)
     study.view = "A2"
     study.activities[0].part = "BACKGROUND"
     study.activities[1].weight = 3.0
@@ -104,13 +104,13 @@ def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Pa
     assert set(empties_by_patch(study.chosen_collection)) == {shown.argmax()}
     assert "over the activities that count" in answer_of(study)["sentence"]
     assert is_reweighed(study, before)
-    assert not W2W_PT_utility.is_done(None, bpy.context)
+    assert not W2W_PT_utility.is_done(None, body)
     assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
     utility = utility_of(study)
     assert utility.weights.tolist() == [0.0, 3.0, 1.0]
     np.testing.assert_array_equal(utility.f1, before.f1)
     np.testing.assert_array_equal(scores.expected_mean(study, utility), utility.expected_mean)
-    assert W2W_PT_utility.is_done(None, bpy.context)
+    assert W2W_PT_utility.is_done(None, body)
     assert study.view == "A2"
     study.activities[0].part = "COUNTED"
     assert is_reweighed(study, utility)

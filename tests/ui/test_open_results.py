@@ -20,7 +20,7 @@ from w2w.scene.base.steps import without_pauses
 from w2w.ui.files.open_results import open_steps
 from w2w.ui.jobs import jobs
 from w2w.ui.study import signal_cache
-from w2w.ui.study.advice import answer_of
+from w2w.ui.study.lists import answer_of
 from w2w.ui.study.state import (
     BAKED,
     FAILED,

@@ -29,12 +29,12 @@ def draw(panel: type, context: SimpleNamespace) -> bool:
     """Draw a panel on a layout that takes everything; whether it is shown at all."""
     if not getattr(panel, "poll", lambda _: True)(context):
         return False
-    drawn = MagicMock(wraps=SimpleNamespace())
-    for name in dir(panel):
-        if not name.startswith("_") and callable(getattr(panel, name)) and not hasattr(bpy.types.Panel, name):
+    drawn = SimpleNamespace(layout=MagicMock(), titles=panel.titles)
+    for name in ("missing", "is_done", "draw_step", "draw_active"):
+        if hasattr(panel, name):
             setattr(drawn, name, getattr(panel, name).__get__(drawn))
-    drawn.titles = panel.titles
-    drawn.layout = MagicMock()
+    if hasattr(panel, "draw_header_preset"):
+        panel.draw_header_preset(drawn, context)
     panel.draw(drawn, context)
     return True
 

@@ -26,7 +26,7 @@ from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.steps.patches import spot_at
 from w2w.ui.study import signal_cache
-from w2w.ui.study.advice import answer_of
+from w2w.ui.study.lists import answer_of
 from w2w.ui.study.state import (
     BAKED,
     FAILED,
@@ -67,7 +67,7 @@ def test_ranking_choice_and_regions_are_the_runs(
     assert study.regions[0].f1 == pytest.approx(run.utility.expected_mean.max())
     assert heatmap_names(opened) == [MEAN, *(f"{PREFIX}{name}" for name in run.utility.activities)]
     assert config_of(study) == run.config()
-    assert not W2W_PT_utility.missing(None, bpy.context)
+    assert not W2W_PT_utility.missing(None, opened)
     assert study.ranked_as == rank_settings(study)
     assert jobs.message == jobs.Message("Opened a finished run: 9 clips on 48 patches", False)
 

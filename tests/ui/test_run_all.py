@@ -13,7 +13,7 @@ from w2w.core.motion.motion import Motion
 from w2w.ui.jobs import jobs
 from w2w.ui.steps import baking
 from w2w.ui.steps.run_all import TITLE, kept_of, run_all_steps
-from w2w.ui.study.advice import advice_of, answer_of
+from w2w.ui.study.lists import advice_of, answer_of
 from w2w.ui.study.state import BAKED, bake_settings, patches_of, rank_settings, state_of, utility_of
 
 from .made_study import N_PATCHES, make_study

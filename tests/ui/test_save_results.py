@@ -24,7 +24,7 @@ from w2w.ui.files.save_results import save_steps
 from w2w.ui.jobs import jobs
 from w2w.ui.steps.baking import to_bake
 from w2w.ui.study import signal_cache
-from w2w.ui.study.advice import advice_of
+from w2w.ui.study.lists import advice_of
 from w2w.ui.study.state import rank_settings, utility_of
 
 from .made_study import make_study

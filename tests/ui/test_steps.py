@@ -25,7 +25,7 @@ from w2w.ui.jobs import jobs
 from w2w.ui.panels import menus, properties
 from w2w.ui.results import results
 from w2w.ui.study import scores
-from w2w.ui.study.advice import answer_of
+from w2w.ui.study.lists import answer_of
 from w2w.ui.study.state import (
     STALE,
     bake_settings,

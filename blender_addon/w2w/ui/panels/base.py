@@ -12,6 +12,7 @@ from ..study.state import current_body
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
+Body = bpy.types.Object | None
 
 
 class W2WPanel:
@@ -51,28 +52,30 @@ class StepPanel(W2WPanel):
     bl_parent_id = "W2W_PT_main"
 
     def draw_header_preset(self, context: Context) -> None:
-        if self.is_done(context):
+        body = current_body(context)
+        if body is not None and self.is_done(body):
             self.layout.label(text="", icon="CHECKMARK")
 
     def draw(self, context: Context) -> None:
-        missing = self.missing(context)
+        body = current_body(context)
+        missing = self.missing(body)
         content = form(self.layout)
         content.enabled = jobs.running is None
         if missing:
             draw_info(content, context, missing)
         else:
-            self.draw_step(context, content)
+            self.draw_step(context, content, body)
         draw_outcome(self.layout, context, self.titles)
 
-    def missing(self, context: Context) -> str:
+    def missing(self, body: Body) -> str:
         """Say what this step still needs; empty where nothing."""
         return ""
 
-    def is_done(self, context: Context) -> bool:
-        """Whether the step is done."""
+    def is_done(self, body: bpy.types.Object) -> bool:
+        """Whether the step is done on a body."""
         return False
 
-    def draw_step(self, context: Context, layout: Layout) -> None:
+    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
         """Draw the step itself."""
 
 

@@ -12,9 +12,8 @@ from ..jobs.text import draw_outcome, draw_text
 from ..results import results
 from ..results.own_placements import spot_name
 from ..steps.choosing import TITLE, missing_for_choice
-from ..study.advice import advice_of, answer_of
 from ..study.counting import left_out
-from ..study.lists import add_wish, is_understood
+from ..study.lists import add_wish, advice_of, answer_of, is_understood
 from ..study.operators import OnPatches
 from ..study.state import COST, FORBID, current_body, patches_of
 from ..viewport.overlay import NO_PICK, picks

@@ -16,8 +16,8 @@ from ..jobs import jobs
 from ..jobs.text import draw_text
 from ..results import results
 from ..results.results import findings
-from ..study.advice import answer_of
 from ..study.counting import COUNTED
+from ..study.lists import answer_of
 from ..study.operators import OnRanking
 from ..study.scores import MEAN_VIEW, NOTHING, activity_scores, beside_of, minus_index, view_index
 from ..study.state import bodies, current_body, utility_of, without_updates

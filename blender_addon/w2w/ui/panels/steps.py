@@ -19,8 +19,9 @@ from ..steps.run_all import TITLE as RUN_ALL
 from ..steps.run_all import draw_run_all
 from ..study import state
 from ..study.counting import is_reweighed
+from ..study.operators import is_ranked
 from ..study.state import bodies, body_of_object, current_body, patches_of, playing_clip, usable, utility_of
-from .base import PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
+from .base import Body, PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
@@ -60,11 +61,10 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
     bl_idname = "W2W_PT_body"
     titles = ("Load SMPL Body", "Open Results")
 
-    def is_done(self, context: Context) -> bool:
-        return current_body(context) is not None
+    def is_done(self, body: bpy.types.Object) -> bool:
+        return True
 
-    def draw_step(self, context: Context, layout: Layout) -> None:
-        body = current_body(context)
+    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
         if body is None:
             column = layout.column()
             column.scale_y = 1.4
@@ -139,15 +139,14 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
     bl_idname = "W2W_PT_motions"
     titles = ("Import Motions",)
 
-    def missing(self, context: Context) -> str:
-        return "" if current_body(context) else "Add a body first (step 1)"
+    def missing(self, body: Body) -> str:
+        return state.missing_for_patches(body)
 
-    def is_done(self, context: Context) -> bool:
-        body = current_body(context)
-        return body is not None and bool(usable(body.w2w))
+    def is_done(self, body: bpy.types.Object) -> bool:
+        return bool(usable(body.w2w))
 
-    def draw_step(self, context: Context, layout: Layout) -> None:
-        study = current_body(context).w2w
+    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+        study = body.w2w
         row = layout.row(align=True)
         row.operator("w2w.import_motions", text="Files", icon="FILE")
         row.operator("w2w.import_folder", text="Folder", icon="FILE_FOLDER")
@@ -194,15 +193,14 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
     bl_idname = "W2W_PT_patches"
     titles = ("Place Patches",)
 
-    def missing(self, context: Context) -> str:
-        return state.missing_for_patches(current_body(context))
+    def missing(self, body: Body) -> str:
+        return state.missing_for_patches(body)
 
-    def is_done(self, context: Context) -> bool:
-        body = current_body(context)
-        return body is not None and patches_of(body) is not None
+    def is_done(self, body: bpy.types.Object) -> bool:
+        return patches_of(body) is not None
 
-    def draw_step(self, context: Context, layout: Layout) -> None:
-        study, placed = current_body(context).w2w, patches_of(current_body(context))
+    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+        study, placed = body.w2w, patches_of(body)
         layout.prop(study, "patch_count")
         layout.prop(study, "patch_seed")
         row = layout.row(align=True)
@@ -222,18 +220,17 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
     bl_idname = "W2W_PT_signals"
     titles = ("Bake Signals",)
 
-    def missing(self, context: Context) -> str:
-        return state.missing_for_bake(current_body(context))
+    def missing(self, body: Body) -> str:
+        return state.missing_for_bake(body)
 
-    def is_done(self, context: Context) -> bool:
-        body = current_body(context)
-        if body is None or self.missing(context) or misses_folder(body.w2w):
+    def is_done(self, body: bpy.types.Object) -> bool:
+        if state.missing_for_bake(body) or misses_folder(body.w2w):
             return False
         settings = state.bake_settings(body.w2w)
         return all(state.state_of(clip, settings) == state.BAKED for clip in usable(body.w2w))
 
-    def draw_step(self, context: Context, layout: Layout) -> None:
-        study = current_body(context).w2w
+    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+        study = body.w2w
         row = layout.row(align=True)
         row.prop(study, "sensor")
         row.menu("W2W_MT_study_presets", text="", icon="PRESET")
@@ -263,21 +260,17 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
     bl_idname = "W2W_PT_utility"
     titles = ("Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results")
 
-    def missing(self, context: Context) -> str:
-        body = current_body(context)
-        if body is not None and utility_of(body.w2w) is not None and patches_of(body) is not None:
-            return ""
-        return state.missing_for_any_rank(body)
+    def missing(self, body: Body) -> str:
+        return "" if body is not None and is_ranked(body) else state.missing_for_any_rank(body)
 
-    def is_done(self, context: Context) -> bool:
-        body = current_body(context)
-        utility = utility_of(body.w2w) if body is not None else None
+    def is_done(self, body: bpy.types.Object) -> bool:
+        utility = utility_of(body.w2w)
         if utility is None or body.w2w.ranked_as != state.rank_settings(body.w2w):
             return False
         return not is_reweighed(body.w2w, utility)
 
-    def draw_step(self, context: Context, layout: Layout) -> None:
-        study = current_body(context).w2w
+    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+        study = body.w2w
         for name in ("window_s", "classifier", "by_subject"):
             layout.prop(study, name)
         if not study.by_subject:
@@ -288,7 +281,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
         if ranked:
             row.menu("W2W_MT_export", text="", icon="EXPORT")
-        missing = state.missing_for_rank(current_body(context)) or state.unreadable_ranking(study)
+        missing = state.missing_for_rank(body) or state.unreadable_ranking(study)
         if missing:
             draw_info(layout, context, missing)
         elif ranked and study.ranked_as != state.rank_settings(study):

@@ -21,9 +21,9 @@ from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ...scene.files.study_file import read_record, remove_record
-from ..study import advice, signal_cache
+from ..study import signal_cache
 from ..study.declared import show_config
-from ..study.lists import take_over
+from ..study.lists import forget_advice, keep_advice, take_over
 from ..study.sensors import OWN, keep_further, keep_own_sensor
 from ..study.state import bake_settings, patches_of, rank_settings, without_updates
 from . import own_placements, results
@@ -169,11 +169,11 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
     """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
     try:
-        advice.keep(mesh.w2w, content)
+        keep_advice(mesh.w2w, content)
         known = range(len(patches_of(mesh)))
         whole = all(row.patch in known for row in mesh.w2w.worn)
     except (KeyError, TypeError, ValueError):
         whole = False
     if not whole:
-        advice.forget(mesh.w2w)
+        forget_advice(mesh.w2w)
     results.mark_chosen(mesh)

@@ -20,9 +20,9 @@ from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ..jobs import jobs
-from ..study import advice, scores
+from ..study import scores
 from ..study.counting import is_as_ranked, list_activities
-from ..study.lists import list_labels
+from ..study.lists import forget_advice, keep_answer, leading, list_labels
 from ..study.state import config_of, patches_of, run_of, usable, utility_of, without_updates
 from ..viewport import legend
 
@@ -66,7 +66,7 @@ def clear(body: bpy.types.Object) -> None:
     list_labels(study)
     study.chosen.clear()
     study.regions.clear()
-    advice.forget(study)
+    forget_advice(study)
     study.picked = study.compared = -1
     legend.clear_character(body)
     legend.remove(body)
@@ -165,19 +165,19 @@ def choose(body: bpy.types.Object) -> None:
     try:
         terms = Terms.checked(len(patches), config.max_places, **config.constraints.terms(patches))
     except ValueError as error:
-        advice.keep_answer(study, {"sentence": f"{capital(error)}."})
+        keep_answer(study, {"sentence": f"{capital(error)}."})
         mark_chosen(body)
         return
     mean = scores.expected_mean(study, utility)
     if is_as_ranked(study, utility):
         best = best_single(utility, terms.allowed)
         found = answer(Scored(utility, patches, body_of(body), best, terms.allowed))
-        advice.keep_answer(study, answer_content(found, patches))
+        keep_answer(study, answer_content(found, patches))
         patch = found.patch
     else:
         patch = int(np.where(terms.allowed, mean, -1).argmax())
         f1 = f"F1 {headline.short(mean[patch])} over the activities that count"
-        advice.keep_answer(study, {"sentence": f"{capital(patches.names[patch])}: {f1}."})
+        keep_answer(study, {"sentence": f"{capital(patches.names[patch])}: {f1}."})
     row = study.chosen.add()
     row.patch, row.label, row.f1 = patch, patches.names[patch], mean[patch]
     mark_chosen(body)
@@ -189,7 +189,7 @@ def mark_chosen(body: bpy.types.Object) -> None:
     if study.patch_collection is None:
         return
     empties = empties_by_patch(study.patch_collection)
-    wanted = [empties[row.patch] for row in advice.leading(study) if row.patch in empties]
+    wanted = [empties[row.patch] for row in leading(study) if row.patch in empties]
     if study.chosen_collection is None:
         study.chosen_collection = bpy.data.collections.new(f"Sensor Places: {body.name}")
         study.chosen_collection.color_tag = "COLOR_01"
@@ -220,7 +220,7 @@ def carry(body: bpy.types.Object) -> None:
 
 
 def _mark_character(body: bpy.types.Object) -> None:
-    patches, rows = patches_of(body), list(advice.leading(body.w2w))
+    patches, rows = patches_of(body), list(leading(body.w2w))
     if patches is not None and body.w2w.character is not None:
         vertices = [int(patches.vertices[row.patch]) for row in rows]
         legend.mark_character(body, vertices, [row.label for row in rows])

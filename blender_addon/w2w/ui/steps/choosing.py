@@ -24,7 +24,7 @@ from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, signal_cache
-from ..study.advice import keep
+from ..study.lists import keep_advice
 from ..study.operators import IsJob, is_ranked
 from ..study.state import config_of, patches_of, rank_settings, utility_of
 from .baking import as_labelled, body_as_run, ranked_clips
@@ -79,7 +79,7 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     if reweighed and not left_out:
         results.store(mesh, found.utility, study.ranked_as)
     content = advice_content(advice, found.utility, found.patches)
-    keep(study, content)
+    keep_advice(study, content)
     results.mark_chosen(mesh)
     worn = content["worn_together"]
     text = capital(worn["sentence"]) if worn else content["answer"]["sentence"].rstrip(".")

@@ -11,8 +11,9 @@ from ..jobs import jobs
 from ..jobs.jobs import Steps, is_there, on_body, part
 from ..jobs.text import draw_text
 from ..results.own_placements import is_pending
-from ..study import advice, state
+from ..study import state
 from ..study.counting import is_reweighed
+from ..study.lists import advice_of, answer_of
 from ..study.operators import IsJob
 from ..viewport.framing import frame
 from .baking import bake_steps, rank_steps, to_bake
@@ -42,7 +43,7 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
     rank = count > 0 or not _is_ranked(mesh)
 
     def is_choice_missing() -> bool:
-        return not missing_for_choice(mesh) and advice.advice_of(study) is None
+        return not missing_for_choice(mesh) and advice_of(study) is None
 
     parts = (  # about how many seconds each takes, whether it is needed by then, and its steps
         (PLACING * place, lambda: place, place_steps),
@@ -57,7 +58,7 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
         gone += seconds
     if not said:
         return "Everything is up to date"
-    answer = advice.answer_of(study)
+    answer = answer_of(study)
     if not answer:
         return ". ".join(said)
     frame([mesh], int(state.patches_of(mesh).vertices[answer["patch"]]) if "patch" in answer else None)

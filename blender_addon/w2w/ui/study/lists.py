@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lists of a study: its activities before there is a ranking, and a designer's wishes."""
+"""The lists of a study: its activities before a ranking, a designer's wishes, and the sensors chosen by them.
+
+A choice is kept as `w2w place` writes it.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
 
 import bpy
 
@@ -11,10 +17,12 @@ from ...core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCT_NAMED,
 from ...core.patches.patches import PatchSet
 from ...core.study import StudyConfig
 from .counting import list_activities
-from .state import COST, FORBID, MUST, ONLY, run_of, usable, without_updates
+from .state import COST, FORBID, MUST, ONLY, advice_settings, run_of, usable, without_updates
+
+Group = bpy.types.PropertyGroup
 
 
-def list_labels(study: bpy.types.PropertyGroup) -> None:
+def list_labels(study: Group) -> None:
     """List the activities of a study's clips, unless a ranking lists its own; what they count stays."""
     if study.utility_key:
         return
@@ -25,7 +33,7 @@ def list_labels(study: bpy.types.PropertyGroup) -> None:
         list_activities(study, labels, run_of(study))
 
 
-def take_over(study: bpy.types.PropertyGroup) -> None:
+def take_over(study: Group) -> None:
     """List the wishes of the run that a study was opened from, where its parameters still hold them."""
     parameters = json.loads(study.parameters) if study.parameters else {}
     if "constraints" not in parameters:
@@ -43,7 +51,7 @@ def take_over(study: bpy.types.PropertyGroup) -> None:
             wish.cost, wish.given = cost, repr(cost)  # a property keeps single precision only
 
 
-def add_wish(study: bpy.types.PropertyGroup, kind: str, place: str = "") -> bpy.types.PropertyGroup:
+def add_wish(study: Group, kind: str, place: str = "") -> Group:
     """Add a wish at the end of the list."""
     with without_updates():
         wish = study.wishes.add()
@@ -54,9 +62,8 @@ def add_wish(study: bpy.types.PropertyGroup, kind: str, place: str = "") -> bpy.
 def is_understood(patches: PatchSet, place: str) -> bool:
     """Whether all words of a wish mean something on a body."""
     try:
-        for words in place.split(","):
-            if words.strip():
-                find_patches(patches.regions, patches.names, words)
+        for words in filter(str.strip, place.split(",")):
+            find_patches(patches.regions, patches.names, words)
     except ValueError:
         return False
     return True
@@ -69,3 +76,46 @@ def suggestions(patches: PatchSet, typed: str) -> list[str]:
     names = [*SIDES, MIDDLE, *PARTS, *sided, *common, *sorted(set(patches.regions)), *patches.names]
     words = typed.lower().split()
     return [name for name in dict.fromkeys(names) if all(word in name for word in words)]
+
+
+def keep_advice(study: Group, content: Mapping[str, Any]) -> None:
+    """Keep a choice made under the study's wishes as they are now."""
+    study.advice_text, study.advised_as = json.dumps(content), advice_settings(study)
+    study.worn.clear()
+    for sensor in (content.get("worn_together") or {}).get("places", ()):
+        row = study.worn.add()
+        row.patch, row.label, row.f1 = sensor["patch"], sensor["name"], sensor["expected_f1_so_far"]
+        row.low, row.high = sensor["expected_f1_so_far_interval"]
+
+
+def keep_answer(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> None:
+    """Keep where to wear one sensor under the study's wishes, or a sentence that says why nowhere."""
+    study.answer_text = json.dumps(content)
+
+
+def answer_of(study: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """Where to wear one sensor, as `w2w run` writes it; empty before a ranking."""
+    return _read_advice(study.answer_text) if study.answer_text else {}
+
+
+def forget_advice(study: Group) -> None:
+    """Forget the choice: its ranking is gone."""
+    study.advice_text = study.advised_as = ""
+    study.worn.clear()
+
+
+def advice_of(study: Group) -> dict[str, Any] | None:
+    """The choice; None where none was made, or wishes or ranking have changed since."""
+    if not study.advice_text or study.advised_as != advice_settings(study):
+        return None
+    return _read_advice(study.advice_text)
+
+
+def leading(study: Group) -> bpy.types.bpy_prop_collection:
+    """The set that is marked on the body: the one worn together, else the best spot."""
+    return study.worn if len(study.worn) and advice_of(study) is not None else study.chosen
+
+
+@lru_cache(maxsize=4)
+def _read_advice(text: str) -> dict[str, Any]:
+    return json.loads(text)

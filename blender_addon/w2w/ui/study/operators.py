@@ -13,14 +13,6 @@ from .state import current_body, patches_of, utility_of
 Context = bpy.types.Context
 
 
-def can_change(cls: type, context: Context) -> bool:
-    """Whether there is a body that nothing is working on."""
-    if current_body(context) is None:
-        cls.poll_message_set("Add a body first (step 1)")
-        return False
-    return jobs.can_start(cls, context)
-
-
 class OnBody:
     """An operator that works on a body which no job is changing."""
 
@@ -28,9 +20,12 @@ class OnBody:
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not can_change(cls, context):
+        body = current_body(context)
+        if body is None:
+            cls.poll_message_set("Add a body first (step 1)")
+        if body is None or not jobs.can_start(cls, context):
             return False
-        missing = cls.missing(context, current_body(context))
+        missing = cls.missing(context, body)
         cls.poll_message_set(missing)
         return not missing
 

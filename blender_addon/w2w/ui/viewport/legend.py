@@ -117,25 +117,22 @@ def name_of(study: Group) -> str:
     other = beside_of(study)
     if other is None:
         return ""
-    index = view_of(other, study.beside_view)
-    name = "Mean of activities" if index <= 0 else other.activities[index - 1].name
+    name = map_name(other, max(view_of(other, study.beside_view), 0))
     return name if other == study else f"{name} ({other.id_data.name})"
 
 
 def owner_of(item: bpy.types.Object) -> bpy.types.Object | None:
     """The body that a copy stands beside, where a spot on one is the same spot on the other."""
-    for body in bpy.data.objects:
-        if body.type == "MESH" and body.w2w.is_body and body.w2w.beside == item:
-            return body if len(body.data.vertices) == len(item.data.vertices) else None
-    return None
+    bodies = [body for body in bpy.data.objects if body.type == "MESH" and body.w2w.is_body]
+    owner = next((body for body in bodies if body.w2w.beside == item), None)
+    return owner if owner is not None and len(owner.data.vertices) == len(item.data.vertices) else None
 
 
 def remove(body: bpy.types.Object) -> None:
     """Take the second map away."""
-    study = body.w2w
-    if study.beside is not None:
-        remove_beside([study.beside])
-    study.beside = None
+    if body.w2w.beside is not None:
+        remove_beside([body.w2w.beside])
+    body.w2w.beside = None
 
 
 def meshes_of(body: bpy.types.Object) -> list[bpy.types.Object]:
@@ -146,9 +143,7 @@ def meshes_of(body: bpy.types.Object) -> list[bpy.types.Object]:
 
 def paint_character(body: bpy.types.Object) -> None:
     """Carry the body's heatmaps to the character; a mesh that is edited now or no longer fits is left."""
-    for mesh in meshes_of(body):
-        if mesh.data.is_editmode:
-            continue
+    for mesh in [mesh for mesh in meshes_of(body) if not mesh.data.is_editmode]:
         try:
             character.carry_heatmaps(body, mesh)
         except ValueError as error:

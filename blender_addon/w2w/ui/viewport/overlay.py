@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import bpy
@@ -15,12 +16,12 @@ from ...core.patches.patches import PatchSet
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import signal_cache
-from ..study.advice import leading
+from ..study.lists import leading
 from ..study.scores import activity_scores, colour_range, patch_lines
 from ..study.state import current_body, patches_of, playing_clip, utility_of
 from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
 from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
-from .legend import left_of_legend, legend
+from .legend import Legend, left_of_legend, legend
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
@@ -80,10 +81,11 @@ def draw() -> None:
     free = _free_part(context)
     placed = _place_cards(on_one_scale(cards), free, scale)
     if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
-        heads = _heads(context, body)
+        shown = legend(body.w2w, utility_of(body.w2w))
+        heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
         right_of_cards = max((x + WIDTH * scale for _, x, _ in placed), default=free.left)
-        _draw_colour_bar(body, free._replace(left=right_of_cards), heads, scale)
-        _draw_names(body, heads, scale)
+        _draw_colour_bar(shown, free._replace(left=right_of_cards), heads, scale)
+        _draw_names(shown, heads, scale)
     surface = Surface(context, body, patches)
     _draw_chosen(surface, body.w2w, scale)
     _draw_own(surface, body.w2w, scale)
@@ -114,9 +116,8 @@ def _free_part(context: bpy.types.Context) -> Free:
     return Free(*free)
 
 
-def _heads(context: bpy.types.Context, body: bpy.types.Object) -> list[Vector]:
-    """Points in the region over the heads of two bodies side by side; empty where one stands alone."""
-    bodies = (body, body.w2w.beside) if legend(body.w2w, utility_of(body.w2w)).beside else ()
+def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> list[Vector]:
+    """Points in the region over the heads of bodies side by side; empty where one cannot be told."""
     points = []
     for item in bodies:
         evaluated = item.evaluated_get(context.view_layer.depsgraph)
@@ -127,9 +128,8 @@ def _heads(context: bpy.types.Context, body: bpy.types.Object) -> list[Vector]:
     return [] if None in points else points
 
 
-def _draw_colour_bar(body: bpy.types.Object, free: Free, heads: list[Vector], scale: float) -> None:
+def _draw_colour_bar(shown: Legend, free: Free, heads: list[Vector], scale: float) -> None:
     """Draw title, colours and numbers over the bottom, at the right or between two bodies."""
-    shown = legend(body.w2w, utility_of(body.w2w))
     low, high, note = shown.low, shown.high, shown.note
     names = [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
     widths = [width_of(name, 12 * scale) for name in names]
@@ -153,9 +153,8 @@ def _draw_colour_bar(body: bpy.types.Object, free: Free, heads: list[Vector], sc
     text(left, bottom - 20 * scale, note, 10 * scale, GREY)
 
 
-def _draw_names(body: bpy.types.Object, heads: list[Vector], scale: float) -> None:
+def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
     """Write over the heads of two bodies side by side which map each shows."""
-    shown = legend(body.w2w, utility_of(body.w2w))
     for point, name in zip(heads, (shown.name, shown.beside), strict=False):
         half = width_of(name, 13 * scale) / 2 + 8 * scale
         rectangle(point.x - half, point.y - 6 * scale, 2 * half, 20 * scale, BACKGROUND)
@@ -223,6 +222,12 @@ def _card(
     recording = signal_cache.recording(clip) if clip is not None and clip.signals else None
     if recording is not None and recording.n_sensors != len(patches):
         recording = None
+    if clip is None:
+        shows = "Preview a clip (step 2) to see its signals"
+    elif recording is None:
+        shows = f"Bake '{clip.name}' (step 4) to see its signals"
+    else:
+        shows = f"{clip.activity}: {clip.name}" if clip.activity else clip.name
     lines, f1, limits = (f"patch {patch}, not ranked yet",), np.zeros(0), (0.0, 1.0)
     if utility is not None:
         lines, scores = patch_lines(study, utility, patch), activity_scores(study, utility)
@@ -240,17 +245,9 @@ def _card(
         colour_map=study.colour_map,
         recording=recording,
         patch=patch,
-        clip=_clip_line(clip, recording is not None),
+        clip=shows,
         time=(context.scene.frame_current_final - FIRST_FRAME) / key_rate(clip and clip.action),
     )
-
-
-def _clip_line(clip: bpy.types.PropertyGroup | None, baked: bool) -> str:
-    if clip is None:
-        return "Preview a clip (step 2) to see its signals"
-    if not baked:
-        return f"Bake '{clip.name}' (step 4) to see its signals"
-    return f"{clip.activity}: {clip.name}" if clip.activity else clip.name
 
 
 def register() -> None:
