@@ -13,7 +13,7 @@ from ...core.ranking.utility import UtilityMap
 from ...scene import heatmap
 from ...scene.body import character
 from ...scene.second_body import add_beside, fits, follow, paint_beside, remove_beside
-from ..jobs.on_body import is_there
+from ..jobs.jobs import is_there
 from ..study.scores import (
     EXPECTED,
     beside_of,
